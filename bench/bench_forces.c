@@ -1,7 +1,9 @@
 /* What one linearisation costs (the stage compute_forces), part by part: a sheet of springs and a
  * woven one, on one thread. A part is the difference between the whole and the whole without it.
- * Rounds go through all cases in turn, so that other work on the machine meets them alike. Prints
- * Markdown. Usage: bench_forces [rounds] [vertices a side] [case] [vector width: 0, 1, 2]
+ * Rounds go through all cases in turn, so that other work on the machine meets them alike. Each is
+ * linearised twice in a row: the second time its data are in the caches, as far as these reach, and
+ * that is what parts are told of. Prints Markdown. Usage: bench_forces [rounds] [vertices a side]
+ * [case] [vector width: 0, 1, 2]
  *
  * With a case (0 ..) that one alone runs: run it under callgrind with two numbers of rounds to
  * count the instructions of a round. The hash is that of all systems: the same bits on every vector
@@ -138,7 +140,7 @@ static double time_linearisation(bench_cloth *cloth, const bench_sheet *sheet,
                  .gust_strength = what->has_gusts ? GUST_STRENGTH : 0.0,
                  .gust_length = 1.0,
                  .gust_time = 1.0}};
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0, false};
     force_terms terms = {0};
     motion_state state = {.positions = sheet->positions,
                           .velocities = sheet->velocities,
@@ -176,8 +178,9 @@ static uint64_t hash_system(const bench_cloth *cloth, uint64_t hash) {
     return hash_bytes(hash, system->forces, count);
 }
 
+/* `colds` are those of first times. */
 static void print_times(const bench_sheet *sheet, const bench_cloth *const *cloths,
-                        const bench_time *times) {
+                        const bench_time *times, const bench_time *colds) {
     for (size_t m = 0; m < MEMBRANE_COUNT; m++) {
         const bench_time *const of = times + m * CASE_COUNT;
         const char *const parts[] = {"gusts", "wind", "damping of bending", "bending",
@@ -190,6 +193,8 @@ static void print_times(const bench_sheet *sheet, const bench_cloth *const *clot
                    of[k].median - of[k + 1].median);
         printf("| %s | %.3f | %.3f |\n", parts[4], of[4].least, of[4].median);
         printf("| all of a later linearisation | %.3f | %.3f |\n", of[5].least, of[5].median);
+        const bench_time *const cold = colds + m * CASE_COUNT + 1;
+        printf("| all, data not in the caches | %.3f | %.3f |\n", cold->least, cold->median);
         const bench_cloth *const cloth = cloths[m * CASE_COUNT + 1];
         uint64_t hash = HASH_SEED;
         for (size_t k = 0; k < CASE_COUNT; k++)
@@ -219,19 +224,19 @@ int main(int argc, char **argv) {
         cloths[k] = make_cloth(&sheet, is_woven ? TULLE_MEMBRANE_WOVEN : TULLE_MEMBRANE_SPRINGS,
                                &CASES[k % CASE_COUNT]);
     }
-    double *const seconds = room(ALL_CASES * rounds, sizeof(double));
+    bench_time times[2][ALL_CASES];
+    double *const seconds = room(2 * ALL_CASES * rounds, sizeof(double));
     for (size_t r = 0; r < rounds; r++)
         for (size_t k = 0; k < ALL_CASES; k++)
-            if (only < 0 || k == (size_t)only)
-                seconds[k * rounds + r] =
+            for (size_t turn = 0; turn < 2 && (only < 0 || k == (size_t)only); turn++)
+                seconds[(2 * k + turn) * rounds + r] =
                     time_linearisation(cloths[k], &sheet, &CASES[k % CASE_COUNT]);
-    bench_time times[ALL_CASES];
-    for (size_t k = 0; k < ALL_CASES; k++) {
+    for (size_t k = 0; k < 2 * ALL_CASES; k++) {
         double *const of = seconds + k * rounds;
         qsort(of, rounds, sizeof *of, compare_seconds);
-        times[k] = (bench_time){1e3 * of[0], 1e3 * of[rounds / 2]};
+        times[k % 2][k / 2] = (bench_time){1e3 * of[0], 1e3 * of[rounds / 2]};
     }
-    print_times(&sheet, (const bench_cloth *const *)cloths, times);
+    print_times(&sheet, (const bench_cloth *const *)cloths, times[1], times[0]);
     free(seconds);
     for (int k = 0; k < ALL_CASES; k++) destroy_cloth(cloths[k]);
     topology_destroy(&heap, &sheet.surface);

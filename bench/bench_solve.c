@@ -100,7 +100,7 @@ static bench_cloth *make_cloth(size_t side, int threads) {
         .positions = cloth->positions, .velocities = cloth->velocities, .time_step = STEP};
     environment const still = {.gravity = {0.0, 0.0, -9.81},
                                .wind = {.gust_length = 1.0, .gust_time = 1.0}};
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, threads, 0.0};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, threads, 0.0, false};
     check(compute_forces(&cloth->model, &state, &still, options, &cloth->scratch, &cloth->system) ==
               TULLE_OK,
           "the forces");

@@ -37,6 +37,8 @@ struct contact_response {
     /* A solution that stretches springs by much more energy than was linear is solved again, with
      * springs linearised about it. */
     bool linearises_again;
+    /* The solve takes the forces at the start of the step by themselves. */
+    bool needs_forces;
     /* Springs stay linear, whatever the material says. Where a substep has one solve, cloth that
      * stiffens would tear. */
     bool has_linear_springs;

@@ -18,8 +18,16 @@ enum {
     ELEMENTS_PER_CHUNK = 512,
     TRIANGLES_PER_CHUNK = 1024,
     VERTICES_PER_CHUNK = 256,
+    PATCHES_PER_CHUNK = 512, /* a multiple of PATCH_LANES */
     HINGES_PER_CHUNK = 512
 };
+
+/* Of vertices, with a fourth number behind each three that means nothing. */
+typedef struct padded_vertices {
+    double *positions, *velocities; /* x0, v0 */
+    double *starts;                 /* w of the table in compute_forces.c; may be the velocities */
+    double *guess;                  /* null: there is none */
+} padded_vertices;
 
 typedef struct assembly {
     const cloth_model *model;
@@ -30,28 +38,24 @@ typedef struct assembly {
     int threads;
     double alpha, beta, gamma, share; /* of the table in compute_forces.c; share is its c */
     bool has_wind, is_bdf2;
-    bool is_renewed;                /* the terms are complete, and so are the forces */
-    const double *start_velocities; /* w of that table, 3 a vertex */
-    double *later_starts;           /* the same with BDF2; else null, and w is v0 */
-    double *guessed_positions;      /* x0 + h guess, 3 a vertex; null where nothing needs it */
-    force_terms terms;              /* those of the state, or slots of this stage alone */
-    /* What the pass over the vertices that runs brings to the rows. */
-    bool begins_rows; /* the matrix; gravity, air damping, springs */
-    bool ends_rows;   /* bending and its damping, wind; the right-hand side */
-    /* Slots of springs. */
-    symmetric3 *spring_blocks; /* alpha D + beta K, negated, of the first end by the first end */
-    vec3 *spring_forces, *spring_sources; /* f and f - D w at the first end; no f when renewed */
-    /* Slots of elements, by 3 * triangle + corner or edge: see membrane_motion. */
+    bool is_renewed;           /* the terms are complete */
+    bool finds_forces;         /* sums are f(x0, v0): w is zero, and the matrix is of no use */
+    double *sums;              /* the right-hand side, or these forces */
+    double *guessed_positions; /* x0 + h guess, 3 a vertex; null where nothing needs it */
+    padded_vertices padded;
+    force_terms terms; /* those of the state, or slots of this stage alone */
+    /* Slots of patches (kernels/patch_kernel.c), by 3 * triangle + corner or edge; null without
+     * wind and damping of bending, and without the latter. */
+    vec3 *corner_sources, *far_sources;
+    vec3 *hinge_forces; /* [N] 4 a hinge; null where all are flat at rest, or nothing bends */
+    /* Slots of springs. A block is minus that of both ends in the system. */
+    symmetric3 *spring_blocks;
+    vec3 *spring_sources; /* f - D w at the first end */
+    /* Slots of elements, by 3 * triangle + corner or edge: see membrane_motion. Blocks end with a
+     * zero one. */
     symmetric3 *membrane_blocks;
-    vec3 *membrane_forces, *membrane_sources;
-    /* Slots of bending. */
-    vec3 *hinge_vectors;                  /* c [m]; see cloth_hinge */
-    vec3 *hinge_rates;                    /* of c [m/s]; null without bending damping */
-    vec3 *hinge_deviations;               /* from rest; hinge_vectors where all are flat at rest */
-    bend_damping_response *bend_dampings; /* by triangle; null without bending damping */
-    slider_slots sliders;                 /* of hysteresis; nulls without any */
-    /* Slots of the wind. */
-    vec3 *triangle_forces; /* per corner; null when renewed */
+    vec3 *membrane_sources;
+    slider_slots sliders; /* of hysteresis; nulls without any */
 } assembly;
 
 /* Gives slots room from `scratch` unless they have some. False: no memory. */
@@ -64,17 +68,13 @@ static inline bool provide_slots(vec3 **slots, size_t count, arena *scratch) {
 bool fill_springs(assembly *work);
 bool fill_elements(assembly *work);
 bool fill_bending(assembly *work);
-bool fill_wind(assembly *work);
+bool fill_air(assembly *work);
 
 /* hysteresis_forces.c: room that outlives the passes; then what sliders bring, of shear to the
- * slots of elements, of bending to slots of their own; then those of bending to the rows of a range
- * of vertices: to the matrix once its rows are begun, and to the sums before they end. */
+ * slots of elements, of bending to slots of their own; then, as a body of parallel_for, those of
+ * bending to the filled rows of vertices. */
 bool provide_slider_slots(assembly *work);
 bool fill_sliders(assembly *work);
-void add_slider_blocks(const assembly *work, size_t begin, size_t end);
-void gather_sliders(const assembly *work, size_t begin, size_t end);
-
-/* bending.c: gives the terms of bending room, as provide_slots does. */
-bool provide_bending_terms(const cloth_model *model, force_terms *terms, arena *scratch);
+void add_sliders(void *context, size_t begin, size_t end, size_t chunk, int worker);
 
 #endif

@@ -1,12 +1,12 @@
 /* dynamics/bending.c - bending forces from the hinges' vectors c (see bending_matrix.c).
  *
  * Elastic: energy 1/2 sum_ij C_ij d_i . d_j with d = c - r n, r the rest value of c along the hinge
- * normal n. For a flat rest shape (r = 0) the force is linear in the positions. Otherwise the term
+ * normal n. For a flat rest shape (r = 0) the force is linear in the positions. The term
  * r n follows the hinge, as in Garg, Grinspun, Wardetzky, Zorin, Cubic shells, 2007; the force is
  * the exact gradient of the energy, so it keeps both momenta.
- * Woven cloth with a flat rest shape has its force from the matrix instead: kernels/row_kernel.c.
- * Damping: kernels/bending_damping.c. */
-#include "dynamics/bending_kernel.h"
+ * Where all is flat at rest, the force comes from the matrix instead: kernels/row_kernel.c.
+ * Damping: kernels/patch_kernel.c. */
+#include "dynamics/assembly.h"
 
 #include "base/parallel.h"
 
@@ -51,28 +51,26 @@ void bend_compute_deviations(void *context, size_t begin, size_t end, size_t chu
     }
 }
 
-/* Forces [N] on the corners of hinges, in a model with curved rest shapes: from bending, and from
- * what damping adds in both of their triangles. */
+typedef struct force_task {
+    const assembly *work;
+    const vec3 *deviations;
+    vec3 *forces;
+} force_task;
+
+/* Forces [N] on the corners of hinges, in a model with curved rest shapes. */
 static void fill_forces(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
-    assembly *const work = context;
-    const cloth_model *const model = work->model;
+    const force_task *const task = context;
+    const cloth_model *const model = task->work->model;
     for (size_t h = begin; h < end; h++) {
         const cloth_hinge *const hinge = &model->hinges[h];
-        vec3 const elastic = bend_compute_moment(model, h, work->hinge_deviations);
-        vec3 damping = {0.0, 0.0, 0.0};
-        for (int side = 0; side < 2 && work->bend_dampings; side++) {
-            uint32_t const place = hinge->sides[side];
-            const bend_damping_response *const in = &work->bend_dampings[place / 3];
-            damping = vec3_add(damping, vec3_scale(in->normal, in->moments[place % 3]));
-        }
-        vec3 const all = vec3_add(elastic, damping);
-        vec3 *const forces = work->terms.hinge_forces + 4 * h;
-        for (size_t k = 0; k < 4; k++) forces[k] = vec3_scale(all, -hinge->weights[k]);
+        vec3 const y = bend_compute_moment(model, h, task->deviations);
+        vec3 *const forces = task->forces + 4 * h;
+        for (size_t k = 0; k < 4; k++) forces[k] = vec3_scale(y, -hinge->weights[k]);
         const cloth_hinge_rest *const rest = &model->hinge_rests[h];
         if (rest->curvature == 0.0) continue;
-        hinge_frame const frame = compute_frame(hinge, rest, work->state->positions);
-        vec3 const n = frame.normal, y = elastic;
+        hinge_frame const frame = compute_frame(hinge, rest, task->work->state->positions);
+        vec3 const n = frame.normal;
         if (vec3_norm2(n) == 0.0) continue;
         /* r (dn/dx_k)^T y: the gradient of r n . y at fixed y, the elastic moment. */
         vec3 const tangential =
@@ -88,41 +86,16 @@ static void fill_forces(void *context, size_t begin, size_t end, size_t chunk, i
     }
 }
 
-bool provide_bending_terms(const cloth_model *model, force_terms *terms, arena *scratch) {
-    if (model->has_bend_damping &&
-        !provide_slots(&terms->bend_forces, 2 * model->triangle_count + 1, scratch))
-        return false;
-    if (model->bends_by_matrix && !model->has_bend_damping) return true;
-    return model->has_curved_rest
-               ? provide_slots(&terms->hinge_forces, 4 * model->hinge_count + 1, scratch)
-               : provide_slots(&terms->hinge_moments, model->hinge_count + 1, scratch);
-}
-
 bool fill_bending(assembly *work) {
     const cloth_model *const model = work->model;
-    size_t const hinges = model->hinge_count, triangles = model->triangle_count;
-    bool const is_damped = model->has_bend_damping, is_curved = model->has_curved_rest;
-    if (model->bends_by_matrix && !is_damped) return true; /* vertices do all */
-    work->hinge_vectors = ARENA_NEW(work->scratch, vec3, hinges + 1);
-    work->hinge_deviations =
-        is_curved ? ARENA_NEW(work->scratch, vec3, hinges + 1) : work->hinge_vectors;
-    if (is_damped) work->hinge_rates = ARENA_NEW(work->scratch, vec3, hinges + 1);
-    if (!work->hinge_vectors || !work->hinge_deviations || (is_damped && !work->hinge_rates) ||
-        !provide_bending_terms(model, &work->terms, work->scratch))
-        return false;
-    parallel_for(hinges, HINGES_PER_CHUNK, work->threads, TULLE_PICK_KERNEL(fill_hinge_vectors),
-                 work);
-    if (is_damped) {
-        work->bend_dampings = ARENA_NEW(work->scratch, bend_damping_response, triangles);
-        if (!work->bend_dampings) return false;
-        parallel_for(triangles, HINGES_PER_CHUNK, work->threads,
-                     TULLE_PICK_KERNEL(fill_bending_damping), work);
-    }
-    if (is_curved) {
-        deviation_task task = {model, work->state->positions, work->hinge_deviations};
-        parallel_for(hinges, HINGES_PER_CHUNK, work->threads, bend_compute_deviations, &task);
-    }
-    parallel_for(hinges, HINGES_PER_CHUNK, work->threads,
-                 is_curved ? fill_forces : TULLE_PICK_KERNEL(fill_hinge_moments), work);
+    size_t const hinges = model->hinge_count;
+    if (!model->has_bending || model->bends_by_matrix) return true;
+    vec3 *const deviations = ARENA_NEW(work->scratch, vec3, hinges);
+    work->hinge_forces = ARENA_NEW(work->scratch, vec3, 4 * hinges + 1);
+    if (!deviations || !work->hinge_forces) return false;
+    deviation_task task = {model, work->state->positions, deviations};
+    parallel_for(hinges, HINGES_PER_CHUNK, work->threads, bend_compute_deviations, &task);
+    force_task forces = {work, deviations, work->hinge_forces};
+    parallel_for(hinges, HINGES_PER_CHUNK, work->threads, fill_forces, &forces);
     return true;
 }

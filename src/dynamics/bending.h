@@ -1,4 +1,4 @@
-/* dynamics/bending.h - bending across edges: what one hinge does, and its damping. */
+/* dynamics/bending.h - bending across edges: what one hinge does. */
 #ifndef TULLE_DYNAMICS_BENDING_H
 #define TULLE_DYNAMICS_BENDING_H
 
@@ -70,12 +70,5 @@ typedef struct deviation_task {
     vec3 *deviations; /* by hinge */
 } deviation_task;
 void bend_compute_deviations(void *context, size_t begin, size_t end, size_t chunk, int worker);
-
-/* Damping in one triangle: part of the force -sum_ab g_a C_ab (g_b . v), where n is the triangle's
- * normal and g_a the gradient of n . c_a. */
-typedef struct bend_damping_response {
-    vec3 normal;       /* n; zero where nothing damps the triangle */
-    double moments[3]; /* [N] along n, to the damping moment of the hinge of each edge */
-} bend_damping_response;
 
 #endif

@@ -143,7 +143,8 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
     const topology *const surface = def->surface;
     cloth_model *const model = build->model;
     size_t const triangle = surface->edge_triangles[2 * edge + side];
-    cloth_bend_damping *const in_triangle = &model->bend_dampings[triangle];
+    cloth_patches *const patches = &model->patches[triangle / PATCH_LANES];
+    size_t const lane = triangle % PATCH_LANES;
     const uint32_t *const corners = surface->triangles + 3 * triangle;
     const uint32_t *const edges = surface->triangle_edges + 3 * triangle;
     uint32_t const hinge = build->edge_hinges[edge];
@@ -160,11 +161,7 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
     for (size_t k = 0; k < 3; k++)
         edges_of[k] = vec3_sub(cloth_get_rest(def, triangle, corners[(k + 1) % 3]),
                                cloth_get_rest(def, triangle, corners[k]));
-    in_triangle->rest_double_area = 2.0 * build->areas[triangle];
-    const uint32_t *const uses = surface->vertex_triangles.begin;
     for (size_t k = 0; k < 3; k++) {
-        double const count = uses[corners[k] + 1] - uses[corners[k]];
-        in_triangle->most_triangles = fmax(in_triangle->most_triangles, count);
         uint32_t const other = build->edge_hinges[edges[k]];
         size_t const at = k == own ? self : place++;
         model->triangle_hinges[3 * triangle + k] = other;
@@ -176,16 +173,93 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
             stiffness * build->softening[hinge] * build->softening[other] * cosine2;
         model->side_couplings[at] += value;
         model->damping_couplings[at] += value * material->bend_damping;
-        /* An edge of more than two triangles is a hinge of two of them alone. */
-        const uint32_t *const sides = model->hinges[other].sides;
-        bool const is_side = sides[0] == 3 * triangle + k || sides[1] == 3 * triangle + k;
-        if (k == own)
-            in_triangle->own[k] = value * material->bend_damping;
-        else if (is_side)
-            in_triangle->cross[3 - own - k] = value * material->bend_damping;
+        double *const numbers = k == own ? patches->own[k] : patches->cross[3 - own - k];
+        numbers[lane] = value * material->bend_damping;
         model->has_bending |= value > 0.0;
         model->has_bend_damping |= value * material->bend_damping > 0.0;
     }
+}
+
+/* The weights of the hinge of edge k of a triangle, and the far corner. */
+static void fill_patch_hinge(cloth_model *model, size_t triangle, size_t k) {
+    cloth_patches *const patches = &model->patches[triangle / PATCH_LANES];
+    size_t const lane = triangle % PATCH_LANES;
+    const uint32_t *const corners = model->surface->triangles + 3 * triangle;
+    uint32_t const found = model->triangle_hinges[3 * triangle + k];
+    patches->fars[k][lane] = corners[0];
+    if (found == TULLE_NONE) return;
+    const cloth_hinge *const hinge = &model->hinges[found];
+    size_t const beyond = hinge->sides[0] == 3 * triangle + k ? 3 : 2;
+    patches->fars[k][lane] = hinge->vertices[beyond];
+    patches->weights[k][2][lane] = hinge->weights[beyond];
+    for (size_t i = 0; i < 4; i++)
+        for (size_t corner = 1; corner < 3 && i != beyond; corner++)
+            if (hinge->vertices[i] == corners[corner])
+                patches->weights[k][corner - 1][lane] = hinge->weights[i];
+}
+
+/* What damping needs beside the couplings. False: no memory. */
+static bool fill_patches(memory *heap, const double *areas, cloth_model *model) {
+    size_t const triangles = model->triangle_count, vertices = model->vertex_count;
+    const uint32_t *const around = model->surface->vertex_triangles.begin;
+    adjacency *const uses = &model->vertex_fars;
+    *uses = (adjacency){.count = vertices};
+    for (size_t i = 0; i < 3 * triangles; i++)
+        uses->item_count += model->triangle_hinges[i] != TULLE_NONE;
+    uses->begin = memory_allocate_zeroed(heap, vertices + 1, sizeof(uint32_t));
+    uses->items = memory_allocate(heap, uses->item_count * sizeof(uint32_t));
+    if (!uses->begin || !uses->items) return false;
+    for (size_t t = 0; t < triangles; t++) {
+        cloth_patches *const patches = &model->patches[t / PATCH_LANES];
+        size_t const lane = t % PATCH_LANES;
+        const uint32_t *const corners = model->surface->triangles + 3 * t;
+        double most = 0.0, strength = 0.0;
+        for (size_t k = 0; k < 3; k++) {
+            fill_patch_hinge(model, t, k);
+            strength += patches->own[k][lane];
+            most = fmax(most, around[corners[k] + 1] - around[corners[k]]);
+        }
+        patches->rest_double_areas[lane] = 2.0 * areas[t];
+        for (size_t k = 0; k < 3; k++)
+            patches->turning_rates[k][lane] = strength * most / model->masses[corners[k]];
+    }
+    /* As above, filling moves each begin to its end. */
+    for (int pass = 0; pass < 2; pass++) {
+        for (size_t i = 0; i < 3 * triangles; i++) {
+            if (model->triangle_hinges[i] == TULLE_NONE) continue;
+            size_t const t = i / 3;
+            uint32_t const far = model->patches[t / PATCH_LANES].fars[i % 3][t % PATCH_LANES];
+            if (pass == 0)
+                uses->begin[far + 1]++;
+            else
+                uses->items[uses->begin[far]++] = (uint32_t)i;
+        }
+        for (size_t v = 0; v < vertices && pass == 0; v++) uses->begin[v + 1] += uses->begin[v];
+    }
+    for (size_t v = vertices; v > 0; v--) uses->begin[v] = uses->begin[v - 1];
+    uses->begin[0] = 0;
+    return true;
+}
+
+void bending_release_patches(memory *heap, cloth_model *model) {
+    adjacency *const uses = &model->vertex_fars;
+    memory_release(heap, model->patches, cloth_count_patches(model) * sizeof *model->patches);
+    memory_release(heap, uses->begin, (uses->count + 1) * sizeof(uint32_t));
+    memory_release(heap, uses->items, uses->item_count * sizeof(uint32_t));
+    model->patches = NULL;
+    *uses = (adjacency){0};
+}
+
+void bending_release_hinges(memory *heap, cloth_model *model) {
+    size_t const hinges = model->hinge_count;
+    adjacency *const uses = &model->vertex_hinges;
+    memory_release(heap, model->hinges, hinges * sizeof *model->hinges);
+    memory_release(heap, model->triangle_hinges, 3 * model->triangle_count * sizeof(uint32_t));
+    memory_release(heap, uses->begin, (uses->count + 1) * sizeof(uint32_t));
+    memory_release(heap, uses->items, uses->item_count * sizeof(uint32_t));
+    model->hinges = NULL;
+    model->triangle_hinges = NULL;
+    *uses = (adjacency){0};
 }
 
 bool bending_build_hinges(memory *heap, const cloth_model_def *def, const double *areas,
@@ -199,14 +273,15 @@ bool bending_build_hinges(memory *heap, const cloth_model_def *def, const double
     model->triangle_hinges = memory_allocate_zeroed(heap, 3 * triangles, sizeof(uint32_t));
     model->side_couplings = memory_allocate_zeroed(heap, couplings, sizeof(double));
     model->damping_couplings = memory_allocate_zeroed(heap, couplings, sizeof(double));
-    model->bend_dampings = memory_allocate_zeroed(heap, triangles, sizeof *model->bend_dampings);
+    model->patches =
+        memory_allocate_zeroed(heap, cloth_count_patches(model), sizeof *model->patches);
     adjacency *const uses = &model->vertex_hinges;
     *uses = (adjacency){.count = vertices, .item_count = use_count};
     uses->begin = memory_allocate_zeroed(heap, vertices + 1, sizeof(uint32_t));
     uses->items = memory_allocate(heap, use_count * sizeof(uint32_t));
     bool ok = edge_hinges && softening && model->hinge_rests && model->triangle_hinges &&
-              model->side_couplings && model->damping_couplings && model->bend_dampings &&
-              uses->begin && uses->items;
+              model->side_couplings && model->damping_couplings && model->patches && uses->begin &&
+              uses->items;
     if (ok) {
         uint32_t hinge = 0;
         for (size_t edge = 0; edge < model->edge_count; edge++) {
@@ -230,6 +305,10 @@ bool bending_build_hinges(memory *heap, const cloth_model_def *def, const double
         bending_shape const shape = {def, areas, softening};
         ok = def->membrane != TULLE_MEMBRANE_WOVEN || bending_build_couplings(heap, &shape, model);
     }
+    if (ok && model->has_bend_damping)
+        ok = fill_patches(heap, areas, model);
+    else
+        bending_release_patches(heap, model);
     if (ok) {
         /* The hinges of each vertex, as 4 * hinge + corner. Filling moves each begin to its end. */
         for (size_t use = 0; use < use_count; use++)
@@ -344,30 +423,23 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
         model->bend_scalars[i] = rest.data[i].stiffness;
         model->bend_scalar_damping[i] = rest.data[i].damping;
     }
-    /* The matrix holds the couplings of the damping and, where all is flat at rest, those of woven
-     * cloth, which does not bend by those within triangles. The damping of triangles stays if there
-     * is any. */
+    /* The matrix holds the couplings of the damping and, where all is flat at rest, the others. */
     memory_release(heap, model->damping_couplings,
                    HINGE_COUPLINGS * model->hinge_count * sizeof(double));
     model->damping_couplings = NULL;
-    if (ok && model->couplings && !model->has_curved_rest) {
+    model->bends_by_matrix = !model->has_curved_rest;
+    if (ok && model->couplings && model->bends_by_matrix) {
         size_t const count = model->coupling_begin[model->hinge_count];
         memory_release(heap, model->coupling_begin, (model->hinge_count + 1) * sizeof(uint32_t));
         memory_release(heap, model->coupling_hinges, count * sizeof(uint32_t));
         memory_release(heap, model->couplings, count * sizeof(double));
         model->coupling_begin = model->coupling_hinges = NULL;
         model->couplings = NULL;
-        model->bends_by_matrix = true;
     }
-    if (model->couplings || model->bends_by_matrix) {
+    if (ok && (model->couplings || model->bends_by_matrix)) {
         memory_release(heap, model->side_couplings,
                        HINGE_COUPLINGS * model->hinge_count * sizeof(double));
         model->side_couplings = NULL;
-    }
-    if (!model->has_bend_damping) {
-        memory_release(heap, model->bend_dampings,
-                       model->triangle_count * sizeof *model->bend_dampings);
-        model->bend_dampings = NULL;
     }
     memory_release(heap, places, model->vertex_count * sizeof(uint32_t));
     ARRAY_FREE(heap, &row);

@@ -122,7 +122,8 @@ static bool build_elements(memory *heap, const cloth_model_def *def, cloth_model
     if (!model->elements || !model->fabrics || !model->edge_places) return false;
     for (size_t i = 0; i < model->fabric_count; i++)
         model->fabrics[i] = make_fabric(&def->materials[i]);
-    memset(model->edge_places, 0xff, 2 * model->edge_count * sizeof(uint32_t));
+    uint32_t const none = (uint32_t)cloth_count_places(model);
+    for (size_t i = 0; i < 2 * model->edge_count; i++) model->edge_places[i] = none;
     for (size_t t = 0; t < triangles; t++) {
         const uint32_t *const corners = surface->triangles + 3 * t;
         membrane_element *const element = &model->elements[t];
@@ -142,7 +143,7 @@ static bool build_elements(memory *heap, const cloth_model_def *def, cloth_model
         for (uint32_t k = 0; k < 3; k++) {
             uint32_t *const places =
                 model->edge_places + 2 * (size_t)surface->triangle_edges[3 * t + k];
-            places[places[0] != TULLE_NONE] = (uint32_t)(3 * t) + k;
+            places[places[0] != none] = (uint32_t)(3 * t) + k;
         }
     }
     return true;
@@ -170,10 +171,11 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
     result.hinges = memory_allocate_zeroed(heap, result.hinge_count, sizeof *result.hinges);
     result.block_begin = memory_allocate_zeroed(heap, vertices + 1, sizeof(uint32_t));
     result.block_columns = memory_allocate_zeroed(heap, result.block_count, sizeof(uint32_t));
+    result.vertex_corners = memory_allocate(heap, 3 * result.triangle_count * sizeof(uint32_t));
     double *const areas = memory_allocate_zeroed(heap, result.triangle_count, sizeof(double));
     tulle_status status = TULLE_OK;
     if (!result.masses || !result.air_damping || !result.hinges || !result.block_begin ||
-        !result.block_columns || !areas)
+        !result.block_columns || !result.vertex_corners || !areas)
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY,
                            "no memory for the model of %zu cloth vertices", vertices);
 
@@ -187,6 +189,14 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
                           "no memory for the membrane of %zu triangles", result.triangle_count);
     }
     if (status == TULLE_OK) {
+        for (uint32_t v = 0; v < vertices; v++) {
+            const adjacency *const around = &surface->vertex_triangles;
+            for (uint32_t k = around->begin[v]; k < around->begin[v + 1]; k++) {
+                uint32_t corner = 3 * around->items[k];
+                while (surface->triangles[corner] != v) corner++;
+                result.vertex_corners[k] = corner;
+            }
+        }
         /* Blocks: the vertex itself and its neighbours, ascending. */
         uint32_t position = 0;
         for (uint32_t v = 0; v < vertices; v++) {
@@ -206,6 +216,8 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
             !bending_build_matrix(heap, &result) || !hysteresis_finish(heap, &result))
             status =
                 error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the cloth's bending");
+        else if (result.bends_by_matrix && !result.sliders)
+            bending_release_hinges(heap, &result);
     }
     memory_release(heap, areas, result.triangle_count * sizeof(double));
     if (status == TULLE_OK)
@@ -218,7 +230,6 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
 void cloth_model_destroy(memory *heap, cloth_model *model) {
     size_t const vertices = model->vertex_count, triangles = model->triangle_count;
     size_t const hinges = model->hinge_count, couplings = HINGE_COUPLINGS * hinges;
-    adjacency *const uses = &model->vertex_hinges;
     hysteresis_destroy(heap, model);
     memory_release(heap, model->masses, vertices * sizeof(double));
     memory_release(heap, model->air_damping, vertices * sizeof(double));
@@ -226,9 +237,8 @@ void cloth_model_destroy(memory *heap, cloth_model *model) {
     memory_release(heap, model->elements, triangles * sizeof *model->elements);
     memory_release(heap, model->fabrics, model->fabric_count * sizeof *model->fabrics);
     memory_release(heap, model->edge_places, 2 * model->edge_count * sizeof(uint32_t));
-    memory_release(heap, model->hinges, hinges * sizeof *model->hinges);
     memory_release(heap, model->hinge_rests, hinges * sizeof *model->hinge_rests);
-    memory_release(heap, model->triangle_hinges, 3 * triangles * sizeof(uint32_t));
+    bending_release_hinges(heap, model);
     memory_release(heap, model->side_couplings, couplings * sizeof(double));
     if (model->coupling_begin) {
         size_t const count = model->coupling_begin[hinges];
@@ -237,9 +247,8 @@ void cloth_model_destroy(memory *heap, cloth_model *model) {
         memory_release(heap, model->coupling_begin, (hinges + 1) * sizeof(uint32_t));
     }
     memory_release(heap, model->damping_couplings, couplings * sizeof(double));
-    memory_release(heap, model->bend_dampings, triangles * sizeof *model->bend_dampings);
-    memory_release(heap, uses->begin, (uses->count + 1) * sizeof(uint32_t));
-    memory_release(heap, uses->items, uses->item_count * sizeof(uint32_t));
+    bending_release_patches(heap, model);
+    memory_release(heap, model->vertex_corners, 3 * triangles * sizeof(uint32_t));
     memory_release(heap, model->block_begin, (vertices + 1) * sizeof(uint32_t));
     memory_release(heap, model->block_columns, model->block_count * sizeof(uint32_t));
     memory_release(heap, model->scalar_begin, (vertices + 1) * sizeof(uint32_t));

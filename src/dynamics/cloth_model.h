@@ -76,13 +76,19 @@ typedef struct cloth_hinge_rest {
     double curvature;           /* [m] rest value of c along the hinge normal, signed; 0: flat */
 } cloth_hinge_rest;
 
-/* Bending damping in one triangle: of the rates of n . c of its hinges, n the triangle's normal. */
-typedef struct cloth_bend_damping {
-    double own[3];           /* [N s/m] coupling of each hinge with itself; zero on the border */
-    double rest_double_area; /* [m^2] */
-    double cross[3];         /* [N s/m] coupling of the two hinges that are not number k */
-    double most_triangles;   /* at one of its corners */
-} cloth_bend_damping;
+/* Bending damping in eight triangles, side by side: of the rates of n . c of the hinges of their
+ * edges, n a triangle's normal. All is zero where an edge is no hinge. Edge k joins corners k and
+ * k + 1; the far corner is that of the triangle beyond. */
+enum { PATCH_LANES = 8 };
+typedef struct cloth_patches {
+    double weights[3][3][PATCH_LANES]; /* of each hinge: on corners 1 and 2, and on the far one */
+    double own[3][PATCH_LANES];        /* [N s/m] coupling of each hinge with itself */
+    double cross[3][PATCH_LANES]; /* [N s/m] coupling of the two hinges that are not number k */
+    double rest_double_areas[PATCH_LANES]; /* [m^2] */
+    double turning_rates[3][PATCH_LANES];  /* [1/s] the sum of own couplings and most triangles at a
+                                              corner over corner k's mass */
+    uint32_t fars[3][PATCH_LANES];         /* vertices */
+} cloth_patches;
 
 /* A hinge, and two hinges in each of its triangles. */
 enum { HINGE_COUPLINGS = 5 };
@@ -94,17 +100,18 @@ typedef struct cloth_model {
     cloth_spring *springs; /* edge_count; null where cloth is woven */
     membrane_element *elements; /* triangle_count; null where cloth is made of springs */
     membrane_fabric *fabrics;   /* fabric_count, of the elements */
-    /* Of edges: 3 * triangle + edge there, of both triangles; TULLE_NONE for none. Only of woven
-     * cloth. */
+    /* Of edges: 3 * triangle + edge there, of both triangles; cloth_count_places for none. Only of
+     * woven cloth. */
     uint32_t *edge_places;
-    cloth_hinge *hinges;
+    cloth_hinge *hinges; /* these, triangle_hinges and vertex_hinges are null where cloth bends by
+                            its matrix and has no sliders */
     const topology *surface;       /* borrowed; its first edge_count edges are those of cloth */
     cloth_hinge_rest *hinge_rests; /* null where all are flat */
     /* Hinges of edges of triangles: edge k joins corners k and k + 1; TULLE_NONE on the border. */
     uint32_t *triangle_hinges;
     /* Bending energy is 1/2 sum_ij couplings_ij d_i . d_j over hinges i, j, with d_i = c_i - rest.
-     * Compressed rows of a symmetric matrix; null with springs, which bend by side_couplings, and
-     * where cloth bends by its matrix. */
+     * Compressed rows of a symmetric matrix; null with springs, which bend by side_couplings. Both
+     * are null where cloth bends by its matrix. */
     uint32_t *coupling_begin, *coupling_hinges;
     double *couplings; /* [N/m] */
     /* Couplings within triangles, as if half of each kink counted in each. Damping is these times
@@ -112,8 +119,12 @@ typedef struct cloth_model {
      * triangle, the one at corner 2 first; see bend_list_sides. Of woven cloth null once the model
      * is built. */
     double *side_couplings, *damping_couplings; /* [N/m]; [N s/m] while the model is built */
-    cloth_bend_damping *bend_dampings;          /* triangle_count; null without bending damping */
     adjacency vertex_hinges;                    /* 4 * hinge + corner */
+    uint32_t *vertex_corners; /* 3 * triangle + corner, beside the items of the surface's
+                                 vertex_triangles */
+    cloth_patches *patches;   /* of triangles 8 i .. 8 i + 7; null without bending damping */
+    adjacency vertex_fars;    /* 3 * triangle + edge, where a vertex is the far corner; none without
+                                 bending damping */
     /* The system matrix's patterns and the constant bending matrix on them (stiffness [N/m] and
      * damping [N s/m]): one scalar for each block and each scalar position. */
     uint32_t *block_begin, *block_columns;
@@ -121,10 +132,19 @@ typedef struct cloth_model {
     double *bend_blocks, *bend_block_damping, *bend_scalars, *bend_scalar_damping;
     size_t block_count, scalar_count;
     bool has_curved_rest, has_bend_damping, has_bending;
-    bool bends_by_matrix; /* woven cloth, flat at rest: its bending force is minus the bending
-                             matrix times the positions */
+    bool bends_by_matrix; /* flat at rest: its bending force is minus the bending matrix times the
+                             positions */
     struct cloth_sliders *sliders; /* hysteresis.h; null: no cloth has any */
 } cloth_model;
+
+static inline size_t cloth_count_patches(const cloth_model *model) {
+    return (model->triangle_count + PATCH_LANES - 1) / PATCH_LANES;
+}
+
+/* Room for three of each triangle, in whole patches. */
+static inline size_t cloth_count_places(const cloth_model *model) {
+    return 3 * PATCH_LANES * cloth_count_patches(model);
+}
 
 /* Builds the model. Vertices without a triangle, triangles without area and edges of no length are
  * TULLE_ERROR_INVALID_MESH (the vertices are named). */

@@ -1,14 +1,14 @@
 /* dynamics/compute_forces.c - the stage compute_forces: forces and the system matrix.
  *
  * The forces of cloth, one a file:
- *     gravity, drag of the air    kernels/row_kernel.c
- *     membrane.c, or spring.c     the membrane, with its damping
- *     bending.c                   bending; its constant matrix is made in bending_matrix.c
- *     kernels/bending_damping.c   damping of bending
- *     hysteresis_forces.c         sliders of hysteresis
- *     wind.c                      wind and gusts on triangles
- * fill_system and kernels/row_kernel.c list them in the order in which they act. A new force gets a
- * file with fill_... (assembly.h), a line in fill_system, and its part of the rows there.
+ *     kernels/row_kernel.c     gravity, drag of the air on vertices, bending that is flat at rest
+ *     kernels/patch_kernel.c   wind and gusts on triangles (wind.c), damping of bending
+ *     bending.c                bending from a curved rest shape
+ *     membrane.c, or spring.c  the membrane, with its damping
+ *     hysteresis_forces.c      sliders of hysteresis
+ * fill_terms, fill_system and kernels/row_kernel.c list them in the order in which they act. A new
+ * force gets a file with fill_... (assembly.h), a line in one of the former, and its part of the
+ * sums and rows there.
  *
  *     A = M - alpha D - beta K,    b = M a + gamma (f0 - D w)
  *
@@ -28,8 +28,8 @@
  *
  *     a = d u' + c (2 - c) v0 - c d v',    w = v0 + d/c u'.
  *
- * With a guess of u, springs are linearised about x0 + h guess instead. That is a step of Newton's
- * method for the same equations.
+ * With a guess of u, the membrane is linearised about x0 + h guess instead. That is a step of
+ * Newton's method for the same equations.
  *
  * A must be symmetric positive definite in every state, so K and D are not always the exact
  * derivatives:
@@ -37,20 +37,21 @@
  *   - drag keeps its part along the normal;
  *   - the rest-curvature term of bending is taken as constant;
  *   - bending damping uses the constant matrix, which with M / h is at least half the true one
- *     (kernels/bending_damping.c);
+ *     (kernels/patch_kernel.c);
  *   - derivatives of damping with respect to positions are dropped.
  * Every integrator stays consistent with f0, but steps in which one of these acts are of first
  * order.
  *
  * A pass of elements is followed by a pass of vertices: elements fill their own slots, then each
- * vertex adds the slots around it to its row in a fixed order. No two threads write the same
- * number. The slots of springs are released before those of bending are made: slots are most of the
- * memory of a step. Terms that do not depend on the guess may be kept from the first linearisation
- * of a step; later ones then add the same numbers in the same order, in one pass.
+ * vertex adds the slots around it in a fixed order. No two threads write the same number. First
+ * come the terms that do not depend on the guess, summed by vertex. They may be kept from the first
+ * linearisation of a step; later ones then add the membrane to the same numbers. Slots of the one
+ * are released before those of the other are made: slots are most of the memory of a step.
  *
  * Based on: Baraff, Witkin, Large steps in cloth simulation, 1998; Choi, Ko, Stable but responsive
  * cloth, 2002; Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 5.1. */
+#include "dynamics/patch_kernel.h"
 #include "dynamics/row_kernel.h"
 
 #include "base/parallel.h"
@@ -61,77 +62,117 @@
 /* Two steps are the same if they differ by less than the rounding of a sum of times. */
 static const double SAME_STEP = 1e-9;
 
-/* w of the table for BDF2, and the positions at the guess. */
-static void fill_starts(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+/* w, the positions at the guess, and what is padded. */
+static void fill_vertices(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
+    const motion_state *const state = work->state;
+    const padded_vertices *const to = &work->padded;
     double const c = work->share, part = (1.0 - c) / c;
-    for (size_t i = 3 * begin; work->later_starts && i < 3 * end; i++)
-        work->later_starts[i] = work->state->velocities[i] + part * work->state->previous_mean[i];
+    bool const has_starts = to->starts != to->velocities;
+    for (size_t v = begin; v < end; v++)
+        for (size_t i = 0; i < 4; i++) {
+            size_t const from = 3 * v + i, place = 4 * v + i;
+            bool const is_padding = i == 3;
+            to->positions[place] = is_padding ? 0.0 : state->positions[from];
+            to->velocities[place] = is_padding ? 0.0 : state->velocities[from];
+            if (to->guess) to->guess[place] = is_padding ? 0.0 : state->guess[from];
+            if (has_starts)
+                to->starts[place] =
+                    is_padding || work->finds_forces
+                        ? 0.0
+                        : state->velocities[from] + part * state->previous_mean[from];
+        }
     for (size_t i = 3 * begin; work->guessed_positions && i < 3 * end; i++)
-        work->guessed_positions[i] =
-            work->state->positions[i] + work->state->time_step * work->state->guess[i];
+        work->guessed_positions[i] = state->positions[i] + state->time_step * state->guess[i];
 }
 
-/* The rows of a range of vertices. */
-static void fill_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
-    const assembly *const work = context;
-    if (work->begins_rows) TULLE_PICK_KERNEL(begin_rows)(work, begin, end);
-    if (work->begins_rows && work->sliders.blocks) add_slider_blocks(work, begin, end);
-    if (!work->ends_rows) return;
-    if (work->model->has_bending) TULLE_PICK_KERNEL(gather_bending)(work, begin, end);
-    if (work->sliders.sources) gather_sliders(work, begin, end);
-    TULLE_PICK_KERNEL(end_rows)(work, begin, end);
-}
-
-/* Fills the system with all forces, in their order. False: no memory. */
-static bool fill_system(assembly *work) {
+static bool provide_vertices(assembly *work) {
     const cloth_model *const model = work->model;
-    arena *const scratch = work->scratch;
-    size_t const triangles = work->has_wind ? model->triangle_count : 0;
-
-    /* Slots that outlive the passes. */
-    work->start_velocities = work->state->velocities;
-    if (work->is_bdf2) {
-        work->later_starts = ARENA_NEW(scratch, double, 3 * model->vertex_count);
-        work->start_velocities = work->later_starts;
-    }
-    if (!work->is_renewed) work->triangle_forces = ARENA_NEW(scratch, vec3, triangles + 1);
-    if (!work->start_velocities || (!work->is_renewed && !work->triangle_forces) ||
-        !provide_slots(&work->terms.triangle_sources, triangles + 1, scratch) ||
-        !provide_slider_slots(work))
+    const motion_state *const state = work->state;
+    size_t const count = 4 * model->vertex_count;
+    padded_vertices *const padded = &work->padded;
+    padded->positions = ARENA_NEW(work->scratch, double, count);
+    padded->velocities = ARENA_NEW(work->scratch, double, count);
+    bool const has_starts = work->finds_forces || work->is_bdf2;
+    padded->starts = has_starts ? ARENA_NEW(work->scratch, double, count) : padded->velocities;
+    if (state->guess) padded->guess = ARENA_NEW(work->scratch, double, count);
+    if (!padded->positions || !padded->velocities || !padded->starts ||
+        (state->guess && !padded->guess))
         return false;
+    if (!state->guess || !(model->springs || model->sliders)) return true;
+    work->guessed_positions = ARENA_NEW(work->scratch, double, 3 * model->vertex_count);
+    return work->guessed_positions != NULL;
+}
 
-    arena_mark const mark = arena_get_mark(scratch);
-    if (work->state->guess && (model->springs || model->sliders)) {
-        work->guessed_positions = ARENA_NEW(scratch, double, 3 * model->vertex_count);
-        if (!work->guessed_positions) return false;
+/* The terms that do not depend on the guess. */
+static bool fill_terms(assembly *work) {
+    const cloth_model *const model = work->model;
+    size_t const places = cloth_count_places(model);
+    arena_mark const mark = arena_get_mark(work->scratch);
+    if (work->has_wind && !fill_air(work)) return false;
+    if (work->has_wind || model->patches) {
+        work->corner_sources = ARENA_NEW(work->scratch, vec3, places + 1);
+        if (model->patches) work->far_sources = ARENA_NEW(work->scratch, vec3, places + 1);
+        if (!work->corner_sources || (model->patches && !work->far_sources)) return false;
+        parallel_for(model->triangle_count, PATCHES_PER_CHUNK, work->threads,
+                     TULLE_PICK_KERNEL(fill_patches), work);
     }
-    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_starts, work);
-    if (work->has_wind && !work->is_renewed && !fill_wind(work)) return false;
-    if (!(model->elements ? fill_elements(work) : fill_springs(work))) return false;
-    if (!fill_sliders(work)) return false;
-    work->begins_rows = true;
-    work->ends_rows = work->is_renewed;
-    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_rows, work);
-    arena_release(scratch, mark);
-    if (work->is_renewed) return true;
-
-    if (model->has_bending && !fill_bending(work)) return false;
-    work->begins_rows = false;
-    work->ends_rows = true;
-    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_rows, work);
+    if (!fill_bending(work)) return false;
+    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads,
+                 TULLE_PICK_KERNEL(sum_terms), work);
+    arena_release(work->scratch, mark);
     return true;
 }
 
+/* Room for the terms that are missing. */
+static bool provide_terms(const assembly *work, force_terms *terms) {
+    const cloth_model *const model = work->model;
+    bool const has_gusts = work->has_wind && work->surroundings->wind.gust_strength > 0.0;
+    size_t const drags = cloth_count_places(model) / 3 + 1;
+    return provide_slots(&terms->sums, model->vertex_count + 1, work->scratch) &&
+           (!has_gusts ||
+            provide_slots(&terms->air_velocities, model->vertex_count + 1, work->scratch)) &&
+           (!work->has_wind || provide_slots(&terms->triangle_drags, drags, work->scratch));
+}
+
 size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind) {
-    size_t count = 0;
-    if (wind->drag_coefficient > 0.0) count += 2 * model->triangle_count + model->vertex_count + 3;
-    if (model->has_bending && (model->has_bend_damping || !model->bends_by_matrix))
-        count += (model->has_curved_rest ? 4 : 1) * model->hinge_count + 1;
-    if (model->has_bend_damping) count += 2 * model->triangle_count + 1;
+    size_t count = model->vertex_count + 1;
+    if (wind->drag_coefficient > 0.0) {
+        count += cloth_count_places(model) / 3 + 1;
+        if (wind->gust_strength > 0.0) count += model->vertex_count + 1;
+    }
     return count * sizeof(vec3);
+}
+
+/* Fills the matrix and the sums with all forces, in their order. False: no memory. */
+static bool fill_system(assembly *work) {
+    const cloth_model *const model = work->model;
+    if (!provide_terms(work, &work->terms) || !provide_vertices(work)) return false;
+    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, fill_vertices, work);
+    if (!work->is_renewed && !fill_terms(work)) return false;
+    if (!provide_slider_slots(work)) return false;
+    if (!(model->elements ? fill_elements(work) : fill_springs(work))) return false;
+    if (!fill_sliders(work)) return false;
+    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads,
+                 TULLE_PICK_KERNEL(fill_rows), work);
+    if (work->sliders.blocks)
+        parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, add_sliders, work);
+    return true;
+}
+
+/* f(x0, v0): the sums of a system whose w is zero. */
+static bool find_forces(assembly work, double *forces) {
+    motion_state start = *work.state;
+    start.guess = NULL;
+    work.state = &start;
+    work.finds_forces = true;
+    work.sums = forces;
+    work.terms = (force_terms){0};
+    arena_mark const mark = arena_get_mark(work.scratch);
+    bool const ok = fill_system(&work);
+    arena_release(work.scratch, mark);
+    return ok;
 }
 
 tulle_status compute_forces(const cloth_model *model, const motion_state *state,
@@ -161,7 +202,8 @@ tulle_status compute_forces(const cloth_model *model, const motion_state *state,
                      .gamma = is_bdf2 ? share * share * h : share * h,
                      .share = share,
                      .has_wind = surroundings->wind.drag_coefficient > 0.0,
-                     .is_bdf2 = is_bdf2};
+                     .is_bdf2 = is_bdf2,
+                     .sums = system->right_hand_side};
     system->force_time = work.gamma;
     system->share = share;
     system->matrix.scalar_factors[0] = work.alpha;
@@ -169,18 +211,12 @@ tulle_status compute_forces(const cloth_model *model, const motion_state *state,
 
     force_terms *const kept = state->terms;
     work.is_renewed = kept && kept->is_complete;
-    if (kept && !work.is_renewed) { /* room for the terms that outlive the stage */
-        size_t const triangles = model->triangle_count, vertices = model->vertex_count;
-        bool const has_room =
-            (!work.has_wind || (provide_slots(&kept->triangle_drags, triangles + 1, scratch) &&
-                                provide_slots(&kept->triangle_sources, triangles + 1, scratch) &&
-                                provide_slots(&kept->air_velocities, vertices + 1, scratch))) &&
-            (!model->has_bending || provide_bending_terms(model, kept, scratch));
-        if (!has_room) return TULLE_ERROR_OUT_OF_MEMORY;
-    }
+    /* Terms that are kept outlive the stage. */
+    if (kept && !provide_terms(&work, kept)) return TULLE_ERROR_OUT_OF_MEMORY;
+    bool ok = !options.finds_forces || work.is_renewed || find_forces(work, system->forces);
     if (kept) work.terms = *kept;
     arena_mark const mark = arena_get_mark(scratch);
-    bool const ok = fill_system(&work);
+    ok = ok && fill_system(&work);
     arena_release(scratch, mark);
     if (kept) kept->is_complete = ok;
     return ok ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;

@@ -12,16 +12,12 @@
 
 #include <stdbool.h>
 
-/* What compute_forces computes from x0 and v0 alone, wherever springs are linearised. There is
- * one entry a vertex, triangle or hinge. Arrays are null where there is no wind, no bending or no
- * damping of bending. */
+/* What compute_forces computes from x0 and v0 alone, wherever the membrane is linearised. */
 typedef struct force_terms {
-    vec3 *air_velocities;   /* [m/s] of the wind at each vertex */
-    vec3 *triangle_sources; /* per corner, f - D w */
-    vec3 *triangle_drags;   /* g: D of a corner by a corner is -g g^T */
-    vec3 *hinge_moments;    /* where all hinges are flat at rest; else null */
-    vec3 *hinge_forces;     /* 4 a hinge, where one is not flat; else null */
-    vec3 *bend_forces;      /* 2 a triangle: on its corners 1 and 2, from its damping */
+    vec3 *sums;           /* [N] by vertex: f - D w of all forces but the membrane's and sliders' */
+    vec3 *air_velocities; /* [m/s] of the air at each vertex; null without gusts */
+    vec3
+        *triangle_drags; /* g by triangle: D of a corner by a corner is -g g^T; null without wind */
     bool is_complete;
 } force_terms;
 
@@ -47,8 +43,9 @@ typedef struct environment {
 typedef struct linear_system {
     block_matrix matrix;     /* A [kg] */
     double *right_hand_side; /* b [kg m/s], 3 * vertex_count */
-    double *forces;          /* f(x0, v0) [N], 3 * vertex_count, all forces with damping and wind */
-    double force_time;       /* [s] b holds force_time times the forces: h for implicit Euler */
+    double *forces;    /* f(x0, v0) [N], 3 * vertex_count, all forces with damping and wind, once
+                          force_options.finds_forces asked for them */
+    double force_time; /* [s] b holds force_time times the forces: h for implicit Euler */
     tulle_integrator integrator; /* used: BDF2 falls back to implicit Euler without history */
     double
         *slider_scalars; /* scalars of the matrix with those of sliders; null: no bending has any */
@@ -66,13 +63,14 @@ void linear_system_destroy(memory *heap, linear_system *system);
  *
  * Scratch comes from the arena and is released, except for the state's terms where these are not
  * complete; a steady step makes no heap call. With complete terms, of the same x0, v0, time step
- * and surroundings, only what depends on the guess is computed; the forces stay as they are.
+ * and surroundings, only what depends on the guess is computed, and no forces are found.
  *
  * Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
 typedef struct force_options {
     tulle_integrator integrator;
     int threads;
-    double damping; /* 0 .. 1: from the integrator itself to implicit Euler */
+    double damping;    /* 0 .. 1: from the integrator itself to implicit Euler */
+    bool finds_forces; /* system->forces are wanted, which takes as long again */
 } force_options;
 tulle_status compute_forces(const cloth_model *model, const motion_state *state,
                             const environment *surroundings, force_options options, arena *scratch,

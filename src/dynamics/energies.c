@@ -115,9 +115,10 @@ tulle_status compute_energies(const cloth_model *model, const double *positions,
                         .first = ARENA_NEW(scratch, double, sums),
                         .second = ARENA_NEW(scratch, double, sums),
                         .counts = ARENA_NEW_ZEROED(scratch, size_t, sums)};
-    if (!options.is_elastic_known) task.deviations = ARENA_NEW(scratch, vec3, hinges);
+    bool const needs_hinges = !options.is_elastic_known && !model->bends_by_matrix;
+    if (needs_hinges) task.deviations = ARENA_NEW(scratch, vec3, hinges);
     bool const has_memory =
-        task.first && task.second && task.counts && (options.is_elastic_known || task.deviations);
+        task.first && task.second && task.counts && (!needs_hinges || task.deviations);
     if (has_memory) {
         parallel_for(vertices, ITEMS_PER_CHUNK, options.threads, measure_vertices, &task);
         energies->kinetic = parallel_sum(task.first, vertex_chunks);

@@ -108,8 +108,8 @@ tulle_status hysteresis_measure(const cloth_model *model, slider_state state, co
 
 /* What sliders of bending bring to the linear system. */
 typedef struct slider_slots {
-    double *blocks;         /* [N/m] times the identity, by block of the system */
-    vec3 *forces, *sources; /* [N] 4 a hinge: f, and f - D w of the linear system */
+    double *blocks; /* [N/m] times the identity, by block of the system */
+    vec3 *sources;  /* [N] 4 a hinge: f - D w of the linear system */
 } slider_slots;
 
 /* ---- what the files of hysteresis share ---- */

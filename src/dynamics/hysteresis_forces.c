@@ -148,17 +148,17 @@ static void fill_hinge_forces(void *context, size_t begin, size_t end, size_t ch
             }
         }
         for (size_t k = 0; k < 4; k++) {
-            vec3 *const force = &work->sliders.forces[4 * h + k];
             vec3 *const source = &work->sliders.sources[4 * h + k];
-            *force = *source = (vec3){0.0, 0.0, 0.0};
+            *source = (vec3){0.0, 0.0, 0.0};
             if (is_idle(sliders, h)) continue;
             double const weight = work->model->hinges[h].weights[k];
             const hinge_kink *const from = &bend->first[h], *const to = &bend->at[h];
+            vec3 const here =
+                vec3_scale(vec3_add_scaled(from->turning[k], from->normal, weight), -first);
             vec3 const there =
                 vec3_scale(vec3_add_scaled(to->turning[k], to->normal, weight), -next);
-            *force = vec3_scale(vec3_add_scaled(from->turning[k], from->normal, weight), -first);
             *source = vec3_add_scaled(vec3_scale(there, share), held, step * weight);
-            *source = vec3_add_scaled(*source, *force, 1.0 - share);
+            *source = work->finds_forces ? here : vec3_add_scaled(*source, here, 1.0 - share);
         }
     }
 }
@@ -218,26 +218,23 @@ static bool fill_bend_sliders(assembly *work) {
     return true;
 }
 
-void add_slider_blocks(const assembly *work, size_t begin, size_t end) {
+void add_sliders(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const assembly *const work = context;
     static const size_t diagonal[3] = {0, 3, 5}; /* xx, yy, zz */
     const cloth_model *const model = work->model;
+    const adjacency *const uses = &model->vertex_hinges;
     double *const values = work->system->matrix.values;
     for (size_t k = model->block_begin[begin]; k < model->block_begin[end]; k++)
         for (int i = 0; i < 3; i++)
             values[BLOCK_NUMBERS * k + diagonal[i]] += work->beta * work->sliders.blocks[k];
-}
-
-void gather_sliders(const assembly *work, size_t begin, size_t end) {
-    const adjacency *const uses = &work->model->vertex_hinges;
-    double *const forces = work->system->forces, *const sources = work->system->right_hand_side;
     for (size_t v = begin; v < end; v++) {
-        vec3 force = vec3_load(forces, v), source = vec3_load(sources, v);
-        for (size_t k = uses->begin[v]; k < uses->begin[v + 1]; k++) {
-            force = vec3_add(force, work->sliders.forces[uses->items[k]]);
+        vec3 source = {0.0, 0.0, 0.0};
+        for (size_t k = uses->begin[v]; k < uses->begin[v + 1]; k++)
             source = vec3_add(source, work->sliders.sources[uses->items[k]]);
-        }
-        if (!work->is_renewed) vec3_store(forces, v, force);
-        vec3_store(sources, v, source);
+        vec3 const sum = vec3_load(work->sums, v);
+        vec3_store(work->sums, v,
+                   vec3_add_scaled(sum, source, work->finds_forces ? 1.0 : work->gamma));
     }
 }
 
@@ -324,8 +321,10 @@ static void fill_shear_slider(const assembly *work, size_t t) {
     /* t0 grad s at x0 */
     vec3 const start[YARN_COUNT] = {vec3_scale(first.along[YARN_WEFT], secant.first),
                                     vec3_scale(first.along[YARN_WARP], secant.first)};
-    if (!work->is_renewed)
-        add_forces(element, start[YARN_WARP], start[YARN_WEFT], work->membrane_forces + 3 * t);
+    if (work->finds_forces) {
+        add_forces(element, start[YARN_WARP], start[YARN_WEFT], work->membrane_sources + 3 * t);
+        return;
+    }
     /* t* grad s - h H u* */
     double const uv = vec3_dot(u, way.along[YARN_WEFT]), vu = vec3_dot(v, way.along[YARN_WARP]);
     double const uu = vec3_dot(u, way.along[YARN_WARP]), vv = vec3_dot(v, way.along[YARN_WEFT]);
@@ -354,9 +353,8 @@ bool provide_slider_slots(assembly *work) {
     matrix->scalar_parts[1] = work->system->slider_scalars;
     work->sliders =
         (slider_slots){.blocks = ARENA_NEW(work->scratch, double, model->block_count),
-                       .forces = ARENA_NEW(work->scratch, vec3, 4 * model->hinge_count),
                        .sources = ARENA_NEW(work->scratch, vec3, 4 * model->hinge_count)};
-    return work->sliders.blocks && work->sliders.forces && work->sliders.sources;
+    return work->sliders.blocks && work->sliders.sources;
 }
 
 bool fill_sliders(assembly *work) {

@@ -5,36 +5,32 @@
 
 #include <math.h>
 
-static void fill_slots(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
-    TULLE_PICK_KERNEL(fill_membrane)(context, begin, end);
-}
-
 bool fill_elements(assembly *work) {
     const cloth_model *const model = work->model;
     const motion_state *const state = work->state;
     bool const is_mean = work->system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
-    size_t const places = 3 * model->triangle_count;
+    size_t const places = cloth_count_places(model);
     work->membrane_blocks = ARENA_NEW(work->scratch, symmetric3, places + 1);
-    if (!work->is_renewed) work->membrane_forces = ARENA_NEW(work->scratch, vec3, places + 1);
     work->membrane_sources = ARENA_NEW(work->scratch, vec3, places + 1);
     if (!work->membrane_blocks || !work->membrane_sources) return false;
-    if (!work->is_renewed && !work->membrane_forces) return false;
+    work->membrane_blocks[places] = (symmetric3){{0.0}};
     membrane_motion motion = {.elements = model->elements,
                               .fabrics = model->fabrics,
+                              .element_count = model->triangle_count,
                               .vertex_count = model->vertex_count,
-                              .positions = state->positions,
-                              .velocities = state->velocities,
-                              .start_velocities = work->start_velocities,
-                              .guess = state->guess,
+                              .positions = work->padded.positions,
+                              .velocities = work->padded.velocities,
+                              .start_velocities = work->padded.starts,
+                              .guess = work->padded.guess,
                               .time_step = state->time_step,
                               .alpha = work->alpha,
                               .beta = work->beta,
                               .mean_share = is_mean ? work->share : 1.0,
                               .blocks = work->membrane_blocks,
-                              .forces = work->membrane_forces,
+                              .drags = work->has_wind ? work->terms.triangle_drags : NULL,
                               .sources = work->membrane_sources};
-    parallel_for(model->triangle_count, ELEMENTS_PER_CHUNK, work->threads, fill_slots, &motion);
+    parallel_for(model->triangle_count, ELEMENTS_PER_CHUNK, work->threads,
+                 TULLE_PICK_KERNEL(fill_membrane), &motion);
     return true;
 }
 

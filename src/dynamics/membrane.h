@@ -51,21 +51,26 @@ typedef struct symmetric3 {
 typedef struct membrane_motion {
     const membrane_element *elements;
     const membrane_fabric *fabrics;
+    size_t element_count; /* of fill_membrane alone */
     size_t vertex_count;
+    /* Three numbers a vertex; fill_membrane takes four, of which the last means nothing. */
     const double *positions, *velocities; /* x0 [m], v0 [m/s] */
     const double *start_velocities;       /* w [m/s] */
     const double *guess;                  /* [m/s] linearised about x0 + h guess; null: about x0 */
     double time_step;                     /* h [s] */
     double alpha, beta;                   /* of the matrix */
     double mean_share;                    /* the force of the system is so much that at the guess */
-    /* What elements bring, three of each. A block is -(alpha D + beta K) of the two corners of an
-     * edge; edge k joins corners k and k + 1. */
+    const vec3 *drags;                    /* g by element, see force_terms; null: none */
+    /* What elements bring, three of each, with room for a multiple of eight elements. A block is
+     * -(alpha (D + g g^T) + beta K) of the two corners of an edge; edge k joins corners k and k
+     * + 1. */
     symmetric3 *blocks;
-    vec3 *forces;  /* [N] on corners, at x0 and v0; null: they are not wanted */
-    vec3 *sources; /* [N] on corners, f - D w of the linear system */
+    vec3 *sources; /* [N] on corners, f - D w of the linear system, without drags */
 } membrane_motion;
 
-TULLE_DECLARE_KERNEL(void, fill_membrane, (const membrane_motion *motion, size_t begin, size_t end))
+/* A body of parallel_for over elements, whose context is the motion. */
+TULLE_DECLARE_KERNEL(void, fill_membrane,
+                     (void *context, size_t begin, size_t end, size_t chunk, int worker))
 
 /* [J] The sum over these elements of their energy at x0 + h mean less what the linear system
  * expects there. */

@@ -5,7 +5,7 @@
  * noise after Perlin, An image synthesizer, 1985: random vectors on a lattice in space and time,
  * blended smoothly. Departure: the blend is divided by the root of the sum of squared weights, so
  * the standard deviation is the same everywhere and not smaller between lattice points. */
-#include "dynamics/wind_kernel.h"
+#include "dynamics/assembly.h"
 
 #include "base/hash.h"
 #include "base/parallel.h"
@@ -68,7 +68,7 @@ vec3 wind_compute_velocity(const tulle_wind *wind, vec3 place, double time, gust
     return vec3_add_scaled(mean, sum, wind->gust_strength / sqrt(squares));
 }
 
-/* ---- the force ---- */
+/* ---- the air ---- */
 
 /* The air at each vertex. */
 typedef struct air_samples {
@@ -86,16 +86,10 @@ static void sample_air(void *context, size_t begin, size_t end, size_t chunk, in
                                                    air->state->time, &cell);
 }
 
-bool fill_wind(assembly *work) {
-    size_t const vertices = work->model->vertex_count, triangles = work->model->triangle_count;
-    if (!provide_slots(&work->terms.triangle_drags, triangles + 1, work->scratch)) return false;
-    arena_mark const mark = arena_get_mark(work->scratch);
-    if (!provide_slots(&work->terms.air_velocities, vertices + 1, work->scratch)) return false;
+bool fill_air(assembly *work) {
+    if (!work->terms.air_velocities) return true;
     air_samples air = {&work->surroundings->wind, work->state, work->terms.air_velocities};
-    parallel_for(vertices, VERTICES_PER_CHUNK, work->threads, sample_air, &air);
-    parallel_for(triangles, TRIANGLES_PER_CHUNK, work->threads,
-                 TULLE_PICK_KERNEL(fill_triangle_wind), work);
-    arena_release(work->scratch, mark);
+    parallel_for(work->model->vertex_count, VERTICES_PER_CHUNK, work->threads, sample_air, &air);
     return true;
 }
 

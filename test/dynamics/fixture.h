@@ -114,7 +114,7 @@ static inline motion_state fixture_state(const fixture *f, double h) {
 static inline void fixture_assemble(fixture *f, tulle_integrator integrator, double h) {
     motion_state const state = fixture_state(f, h);
     assert_int_equal(compute_forces(&f->model, &state, &f->surroundings,
-                                    (force_options){integrator, f->threads, 0.0}, &f->scratch,
+                                    (force_options){integrator, f->threads, 0.0, true}, &f->scratch,
                                     &f->system),
                      TULLE_OK);
 }

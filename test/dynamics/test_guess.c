@@ -29,7 +29,7 @@ static fixture *make_case(double stiffening_strain, double guess[3 * 30]) {
 
 /* Forces and system of implicit Euler. */
 static void assemble(fixture *f, const motion_state *state) {
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0, true};
     assert_int_equal(
         compute_forces(&f->model, state, &f->surroundings, options, &f->scratch, &f->system),
         TULLE_OK);
@@ -221,7 +221,7 @@ static system_numbers copy_system(const fixture *f) {
 /* Linearised about x0 and then about u, with terms that are kept in between or without. */
 static system_numbers assemble_twice(fixture *f, tulle_integrator integrator, const double *u,
                                      force_terms *terms) {
-    force_options const options = {integrator, 2, 0.25};
+    force_options const options = {integrator, 2, 0.25, true};
     motion_state now = fixture_state(f, 0.01);
     now.terms = terms;
     arena_mark const mark = arena_get_mark(&f->scratch);
@@ -286,7 +286,7 @@ static void wind_works_as_the_system_reckons(void **state) {
     double u[3 * 30], product[3 * 30], force_work[2] = {0.0, 0.0}, work;
     fixture *const f = make_case(0.0, u);
     motion_state const now = fixture_state(f, 0.01);
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0, true};
     block_matrix_operator matrix = {&f->system.matrix, 1};
     for (int k = 0; k < 2; k++) {
         wind_work_options const wind = {&f->surroundings.wind, 1};

@@ -75,7 +75,7 @@ static void assemble(slid *cloth, tulle_integrator integrator, double h, const d
     state.guess = guess;
     state.plastic = has_sliders ? cloth->plastic : NULL;
     assert_int_equal(compute_forces(&f->model, &state, &f->surroundings,
-                                    (force_options){integrator, f->threads, 0.0}, &f->scratch,
+                                    (force_options){integrator, f->threads, 0.0, true}, &f->scratch,
                                     &f->system),
                      TULLE_OK);
 }

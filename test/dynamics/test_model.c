@@ -58,8 +58,10 @@ static void slivers_are_soft(void **state) {
         fixture *const f = fixture_make(rest, 4, triangles, 2, plain_material());
         assert_int_equal(f->model.hinge_count, 1);
         double const stiffness = 2.0 * 1e-4 / (4.0 * 0.5 * height); /* of both triangles */
-        assert_true(fabs(f->model.side_couplings[0] / (stiffness * softening * softening) - 1.0) <
-                    1e-12);
+        assert_int_equal(f->model.scalar_begin[3] - f->model.scalar_begin[2], 1);
+        /* of corners 2 and 3, which share no edge: their weights are minus one over the height */
+        double const coupling = f->model.bend_scalars[f->model.scalar_begin[2]] * height * height;
+        assert_true(fabs(coupling / (stiffness * softening * softening) - 1.0) < 1e-12);
         fixture_free(f);
     }
 }
@@ -142,7 +144,7 @@ static void cloths_beside_obstacles_are_independent(void **state) {
         v[i] = random_signed(&random);
     }
     motion_state const now = {.positions = x, .velocities = v, .time_step = 0.01, .time = 0.3};
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0, true};
     assert_int_equal(compute_forces(&model, &now, &WINDY, options, &scratch, &system), TULLE_OK);
     check_part(&parts[0], materials[0], x, v, 0, &system);
     check_part(&parts[1], materials[1], x, v, FIRST, &system);
@@ -278,7 +280,7 @@ static void failing_memory_is_reported(void **state) {
     memory limited = {.allocator = {.byte_limit = 100000}};
     arena scratch = arena_make(&limited);
     motion_state const now = fixture_state(f, 0.01);
-    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0};
+    force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0, true};
     assert_int_equal(
         compute_forces(&f->model, &now, &f->surroundings, options, &scratch, &f->system),
         TULLE_ERROR_OUT_OF_MEMORY);

@@ -369,6 +369,7 @@ const contact_response paper_response = {
     .mark_plain_ends = mark_plain_ends,
     .end_contacts = end_with_mean,
     .keep_contacts = keep_particles,
+    .needs_forces = true,
     .has_linear_springs = true,
     .may_tear_cloth = true,
     .keeps_particles = true,

@@ -1,6 +1,5 @@
-/* dynamics/kernels/row_kernel.c - one vertex adds up what lies around it, in a fixed order: forces
- * with the three axes side by side, blocks with their six numbers side by side. Between the passes
- * the forces of the system are those so far, and the right-hand side has their sources, f - D w. */
+/* dynamics/kernels/row_kernel.c - one vertex adds up what lies around it, in a fixed order: sources
+ * with the three axes side by side, blocks with their six numbers side by side. */
 #include "dynamics/row_kernel.h"
 #include "math/vertex_lanes.h"
 
@@ -12,12 +11,14 @@ typedef struct block6 {
     lanes2 last;
 } block6;
 
-/* a I */
-SIMD_INLINE block6 block_scalar(double a) { return (block6){{a, 0.0, 0.0, a}, {0.0, a}}; }
+/* a I; a is finite. */
+SIMD_INLINE block6 block_scalar(double a) {
+    return (block6){a * (lanes4){1.0, 0.0, 0.0, 1.0}, a * (lanes2){0.0, 1.0}};
+}
 
-SIMD_INLINE block6 block_load(const double *from) {
-    block6 block = {.first = lanes4_load(from)};
-    memcpy(&block.last, from + 4, sizeof block.last);
+SIMD_INLINE block6 block_load(const symmetric3 *from) {
+    block6 block = {.first = lanes4_load(from->m)};
+    memcpy(&block.last, from->m + 4, sizeof block.last);
     return block;
 }
 
@@ -43,195 +44,159 @@ SIMD_INLINE block6 block_square(lanes4 g, double factor) {
                         __builtin_shufflevector(g, g, 2, 2)};
 }
 
-/* The drag of a triangle between any two of its corners. */
-SIMD_INLINE block6 get_drag(const assembly *work, size_t triangle) {
-    return block_square(lanes4_load(&work->terms.triangle_drags[triangle].x), work->alpha);
-}
-
-/* What the membrane brings to the block of both ends of an edge. */
-SIMD_INLINE block6 get_edge_block(const assembly *work, size_t edge) {
-    if (work->spring_blocks) return block_load(work->spring_blocks[edge].m);
-    block6 sum = block_scalar(0.0);
-    for (size_t side = 0; side < 2; side++) {
-        uint32_t const place = work->model->edge_places[2 * edge + side];
-        if (place != TULLE_NONE) sum = block_add(sum, block_load(work->membrane_blocks[place].m));
-    }
-    return sum;
-}
-
-/* ---- forces ---- */
-
-/* What a vertex gathers. */
-typedef struct row_sums {
-    lanes4 force, source; /* f and f - D w */
-} row_sums;
+/* ---- terms ---- */
 
 SIMD_INLINE lanes4 load_row(const double *values, size_t v) {
     return (lanes4){values[3 * v], values[3 * v + 1], values[3 * v + 2], 0.0};
 }
 
-SIMD_INLINE row_sums load_sums(const assembly *work, size_t v) {
-    return (row_sums){load_row(work->system->forces, v),
-                      load_row(work->system->right_hand_side, v)};
+/* Sums of what surrounds a vertex: each by itself, so that none waits for another. */
+SIMD_INLINE lanes4 sum_around(const vec3 *slots, const adjacency *uses, size_t v) {
+    lanes4 sum = {0.0, 0.0, 0.0, 0.0};
+    for (size_t k = uses->begin[v]; k < uses->begin[v + 1]; k++)
+        sum += lanes4_load(&slots[uses->items[k]].x);
+    return sum;
 }
 
-SIMD_INLINE void store_sums(const assembly *work, size_t v, const row_sums *sums) {
-    if (!work->is_renewed) lanes4_store3(work->system->forces + 3 * v, sums->force);
-    lanes4_store3(work->system->right_hand_side + 3 * v, sums->source);
+/* A row of the bending matrix times the positions. It sums to zero; differences keep rounding small
+ * far from the origin. */
+SIMD_INLINE lanes4 sum_products(const double *numbers, const uint32_t *columns, size_t begin,
+                                size_t end, const double *positions, lanes4 here) {
+    lanes4 sum = {0.0, 0.0, 0.0, 0.0};
+    for (size_t k = begin; k < end; k++)
+        sum += (lanes4_load(positions + 4 * (size_t)columns[k]) - here) * numbers[k];
+    return sum;
 }
 
-/* ---- the matrix, the vertices' own forces and those of the membrane ---- */
-
-SIMD_INLINE void add_spring(const assembly *work, size_t edge, double sign, row_sums *sums) {
-    if (work->spring_forces) sums->force += sign * lanes4_load(&work->spring_forces[edge].x);
-    sums->source += sign * lanes4_load(&work->spring_sources[edge].x);
+SIMD_INLINE lanes4 apply_bending(const cloth_model *model, size_t v, const double *positions) {
+    lanes4 const here = lanes4_load(positions + 4 * v);
+    return sum_products(model->bend_scalars, model->scalar_columns, model->scalar_begin[v],
+                        model->scalar_begin[v + 1], positions, here) +
+           sum_products(model->bend_blocks, model->block_columns, model->block_begin[v],
+                        model->block_begin[v + 1], positions, here);
 }
 
-/* Forces of elements, and the drag on the diagonal. */
-SIMD_INLINE block6 add_triangles(const assembly *work, uint32_t v, block6 block, row_sums *sums) {
-    const topology *const surface = work->model->surface;
-    const adjacency *const uses = &surface->vertex_triangles;
-    for (size_t k = uses->begin[v]; k < uses->begin[v + 1]; k++) {
-        size_t const triangle = uses->items[k];
-        const uint32_t *const corners = surface->triangles + 3 * triangle;
-        if (work->membrane_sources) {
-            size_t const place =
-                3 * triangle + (size_t)(corners[1] == v) + 2 * (size_t)(corners[2] == v);
-            if (work->membrane_forces) sums->force += lanes4_load(&work->membrane_forces[place].x);
-            sums->source += lanes4_load(&work->membrane_sources[place].x);
-        }
-        if (work->has_wind) block = block_add(block, get_drag(work, triangle));
-    }
-    return block;
-}
-
-void TULLE_KERNEL(begin_rows)(const assembly *work, size_t begin, size_t end) {
+void TULLE_KERNEL(sum_terms)(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const assembly *const work = context;
     const cloth_model *const model = work->model;
-    const topology *const surface = model->surface;
-    block_matrix *const matrix = &work->system->matrix;
-    double const alpha = work->alpha, beta = work->beta;
+    adjacency const corners = {.begin = model->surface->vertex_triangles.begin,
+                               .items = model->vertex_corners};
+    padded_vertices const padded = work->padded;
+    bool const has_elastic = model->has_bending && model->bends_by_matrix;
     vec3 const g = work->surroundings->gravity;
     lanes4 const gravity = {g.x, g.y, g.z, 0.0};
     for (size_t v = begin; v < end; v++) {
-        /* Mass, gravity and the drag of the air at rest. */
+        /* Gravity and the drag of the air at rest. */
         double const mass = model->masses[v], damping = mass * model->air_damping[v];
-        size_t const diagonal = matrix->diagonal_positions[v];
-        block6 own = block_scalar(mass + alpha * (damping + model->bend_block_damping[diagonal]) +
-                                  beta * model->bend_blocks[diagonal]);
-        row_sums sums;
-        sums.force = gravity * mass + -damping * load_row(work->state->velocities, v);
-        sums.source = sums.force + damping * load_row(work->start_velocities, v);
-
-        /* The membrane, and the blocks off the diagonal, each of which belongs to an edge. */
-        const uint32_t *edges = surface->vertex_edges.items + surface->vertex_edges.begin[v];
-        for (size_t k = model->block_begin[v]; k < model->block_begin[v + 1]; k++) {
-            if (k == diagonal) continue;
-            size_t const s = *edges++; /* as neighbours ascend */
-            block6 const membrane = get_edge_block(work, s);
-            own = block_add(own, membrane);
-            block6 const bending =
-                block_scalar(alpha * model->bend_block_damping[k] + beta * model->bend_blocks[k]);
-            block6 block = block_sub(bending, membrane);
-            for (size_t side = 0; work->has_wind && side < 2; side++) {
-                uint32_t const triangle = surface->edge_triangles[2 * s + side];
-                if (triangle != TULLE_NONE) block = block_add(block, get_drag(work, triangle));
-            }
-            block_store(matrix->values + BLOCK_NUMBERS * k, block);
-            if (work->spring_sources)
-                add_spring(work, s, surface->edges[2 * s] == v ? 1.0 : -1.0, &sums);
-        }
-        own = add_triangles(work, (uint32_t)v, own, &sums);
-        block_store(matrix->values + BLOCK_NUMBERS * diagonal, own);
-        store_sums(work, v, &sums);
+        lanes4 const velocity = lanes4_load(padded.velocities + 4 * v);
+        lanes4 const start = lanes4_load(padded.starts + 4 * v);
+        lanes4 sum = gravity * mass + damping * (start - velocity);
+        if (has_elastic) sum -= apply_bending(model, v, padded.positions);
+        if (work->hinge_forces) sum += sum_around(work->hinge_forces, &model->vertex_hinges, v);
+        if (work->corner_sources) sum += sum_around(work->corner_sources, &corners, v);
+        if (work->far_sources) sum += sum_around(work->far_sources, &model->vertex_fars, v);
+        lanes4_store3(&work->terms.sums[v].x, sum);
     }
 }
 
-/* ---- bending ---- */
+/* ---- rows ---- */
 
-/* What the hinges around a vertex push it with. */
-SIMD_INLINE void add_hinges(const assembly *work, size_t v, row_sums *sums) {
-    const adjacency *const uses = &work->model->vertex_hinges;
-    for (size_t k = uses->begin[v]; k < uses->begin[v + 1]; k++) {
-        uint32_t const use = uses->items[k], hinge = use / 4;
-        lanes4 const push = work->terms.hinge_forces
-                                ? lanes4_load(&work->terms.hinge_forces[use].x)
-                                : lanes4_load(&work->terms.hinge_moments[hinge].x) *
-                                      -work->model->hinges[hinge].weights[use % 4];
-        sums->force += push;
-        sums->source += push;
-    }
+/* What the blocks of a row are made of. */
+typedef struct block_sources {
+    const symmetric3 *slots;     /* of membrane and wind, negated */
+    const uint32_t *edge_places; /* two an edge; of springs null: a slot an edge */
+    const double *stiffness, *damping;
+    double alpha, beta;
+} block_sources;
+
+SIMD_INLINE block6 get_edge_block(const block_sources *from, size_t edge) {
+    if (!from->edge_places) return block_load(&from->slots[edge]);
+    const uint32_t *const places = from->edge_places + 2 * edge;
+    return block_add(block_load(&from->slots[places[0]]), block_load(&from->slots[places[1]]));
 }
 
-/* What the turning of normals around a vertex pushes it with: see bending_damping.c. */
-SIMD_INLINE void add_turning(const assembly *work, uint32_t v, row_sums *sums) {
-    const adjacency *const uses = &work->model->surface->vertex_triangles;
-    for (size_t k = uses->begin[v]; k < uses->begin[v + 1]; k++) {
-        size_t const triangle = uses->items[k];
-        const uint32_t *const corners = work->model->surface->triangles + 3 * triangle;
-        const vec3 *const at = work->terms.bend_forces + 2 * triangle; /* on corners 1 and 2 */
-        lanes4 const push = corners[0] == v   ? -(lanes4_load(&at[0].x) + lanes4_load(&at[1].x))
-                            : corners[1] == v ? lanes4_load(&at[0].x)
-                                              : lanes4_load(&at[1].x);
-        sums->force += push;
-        sums->source += push;
-    }
+SIMD_INLINE double get_bending(const block_sources *from, size_t block) {
+    return from->alpha * from->damping[block] + from->beta * from->stiffness[block];
 }
 
-/* Minus the bending matrix times the positions. Its rows sum to zero; differences keep rounding
- * small far from the origin. */
-SIMD_INLINE void add_elastic(const cloth_model *model, size_t v, const lane_source *positions,
-                             row_sums *sums) {
-    lanes4 const here = lanes4_get(positions, v);
+/* Stores blocks [begin, end) of a row, which belong to these edges. Returns `own` with what they
+ * bring to the diagonal. */
+SIMD_INLINE block6 fill_blocks(const block_sources *from, const uint32_t *edges, size_t begin,
+                               size_t end, double *values, block6 own) {
+    for (size_t k = begin; k < end; k++) {
+        block6 const block = get_edge_block(from, edges[k - begin]);
+        own = block_add(own, block);
+        block_store(values + BLOCK_NUMBERS * k,
+                    block_sub(block_scalar(get_bending(from, k)), block));
+    }
+    return own;
+}
+
+SIMD_INLINE lanes4 sum_springs(const assembly *work, size_t v) {
     lanes4 sum = {0.0, 0.0, 0.0, 0.0};
-    for (size_t k = model->scalar_begin[v]; k < model->scalar_begin[v + 1]; k++)
-        sum += (lanes4_get(positions, model->scalar_columns[k]) - here) * model->bend_scalars[k];
-    for (size_t k = model->block_begin[v]; k < model->block_begin[v + 1]; k++)
-        sum += (lanes4_get(positions, model->block_columns[k]) - here) * model->bend_blocks[k];
-    sums->force -= sum;
-    sums->source -= sum;
-}
-
-void TULLE_KERNEL(gather_bending)(const assembly *work, size_t begin, size_t end) {
-    const cloth_model *const model = work->model;
-    lane_source const starts = lane_source_make(work->start_velocities, model->vertex_count);
-    lane_source const positions = lane_source_make(work->state->positions, model->vertex_count);
-    for (size_t v = begin; v < end; v++) {
-        row_sums sums = load_sums(work, v);
-        if (model->bends_by_matrix) add_elastic(model, v, &positions, &sums);
-        if (work->terms.hinge_forces || work->terms.hinge_moments) add_hinges(work, v, &sums);
-        if (work->terms.bend_forces) add_turning(work, (uint32_t)v, &sums);
-        /* The source -D w of the constant matrix. */
-        size_t const scalars = model->has_bend_damping ? model->scalar_begin[v + 1] : 0;
-        size_t const blocks = model->has_bend_damping ? model->block_begin[v + 1] : 0;
-        for (size_t k = model->scalar_begin[v]; k < scalars; k++)
-            sums.source +=
-                lanes4_get(&starts, model->scalar_columns[k]) * model->bend_scalar_damping[k];
-        for (size_t k = model->block_begin[v]; k < blocks; k++)
-            sums.source +=
-                lanes4_get(&starts, model->block_columns[k]) * model->bend_block_damping[k];
-        store_sums(work, v, &sums);
+    const adjacency *const uses = &work->model->surface->vertex_edges;
+    for (size_t k = uses->begin[v]; k < uses->begin[v + 1]; k++) {
+        size_t const edge = uses->items[k];
+        double const sign = work->model->surface->edges[2 * edge] == v ? 1.0 : -1.0;
+        sum += sign * lanes4_load(&work->spring_sources[edge].x);
     }
+    return sum;
 }
 
-/* ---- wind, and the right-hand side ---- */
-
-void TULLE_KERNEL(end_rows)(const assembly *work, size_t begin, size_t end) {
-    const motion_state *const state = work->state;
+/* Of the drag of a triangle, any two corners have the same. So blocks off the diagonal have brought
+ * twice what belongs to it, negated. */
+SIMD_INLINE block6 add_drags(const assembly *work, size_t v, block6 own) {
     const adjacency *const uses = &work->model->surface->vertex_triangles;
+    for (size_t k = uses->begin[v]; k < uses->begin[v + 1]; k++) {
+        lanes4 const g = lanes4_load(&work->terms.triangle_drags[uses->items[k]].x);
+        own = block_add(own, block_square(g, 3.0 * work->alpha));
+    }
+    return own;
+}
+
+/* The right-hand side by the table in compute_forces.c. */
+SIMD_INLINE lanes4 add_inertia(const assembly *work, size_t v, lanes4 source) {
+    const motion_state *const state = work->state;
     double const c = work->share;
+    lanes4 start = load_row(state->velocities, v);
+    if (work->is_bdf2)
+        start = (1.0 - c) * load_row(state->previous_mean, v) + c * (2.0 - c) * start +
+                -c * (1.0 - c) * load_row(state->previous_velocities, v);
+    return start * work->model->masses[v] + work->gamma * source;
+}
+
+void TULLE_KERNEL(fill_rows)(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const assembly *const work = context;
+    const cloth_model *const model = work->model;
+    const topology *const surface = model->surface;
+    block_matrix *const matrix = &work->system->matrix;
+    adjacency const corners = {.begin = surface->vertex_triangles.begin,
+                               .items = model->vertex_corners};
+    block_sources const from = {.slots = work->spring_blocks ? work->spring_blocks
+                                                             : work->membrane_blocks,
+                                .edge_places = work->spring_blocks ? NULL : model->edge_places,
+                                .stiffness = model->bend_blocks,
+                                .damping = model->bend_block_damping,
+                                .alpha = work->alpha,
+                                .beta = work->beta};
     for (size_t v = begin; v < end; v++) {
-        row_sums sums = load_sums(work, v);
-        for (size_t k = uses->begin[v]; work->has_wind && k < uses->begin[v + 1]; k++) {
-            size_t const triangle = uses->items[k];
-            if (work->triangle_forces)
-                sums.force += lanes4_load(&work->triangle_forces[triangle].x);
-            sums.source += lanes4_load(&work->terms.triangle_sources[triangle].x);
-        }
-        lanes4 start = load_row(state->velocities, v); /* a of the table in compute_forces.c */
-        if (work->is_bdf2)
-            start = (1.0 - c) * load_row(state->previous_mean, v) + c * (2.0 - c) * start +
-                    -c * (1.0 - c) * load_row(state->previous_velocities, v);
-        sums.source = start * work->model->masses[v] + work->gamma * sums.source;
-        store_sums(work, v, &sums);
+        size_t const diagonal = matrix->diagonal_positions[v], first = model->block_begin[v];
+        double const mass = model->masses[v];
+        block6 own = block_scalar(mass + work->alpha * (mass * model->air_damping[v]) +
+                                  get_bending(&from, diagonal));
+        /* Blocks off the diagonal belong to edges, in the order of neighbours. */
+        const uint32_t *const edges = surface->vertex_edges.items + surface->vertex_edges.begin[v];
+        own = fill_blocks(&from, edges, first, diagonal, matrix->values, own);
+        own = fill_blocks(&from, edges + (diagonal - first), diagonal + 1,
+                          model->block_begin[v + 1], matrix->values, own);
+        if (work->has_wind) own = add_drags(work, v, own);
+        block_store(matrix->values + BLOCK_NUMBERS * diagonal, own);
+
+        lanes4 sum = lanes4_load(&work->terms.sums[v].x);
+        sum += work->membrane_sources ? sum_around(work->membrane_sources, &corners, v)
+                                      : sum_springs(work, v);
+        lanes4_store3(work->sums + 3 * v, work->finds_forces ? sum : add_inertia(work, v, sum));
     }
 }

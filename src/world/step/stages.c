@@ -76,7 +76,8 @@ tulle_status world_compute_forces(step_context *context) {
         dynamics->terms = arena_get_room(&world->scratch) > needed ? &context->terms : NULL;
     }
     environment const surroundings = {vec3_load(world->def.gravity, 0), world->def.wind};
-    force_options const options = {world->def.integrator, world->threads, context->damping};
+    force_options const options = {world->def.integrator, world->threads, context->damping,
+                                   context->scene.response->needs_forces};
     tulle_status const status = compute_forces(world->model, dynamics, &surroundings, options,
                                                &world->scratch, &world->system);
     return world_end_stage(context, STAGE_COMPUTE_FORCES, status);
