@@ -34,6 +34,10 @@ expect 2 'stiffer yarns' a.yaml --bending-warp 19mm --shear 1e5N/m
 expect 2 'no fabric "cottn"; did you mean "cotton"' a.yaml --bending-warp 19mm --preset cottn
 expect 2 'give one of them' a.yaml --bending-warp 19mm --preset silk --from b.yaml
 expect 2 'b.yaml.* cannot be opened' a.yaml --bending-warp 19mm --from b.yaml
+expect 2 'drape-error has no effect without --drape' a.yaml --bending-warp 19mm --drape-error 3
+expect 2 'bending-error has no effect without a bending length' a.yaml --drape 65 --bending-error 1mm
+expect 2 'samples has no effect without --drape' a.yaml --bending-warp 19mm --samples 1
+expect 2 'cell has no effect without --drape' a.yaml --bending-warp 19mm --cell 10mm
 expect 2 'samples: "0" should be' a.yaml --drape 65 --samples 0
 expect 2 'cell: "1m" should be' a.yaml --drape 65 --cell 1m
 expect 2 'no file can be made in none/' none/a.yaml --bending-warp 19mm

@@ -142,6 +142,27 @@ static bool read_measures(const fit_words *words, fit_measures *measures, double
     return false;
 }
 
+/* Options that would change nothing are mistakes. */
+static bool check_effects(const fit_words *words) {
+    bool const has_length = words->warp || words->weft;
+    const struct {
+        const char *name, *needed;
+        bool is_idle;
+    } options[] = {
+        {"drape-error", "--drape", words->drape_error && !words->drape},
+        {"bending-error", "a bending length", words->length_error && !has_length},
+        {"samples", "--drape", words->samples != 0 && !words->drape},
+        {"cell", "--drape", words->cell && !words->drape},
+    };
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        if (!options[i].is_idle) continue;
+        app_print_message("fit", "--%s has no effect without %s", options[i].name,
+                          options[i].needed);
+        return false;
+    }
+    return true;
+}
+
 /* ---- the start ---- */
 
 static bool refuse_preset(const char *preset) {
@@ -305,7 +326,7 @@ static int find_and_write(const tulle_material *start, const fit_method *method,
 }
 
 int app_fit(int argc, char **argv) {
-    fit_words words = {.samples = SAMPLES_DEFAULT};
+    fit_words words = {0};
     size_t count = 0;
     options_outcome const outcome = read_words(argc, argv, &words, &count);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
@@ -315,14 +336,14 @@ int app_fit(int argc, char **argv) {
                              .length_error = 0.5e-3,
                              .density = NOT_MEASURED,
                              .shear = NOT_MEASURED};
-    fit_method method = {.samples = (uint32_t)words.samples,
+    fit_method method = {.samples = (uint32_t)(words.samples ? words.samples : SAMPLES_DEFAULT),
                          .pattern = DRAPE_IRREGULAR_RINGS,
                          .threads = parallel_resolve_threads((int)words.threads),
                          .progress = stderr};
     tulle_material start;
     char start_name[FIT_START_SIZE];
     int code = APP_EXIT_BAD_INPUT;
-    if (!read_measures(&words, &measures, &method.cell) ||
+    if (!read_measures(&words, &measures, &method.cell) || !check_effects(&words) ||
         !load_start(&words, &start, start_name, &code) || !check_shear(&measures, &start) ||
         !check_length_error(&measures) || !check_start(&start, start_name) ||
         !check_target(argv[0], words.replaces != 0))
