@@ -180,7 +180,8 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
     }
 }
 
-/* The weights of the hinge of edge k of a triangle, and the far corner. */
+/* The weights of the hinge of edge k of a triangle, and the far corner. Cloth is manifold: a hinge
+ * has no third triangle. */
 static void fill_patch_hinge(cloth_model *model, size_t triangle, size_t k) {
     cloth_patches *const patches = &model->patches[triangle / PATCH_LANES];
     size_t const lane = triangle % PATCH_LANES;

@@ -12,7 +12,7 @@
 
 #include <stdbool.h>
 
-/* What compute_forces computes from x0 and v0 alone, wherever the membrane is linearised. */
+/* What compute_forces computes without the guess, wherever the membrane is linearised. */
 typedef struct force_terms {
     vec3 *sums;           /* [N] by vertex: f - D w of all forces but the membrane's and sliders' */
     vec3 *air_velocities; /* [m/s] of the air at each vertex; null without gusts */
@@ -62,8 +62,9 @@ void linear_system_destroy(memory *heap, linear_system *system);
  * previous_velocities and an unchanged time step.
  *
  * Scratch comes from the arena and is released, except for the state's terms where these are not
- * complete; a steady step makes no heap call. With complete terms, of the same x0, v0, time step
- * and surroundings, only what depends on the guess is computed, and no forces are found.
+ * complete; a steady step makes no heap call. With complete terms, of the same state but for its
+ * guess, and of the same surroundings, integrator and damping, only what depends on the guess is
+ * computed, and no forces are found.
  *
  * Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
 typedef struct force_options {

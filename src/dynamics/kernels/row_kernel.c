@@ -50,7 +50,7 @@ SIMD_INLINE lanes4 load_row(const double *values, size_t v) {
     return (lanes4){values[3 * v], values[3 * v + 1], values[3 * v + 2], 0.0};
 }
 
-/* Sums of what surrounds a vertex: each by itself, so that none waits for another. */
+/* The sum of the slots around a vertex. */
 SIMD_INLINE lanes4 sum_around(const vec3 *slots, const adjacency *uses, size_t v) {
     lanes4 sum = {0.0, 0.0, 0.0, 0.0};
     for (size_t k = uses->begin[v]; k < uses->begin[v + 1]; k++)

@@ -30,8 +30,8 @@ file_sum pc2_get_sum(const tulle_pc2 *cache, uint32_t frame);
  */
 tulle_status pc2_check_header(const char *path, uint32_t vertex_count, uint32_t frame_count,
                               bool is_exact, tulle_error *error);
-/* Whether the header counts frames that the file does not hold; `cut` says so. False too where the
- * file cannot be read. */
+/* Whether the header counts frames that the file does not hold, in a file that pc2_check_header has
+ * found sound but for that; `cut`, not null, says so. False too where the file cannot be read. */
 bool pc2_is_cut(const char *path, tulle_error *cut);
 /* Drops all frames from frame_count on. */
 tulle_status pc2_writer_truncate(tulle_pc2_writer *writer, uint32_t frame_count,
