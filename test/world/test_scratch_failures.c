@@ -251,7 +251,7 @@ static void steps_with_contacts(void **state) {
     def.membrane = TULLE_MEMBRANE_SPRINGS;
     assert_int_equal(fail_calls_of_a_step(make_sheets(def, 6), 5, 1), 0);
     def.response = TULLE_RESPONSE_PAPER;
-    assert_int_equal(fail_calls_of_a_step(make_sheets(def, 6), 5, 1), 0);
+    assert_int_equal(fail_calls_of_a_step(make_sheets(def, 6), 1, 1), 0);
     def = make_def();
     def.detection.method = TULLE_DETECT_PAPER;
     assert_int_equal(fail_calls_of_a_step(make_sheets(def, 6), 5, 1), 0);
