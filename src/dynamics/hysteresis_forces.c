@@ -301,6 +301,14 @@ static void fill_shear_slider(const assembly *work, size_t t) {
     double const k = secant.stiffness;
     double const cross = find_coupling(work, &model->fabrics[element->fabric], &at, k);
 
+    /* t0 grad s at x0 */
+    vec3 const start[YARN_COUNT] = {vec3_scale(first.along[YARN_WEFT], secant.first),
+                                    vec3_scale(first.along[YARN_WARP], secant.first)};
+    if (work->finds_forces) {
+        add_forces(element, start[YARN_WARP], start[YARN_WEFT], work->membrane_sources + 3 * t);
+        return;
+    }
+
     symmetric3 *const blocks = work->membrane_blocks + 3 * t;
     for (size_t i = 0; i < 3; i++) {
         double d[2][YARN_COUNT]; /* of both corners of edge i */
@@ -318,13 +326,6 @@ static void fill_shear_slider(const assembly *work, size_t t) {
         add_product(blocks[i].m, u, v, 2.0 * scale * cross * mixed);
     }
 
-    /* t0 grad s at x0 */
-    vec3 const start[YARN_COUNT] = {vec3_scale(first.along[YARN_WEFT], secant.first),
-                                    vec3_scale(first.along[YARN_WARP], secant.first)};
-    if (work->finds_forces) {
-        add_forces(element, start[YARN_WARP], start[YARN_WEFT], work->membrane_sources + 3 * t);
-        return;
-    }
     /* t* grad s - h H u* */
     double const uv = vec3_dot(u, way.along[YARN_WEFT]), vu = vec3_dot(v, way.along[YARN_WARP]);
     double const uu = vec3_dot(u, way.along[YARN_WARP]), vv = vec3_dot(v, way.along[YARN_WEFT]);

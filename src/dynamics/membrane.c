@@ -26,7 +26,7 @@ bool fill_elements(assembly *work) {
                               .alpha = work->alpha,
                               .beta = work->beta,
                               .mean_share = is_mean ? work->share : 1.0,
-                              .blocks = work->membrane_blocks,
+                              .blocks = work->finds_forces ? NULL : work->membrane_blocks,
                               .drags = work->has_wind ? work->terms.triangle_drags : NULL,
                               .sources = work->membrane_sources};
     parallel_for(model->triangle_count, ELEMENTS_PER_CHUNK, work->threads,

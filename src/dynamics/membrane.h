@@ -64,8 +64,8 @@ typedef struct membrane_motion {
     /* What elements bring, three of each, with room for a multiple of eight elements. A block is
      * -(alpha (D + g g^T) + beta K) of the two corners of an edge; edge k joins corners k and k
      * + 1. */
-    symmetric3 *blocks;
-    vec3 *sources; /* [N] on corners, f - D w of the linear system, without drags */
+    symmetric3 *blocks; /* null: they are not wanted */
+    vec3 *sources;      /* [N] on corners, f - D w of the linear system, without drags */
 } membrane_motion;
 
 /* A body of parallel_for over elements, whose context is the motion. */

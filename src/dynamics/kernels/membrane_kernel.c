@@ -444,11 +444,11 @@ SIMD_INLINE void fill_batch(const membrane_motion *motion, const motion_sources 
     wide const one = wide_fill(1.0), step = wide_fill(motion->time_step);
     bool const is_mean = has_guess && motion->mean_share < 1.0;
     linearise(motion, sources, &batch, has_guess, is_mean, &line);
-    symmetric3 *const blocks = motion->blocks + 3 * begin;
-    if (motion->drags) {
+    symmetric3 *const blocks = motion->blocks ? motion->blocks + 3 * begin : NULL;
+    if (blocks && motion->drags) {
         wide_symmetric const drags = gather_drags(motion->drags + begin, motion->alpha);
         store_blocks(&batch, &line.all, &line.at, &drags, blocks);
-    } else {
+    } else if (blocks) {
         store_blocks(&batch, &line.all, &line.at, NULL, blocks);
     }
 

@@ -181,7 +181,7 @@ void TULLE_KERNEL(fill_rows)(void *context, size_t begin, size_t end, size_t chu
                                 .damping = model->bend_block_damping,
                                 .alpha = work->alpha,
                                 .beta = work->beta};
-    for (size_t v = begin; v < end; v++) {
+    for (size_t v = begin; v < end && !work->finds_forces; v++) {
         size_t const diagonal = matrix->diagonal_positions[v], first = model->block_begin[v];
         double const mass = model->masses[v];
         block6 own = block_scalar(mass + work->alpha * (mass * model->air_damping[v]) +
@@ -193,7 +193,8 @@ void TULLE_KERNEL(fill_rows)(void *context, size_t begin, size_t end, size_t chu
                           model->block_begin[v + 1], matrix->values, own);
         if (work->has_wind) own = add_drags(work, v, own);
         block_store(matrix->values + BLOCK_NUMBERS * diagonal, own);
-
+    }
+    for (size_t v = begin; v < end; v++) {
         lanes4 sum = lanes4_load(&work->terms.sums[v].x);
         sum += work->membrane_sources ? sum_around(work->membrane_sources, &corners, v)
                                       : sum_springs(work, v);
