@@ -263,6 +263,10 @@ static void crafted_values_are_refused(void **state) {
     refuse_u32(&made, "hold's wait", at + offsetof(world_hold, waiting), UINT32_MAX);
     for (size_t i = offsetof(world_hold, weights); i < offsetof(world_hold, wait); i += 8)
         refuse_bad_doubles(&made, "hold", at + i);
+    /* the lower plate, which is static, has no share */
+    double const shares[] = {-1e-9, 1e-9, 0.5, 1.0};
+    for (size_t i = 0; i < sizeof shares / sizeof shares[0]; i++)
+        refuse_double(&made, "hold's share", at + offsetof(world_hold, share), shares[i]);
     at += hold_count * sizeof(world_hold);
 
     size_t const ignored_count = (size_t)get_u64(made.bytes + IGNORED_COUNT_AT);
