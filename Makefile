@@ -77,11 +77,11 @@ test:
 	@$(MAKE) --no-print-directory build-tests
 	@cd $(BUILD) && $(CTEST)
 
-# Everything, the whole scenes too: hours.
+# Everything, the whole scenes too: hours. What was interrupted goes on.
 test-long:
 	@$(INSTALL_PACKAGES) build test
 	@$(MAKE) --no-print-directory build-tests
-	@cd $(BUILD) && TULLE_TEST_LONG=1 $(CTEST) --timeout 36000
+	@sh tools/long_tests.sh $(BUILD) $(CTEST) --timeout 36000
 
 # The quick tests under the address sanitizer with gcc's checks of undefined behaviour, under clang's, which see more of it, and
 # under the thread sanitizer; those of the engine and of files that call no library from elsewhere under the memory sanitizer,
@@ -264,7 +264,7 @@ help:
 	@echo "make paper-quick  the same with coarse cloth and short runs: minutes"
 	@echo "make paper-pictures DIR=reproduced   the pictures of docs/experiments/paper.md, of what make paper left there"
 	@echo "make test         all quick tests (installs missing packages)"
-	@echo "make test-long    all tests, the whole scenes too"
+	@echo "make test-long    all tests, the whole scenes too (hours; what was interrupted goes on)"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"
 	@echo "make test-ubsan   the quick tests under clang's sanitizer of undefined behaviour"
 	@echo "make test-msan    the tests that call no library from elsewhere under clang's memory sanitizer"

@@ -76,19 +76,15 @@ bool world_is_held_or_released(const tulle_world *world, const world_motion_stat
     return false;
 }
 
-/* What a HOLD_APART asks of one side, as a share of the whole. */
-static double get_share(const world_hold *hold, int side) {
-    return side == 0 ? hold->share : 1.0 - hold->share;
-}
-
 /* What never follows a script has no share: trees over static obstacles are fitted once. */
-static bool side_is_valid(const tulle_world *world, const world_hold *hold, int side) {
+static bool side_is_valid(const tulle_world *world, const world_hold *hold, int side,
+                          double share) {
     uint32_t const obstacle = hold->obstacles[side];
     if (obstacle == TULLE_NONE) return side == 1 || hold->kind == HOLD_ALL;
     if (obstacle >= world->obstacles.count) return false;
     const surface_range *const range = &world->surfaces[world->cloths.count + obstacle];
     bool const has_script = !range->is_static && !world->obstacles.data[obstacle].body.is_dynamic;
-    if (hold->kind == HOLD_APART && !has_script && get_share(hold, side) != 0.0) return false;
+    if (hold->kind == HOLD_APART && !has_script && share != 0.0) return false;
     for (int k = 0; k < 4; k++) {
         uint32_t const vertex = hold->points[side][k];
         if (vertex < range->vertex_begin || vertex >= range->vertex_end ||
@@ -106,7 +102,8 @@ bool world_holds_are_valid(const tulle_world *world, const world_motion_state *s
         if (hold->kind > HOLD_ALL || !(hold->share >= 0.0 && hold->share <= 1.0) ||
             hold->cloth >= world->set.surface_count || !isfinite(sum) ||
             hold->waiting > hold->wait || hold->wait > WAIT_MOST ||
-            !side_is_valid(world, hold, 0) || !side_is_valid(world, hold, 1))
+            !side_is_valid(world, hold, 0, hold->share) ||
+            !side_is_valid(world, hold, 1, 1.0 - hold->share))
             return false;
     }
     return true;
@@ -154,8 +151,8 @@ static void compute_amounts(const tulle_world *world, const world_motion_state *
                         if (hold->obstacles[a] != at->obstacles[b] ||
                             hold->obstacles[a] == TULLE_NONE)
                             continue;
-                        double const moved = get_share(at, b) * along;
-                        wanted -= a == b ? moved : -moved;
+                        double const moved = b == 0 ? -at->share : 1.0 - at->share;
+                        wanted -= (a == 0 ? -1.0 : 1.0) * moved * along;
                     }
                 }
             }
@@ -208,11 +205,11 @@ void world_hold_targets(step_context *context) {
         const world_hold *const hold = &state->holds[k];
         context->hold_left[k] = amounts[k];
         if (hold->kind != HOLD_APART) continue;
+        double const shares[2] = {-hold->share, 1.0 - hold->share};
         for (int side = 0; side < 2; side++) {
-            double const share = get_share(hold, side);
-            if (hold->obstacles[side] == TULLE_NONE || share == 0.0 || amounts[k] == 0.0) continue;
-            vec3 const shift =
-                vec3_scale(vec3_load(hold->normal, 0), (side == 0 ? -share : share) * amounts[k]);
+            if (hold->obstacles[side] == TULLE_NONE || shares[side] == 0.0 || amounts[k] == 0.0)
+                continue;
+            vec3 const shift = vec3_scale(vec3_load(hold->normal, 0), shares[side] * amounts[k]);
             const surface_range *const range =
                 &world->surfaces[world->cloths.count + hold->obstacles[side]];
             for (size_t v = range->vertex_begin; v < range->vertex_end; v++)

@@ -6,6 +6,10 @@
  * neighbours, beginning at the contours, and a neighbour goes on to adjoining triangles that are
  * nearer. So neighbours leave by the same wall.
  *
+ * What one contour cuts off votes, too: a fine sleeve comes off an arm in half the rounds, and off
+ * a wider one at all. But these votes may crumple coarse cloth, so only every other attempt, from
+ * the first on, has them.
+ *
  * In: wrong ends of crossings and what is inside. Out: votes.
  *
  * Based on: Fisher, Lin, Deformed distance fields for simulation of non-penetrating flexible
@@ -54,10 +58,12 @@ void push_out_of_depth(untangling *work) {
     uint32_t *const nearest = work->grown;
     for (size_t v = 0; v < work->world->cloth_vertex_count; v++) nearest[v] = TULLE_NONE;
     /* Begins with wrong ends inside, each with the triangle that its edge crosses. */
+    bool const has_joint_only = work->attempt % 2 == 1;
     size_t count = 0;
     for (size_t i = 0; i < work->contours.count; i++) {
         const surface_crossing *const crossing = &work->contours.crossings[i];
-        if (!crossing->is_joint || crossing->wrong_end == CROSSING_UNDECIDED) continue;
+        if (crossing->wrong_end == CROSSING_UNDECIDED || (!crossing->is_joint && has_joint_only))
+            continue;
         uint32_t const vertex = work->topo->edges[2 * (size_t)crossing->edge + crossing->wrong_end];
         if (vertex >= work->world->cloth_vertex_count || !work->is_inside[vertex] ||
             nearest[vertex] != TULLE_NONE)

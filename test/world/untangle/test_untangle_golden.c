@@ -150,9 +150,9 @@ static void hashes_are_the_golden_ones(void **state) {
         {"overlay", lie_flat, overlay, 0, UINT64_C(0x90abf7bcbed608ee)},
         {"loop", loop, NULL, 0, UINT64_C(0x2e38f6f4c8d6db94)},
         {"crumple", crumple, NULL, 0, UINT64_C(0x055d605bf9ee2c94)},
-        {"dip", dip, NULL, 1, UINT64_C(0x5ecaa6edd9f8799d)},
+        {"dip", dip, NULL, 1, UINT64_C(0x20e0757d72746af4)},
         {"bulge", lie_flat, bulge, 0, UINT64_C(0x5a80d1dc9bfba5ea)},
-        {"bars", lie_in_bars, NULL, 2, UINT64_C(0x997324aed1d90940)},
+        {"bars", lie_in_bars, NULL, 2, UINT64_C(0xc0064cfe17c83aed)},
     };
     int wrong_count = 0;
     for (size_t i = 0; i < sizeof starts / sizeof *starts; i++) {

@@ -1,18 +1,17 @@
 /* A sleeve that lies across an arm: two lines of intersection from border to border, neither of
  * which parts the tube. It becomes clean where it fits around the arm with room, where it just
- * does not, and where it has to stretch by a tenth. */
+ * does not, and where it has to stretch by a tenth; of a coarse mesh and of a fine one. */
 #include "support/small_world.h"
 
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
-#include <stdlib.h>
 
 #include <cmocka.h>
 
 static double const STEP = 1.0 / 90.0; /* [s] */
 static double const SLEEVE = 0.05, LENGTH = 0.4;
-enum { ROUNDS = 600, AROUND_SHORT = 20, AROUND_LONG = 44 };
+enum { ROUNDS = 600, AROUND_COARSE = 20, AROUND_FINE = 44 };
 
 static tulle_mesh make_tube(unsigned around) {
     tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_TUBE);
@@ -80,14 +79,18 @@ static void assert_comes_clean(tulle_mesh *sleeve, tulle_mesh *arm, const char *
     tulle_mesh_destroy(arm);
 }
 
-static void sleeve_comes_clean(double radius, const char *name) {
-    unsigned const around = getenv("TULLE_TEST_LONG") ? AROUND_LONG : AROUND_SHORT;
+static void free_sleeve(unsigned around, double radius, const char *name) {
     tulle_mesh sleeve = make_tube(around);
     tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_CYLINDER);
     def.radius = radius;
     def.height = 0.5;
     tulle_mesh arm = make_arm(def, 0.01, -0.1);
     assert_comes_clean(&sleeve, &arm, name);
+}
+
+static void sleeve_comes_clean(double radius, const char *name) {
+    free_sleeve(AROUND_COARSE, radius, name);
+    free_sleeve(AROUND_FINE, radius, name);
 }
 
 static void arm_with_room(void **state) {
@@ -108,7 +111,7 @@ static void arm_that_is_wider(void **state) {
 /* A thin board lengthwise through a tube: what is beyond it is clean and yet on the wrong side. */
 static void board_through_a_tube(void **state) {
     (void)state;
-    tulle_mesh sleeve = make_tube(AROUND_SHORT);
+    tulle_mesh sleeve = make_tube(AROUND_COARSE);
     tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_BOX);
     def.size[0] = 0.02;
     def.size[1] = 0.5;
