@@ -18,16 +18,18 @@ expect() {
     [ $found = "$code" ] || { echo "$*: exit $found, expected $code"; cat err; faults=1; }
 }
 
-names=incline.slides,incline.goes,layers.fall_together
+# Nothing touches anything in laws.falls.
+names=laws.falls,incline.slides,incline.goes,layers.fall_together
 expect 0 --only $names --csv whole.csv
-[ "$(cut -d, -f1 whole.csv | sort -u | wc -l)" = 5 ] || { echo "whole.csv:"; cat whole.csv; faults=1; }
+[ "$(cut -d, -f1 whole.csv | sort -u | wc -l)" = 6 ] || { echo "whole.csv:"; cat whole.csv; faults=1; }
 
 # In two parts, and from two files one after the other.
 expect 0 --only incline.slides --csv parts.csv
 expect 0 --only $names --csv parts.csv --resume
 expect 0 --only incline.goes --csv second.csv
 expect 0 --only incline.slides --csv third.csv
-cat second.csv third.csv >joined.csv
+expect 0 --only laws.falls --csv fourth.csv
+cat fourth.csv second.csv third.csv >joined.csv
 expect 0 --only $names --csv joined.csv --resume
 grep -q incline err && { echo "experiments that have rows are run again:"; cat err; faults=1; }
 for file in parts joined; do

@@ -134,9 +134,13 @@ static const char *find_experiment(const char *name) {
     return NULL;
 }
 
-/* Rows of the totals of one run follow each other, so contacts are known before rescues. */
-static void add_total(validation_totals *totals, const char *what, double measured,
+/* Rows of the totals of one run follow each other, so contacts are known before rescues. A row that
+ * was skipped has measured nothing. */
+static void add_total(validation_totals *totals, char *const columns[COLUMN_COUNT],
                       double *contacts) {
+    if (strcmp(columns[VERDICT], verdict_names[VERDICT_SKIPPED]) == 0) return;
+    const char *const what = columns[ROW];
+    double const measured = strtod(columns[MEASURED], NULL);
     uint64_t const count = (uint64_t)llround(measured);
     if (strcmp(what, "steps") == 0) totals->steps += count;
     if (strcmp(what, "contacts, summed over steps") == 0) {
@@ -188,7 +192,7 @@ bool validation_read_csv(const char *path, const validation_options *options,
         else if (!(name = find_experiment(columns[EXPERIMENT])))
             problem = "an experiment that there is none of";
         else if (name == validation_all.name)
-            add_total(totals, columns[ROW], strtod(columns[MEASURED], NULL), &contacts);
+            add_total(totals, columns, &contacts);
         else
             take_row(columns, name, table);
     }
