@@ -77,6 +77,20 @@ typedef enum tulle_motion_space {
     TULLE_MOTION_SPACE_POLYHEDRAL /* the whole intersection of the half-spaces, which move along */
 } tulle_motion_space;
 
+/* How far the solves of a step go that cost much. The promise is the same for all, and solves that
+ * are cheap, as of small cloth at rest, are as exact. Solves with bodies, and those of
+ * TULLE_RESPONSE_PAPER, are always exact. docs/guide/performance.md has times. */
+typedef enum tulle_quality {
+    /* a solve may end after 16 iterations, at 100 times cg_tolerance, and impulses are found once:
+     * friction and impacts are rough */
+    TULLE_QUALITY_DRAFT,
+    /* a solve may end after 48 iterations, at 100 times cg_tolerance, and impulses are found twice
+     */
+    TULLE_QUALITY_NORMAL,
+    /* a solve ends at cg_tolerance, and impulses are found until they settle */
+    TULLE_QUALITY_EXACT
+} tulle_quality;
+
 /* What cloth is made of within its surface. */
 typedef enum tulle_membrane {
     /* warp, weft and shear, each with a law of its own, and bending by direction; the same on every
@@ -144,6 +158,7 @@ typedef struct tulle_world_def {
     tulle_motion_space motion_space;     /* of TULLE_RESPONSE_PAPER */
     tulle_membrane membrane;             /* default TULLE_MEMBRANE_WOVEN   */
     tulle_on_overstretch on_overstretch; /* default TULLE_ON_OVERSTRETCH_WARN */
+    tulle_quality quality;               /* default TULLE_QUALITY_NORMAL   */
     double cg_tolerance;                 /* relative preconditioned residual, 1e-12 .. 1e-1 */
     int cg_max_iterations;               /* limit of a linear solve, 1 .. 1e6 */
     int solve_rounds;                    /* fewest solves of motion and impulses a step, 1 .. 20 */

@@ -16,6 +16,19 @@
 #include "dynamics/rigid_body.h"
 #include "tulle/world.h"
 
+/* How far solves go that cost much. */
+typedef struct solve_effort {
+    double late_factor;   /* after its patience a solve ends at so many times cg_tolerance, but not
+                             above a part of the net impulse */
+    int patience;         /* iterations; 0: a solve always ends at cg_tolerance */
+    int cheap_iterations; /* a round of more is costly */
+    double looseness;     /* costly rounds end at so many times the limits below */
+    double slip_share;    /* and where a cloth slips by this share of its speed, if that is more */
+} solve_effort;
+
+/* One a quality, as tulle_quality numbers them. */
+extern const solve_effort solve_efforts[TULLE_QUALITY_EXACT + 1];
+
 /* Numbers that shape the response. default_contact_settings gives each a value and a reason. */
 typedef struct contact_settings {
     double minimum_gap;       /* [m] xi: no accepted state undercuts it */
@@ -41,10 +54,11 @@ typedef struct contact_settings {
     double anchor_share;      /* a step undoes this part of the offset of a contact that sticks */
     double hard_friction;     /* penalty of slip over that of the normal part */
     double push_out_softness; /* compliance of a row times its share of diag(A) */
-    double cg_tolerance;      /* preconditioned residual over that of the step's force impulse */
-    double early_share;       /* a solve that another one follows stops early, at this part of its
-                                 first residual */
-    double early_most;        /* but not above this tolerance; 0: none stops early */
+    const solve_effort *effort;
+    double cg_tolerance; /* preconditioned residual over that of the step's force impulse */
+    double early_share;  /* a solve that another one follows stops early, at this part of its
+                            first residual */
+    double early_most;   /* but not above this tolerance; 0: none stops early */
     int cg_max_iterations;
 } contact_settings;
 

@@ -131,13 +131,15 @@ static void turn_direction(void *context, size_t begin, size_t end, size_t chunk
         work->direction[i] = work->preconditioned[i] + beta * work->direction[i];
 }
 
-/* Iterates down to the residual `target`. rho is r . z at the start, last_rho at the end. */
-static conjugate_gradients_end iterate(solver *work, double rho, double target, int *iterations,
-                                       double *last_rho) {
+/* Iterates down to the residual `target`, after the problem's patience to `late`. rho is r . z at
+ * the start, last_rho at the end. */
+static conjugate_gradients_end iterate(solver *work, double rho, double target, double late,
+                                       int *iterations, double *last_rho) {
     const conjugate_gradients_problem *const problem = work->problem;
     *iterations = 0;
     for (;;) {
         *last_rho = rho;
+        if (*iterations >= problem->patience) target = fmax(target, late);
         if (!isfinite(rho)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (sqrt(rho) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
         if (*iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0))
@@ -202,7 +204,8 @@ tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *proble
     if (!(reference > 0.0)) reference = sqrt(rho);
     *result = (conjugate_gradients_result){.reference = reference};
     result->target = conjugate_gradients_choose_target(problem, reference, sqrt(rho));
-    result->end = iterate(&work, rho, result->target, &result->iterations, &rho);
+    result->end = iterate(&work, rho, result->target, problem->late_tolerance * reference,
+                          &result->iterations, &rho);
     result->residual = reference > 0.0 ? sqrt(rho) / reference : 0.0;
     arena_release(scratch, mark);
     return TULLE_OK;

@@ -26,6 +26,9 @@ typedef struct conjugate_gradients_problem {
     /* A solve that another one follows may stop early: at early_share of its first residual, but
      * not above early_most times the reference. 0: it does not */
     double early_share, early_most;
+    /* After `patience` iterations a solve also ends at this larger tolerance. 0: it does not */
+    double late_tolerance;
+    int patience;
     int max_iterations;
     int threads;
     double *residual; /* single_solver puts b - A x of its end here, 3 * vertex_count; null: none */

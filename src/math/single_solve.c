@@ -152,9 +152,10 @@ struct single_solver {
     double *x, *product, *inverse; /* in double precision; inverse: six numbers a block */
     double *partials;              /* one a chunk */
     size_t chunk_count;
-    double scale; /* of the residual in single precision */
-    double norm;  /* of b - A x in double precision, which is in `product` */
-    float step;   /* alpha or beta of the loop */
+    double scale;               /* of the residual in single precision */
+    double norm;                /* of b - A x in double precision, which is in `product` */
+    double target, late_target; /* norms at which this run ends: now, after its patience */
+    float step;                 /* alpha or beta of the loop */
     int iterations;
 };
 
@@ -269,8 +270,8 @@ static void turn_direction(void *context, size_t begin, size_t end, size_t chunk
     TULLE_PICK_KERNEL(single_turn_corrected)(&work->vectors, &correction, work->step, begin, end);
 }
 
-/* Iterations of a pass, to the norm `target`; norm2 is r . P^-1 r of the start. */
-static conjugate_gradients_end iterate(single_solver *work, double norm2, double target) {
+/* Iterations of a pass; norm2 is r . P^-1 r of the start. */
+static conjugate_gradients_end iterate(single_solver *work, double norm2) {
     const conjugate_gradients_problem *const problem = work->problem;
     double descent = 0.0; /* z . r */
     for (bool is_first = true;; is_first = false) {
@@ -286,17 +287,17 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2, double
             parallel_for(problem->vertex_count, VERTICES_PER_CHUNK, problem->threads,
                          turn_direction, work);
         if (!isfinite(norm2) || !isfinite(descent)) return CONJUGATE_GRADIENTS_NOT_FINITE;
-        if (sqrt(norm2) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
         if (work->iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0))
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         double curvature = run_loop(work, multiply);
         curvature += parallel_sum(work->apart.curvatures, work->system->apart_count);
-        work->iterations++;
+        if (++work->iterations == problem->patience) work->target = work->late_target;
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
         work->step = (float)(descent / curvature);
         norm2 = run_loop(work, advance);
-        if (sqrt(norm2) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
+        if (sqrt(norm2) <= fmax(PASS_AIM * work->target / work->norm, PASS_DEPTH))
+            return CONJUGATE_GRADIENTS_CONVERGED;
     }
 }
 
@@ -306,25 +307,25 @@ static double measure_residual(single_solver *work) {
     return sqrt(run_loop(work, compute_residual));
 }
 
-static conjugate_gradients_end run_passes(single_solver *work, double target) {
+static conjugate_gradients_end run_passes(single_solver *work) {
     conjugate_gradients_end end = CONJUGATE_GRADIENTS_CONVERGED;
     for (int pass = 0; pass < MOST_PASSES; pass++) {
         if (!isfinite(work->norm)) return CONJUGATE_GRADIENTS_NOT_FINITE;
-        if (work->norm <= target) return CONJUGATE_GRADIENTS_CONVERGED;
+        if (work->norm <= work->target) return CONJUGATE_GRADIENTS_CONVERGED;
         if (end == CONJUGATE_GRADIENTS_ITERATION_LIMIT) return end;
         work->scale = 1.0 / work->norm;
         double const norm2 = run_loop(work, begin_pass);
-        end = iterate(work, norm2, fmax(PASS_AIM * target / work->norm, PASS_DEPTH));
+        end = iterate(work, norm2);
         if (end == CONJUGATE_GRADIENTS_NOT_FINITE || end == CONJUGATE_GRADIENTS_NOT_POSITIVE)
             return end;
         run_loop(work, end_pass);
         double const before = work->norm;
         work->norm = measure_residual(work);
-        if (work->norm > target && !(work->norm < PASS_LEAST * before) &&
+        if (work->norm > work->target && !(work->norm < PASS_LEAST * before) &&
             end == CONJUGATE_GRADIENTS_CONVERGED)
             return CONJUGATE_GRADIENTS_STALLED;
     }
-    return work->norm <= target ? CONJUGATE_GRADIENTS_CONVERGED : CONJUGATE_GRADIENTS_STALLED;
+    return work->norm <= work->target ? CONJUGATE_GRADIENTS_CONVERGED : CONJUGATE_GRADIENTS_STALLED;
 }
 
 single_solver *single_solver_make(const conjugate_gradients_problem *problem,
@@ -364,7 +365,9 @@ void single_solver_run(single_solver *solver, conjugate_gradients_result *result
     solver->iterations = 0;
     *result = (conjugate_gradients_result){.reference = reference};
     result->target = conjugate_gradients_choose_target(solver->problem, reference, solver->norm);
-    result->end = run_passes(solver, result->target);
+    solver->late_target = fmax(solver->problem->late_tolerance * reference, result->target);
+    solver->target = solver->problem->patience > 0 ? result->target : solver->late_target;
+    result->end = run_passes(solver);
     result->iterations = solver->iterations;
     result->residual = reference > 0.0 ? solver->norm / reference : 0.0;
 }

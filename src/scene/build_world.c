@@ -38,6 +38,7 @@ static tulle_world_def make_world_def(const tulle_scene *loaded) {
     def.untangle_limit = (int)keys->contact.untangle_limit;
     def.on_pinch = (tulle_on_pinch)keys->contact.on_pinch;
     def.integrator = (tulle_integrator)keys->solver.integrator;
+    def.quality = (tulle_quality)keys->solver.quality;
     def.cg_tolerance = keys->solver.cg_tolerance;
     def.cg_max_iterations = (int)keys->solver.cg_iterations;
     def.solve_rounds = (int)keys->solver.rounds;

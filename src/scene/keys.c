@@ -272,6 +272,8 @@ const schema_map contact_map = {
         "Contact distances, friction between cloths, and how contacts are found and answered.",
     MAP_OF(contact_table, contact_keys)};
 
+/* In the order of tulle_quality. */
+static const char *const quality_words[] = {"draft", "normal", "exact", NULL};
 static const schema_key solver_table[] = {
     {.name = "integrator",
      .type = SCHEMA_CHOICE,
@@ -279,6 +281,13 @@ static const schema_key solver_table[] = {
      .fallback = "implicit-euler",
      FIELD(solver_keys, integrator),
      .meaning = "time integration"},
+    {.name = "quality",
+     .type = SCHEMA_CHOICE,
+     .choices = quality_words,
+     .fallback = "normal",
+     FIELD(solver_keys, quality),
+     .meaning = "how far solves go that cost much: see [Performance](performance.md); the promise "
+                "is the same"},
     {.name = "cg_tolerance",
      .type = SCHEMA_NUMBER,
      .fallback = "1e-4",
@@ -286,7 +295,8 @@ static const schema_key solver_table[] = {
      .maximum = 0.1,
      FIELD(solver_keys, cg_tolerance),
      .meaning =
-         "relative residual at which conjugate gradients stop; 1e-3 makes sliding inaccurate"},
+         "relative residual at which conjugate gradients stop; 1e-3 makes sliding inaccurate. A "
+         "solve that takes long may end sooner: `quality`"},
     {.name = "cg_iterations",
      .type = SCHEMA_INTEGER,
      .fallback = "5000",

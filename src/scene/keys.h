@@ -215,7 +215,7 @@ typedef struct contact_keys {
 
 typedef struct solver_keys {
     schema_head head;
-    int integrator;
+    int integrator, quality;
     double cg_tolerance;
     uint64_t cg_iterations, rounds, sweeps;
 } solver_keys;

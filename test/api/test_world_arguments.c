@@ -148,11 +148,12 @@ ARGUMENTS_OF(tulle_world_create) {
             *counts[n] = i == 1 ? 1 << 28 : no_choices[i];
             refuse_world_def(&def);
         }
-        for (int choice = 0; choice < 7; choice++) {
+        for (int choice = 0; choice < 10; choice++) {
             def = tulle_world_def_default();
-            void *const places[7] = {
+            void *const places[10] = {
                 &def.integrator,   &def.detection.method,    &def.detection.cone, &def.response,
-                &def.motion_space, &def.start_intersections, &def.on_pinch};
+                &def.motion_space, &def.start_intersections, &def.on_pinch,       &def.quality,
+                &def.membrane,     &def.on_overstretch};
             memcpy(places[choice], &no_choices[i], sizeof no_choices[i]);
             refuse_world_def(&def);
         }

@@ -191,10 +191,54 @@ static void test_aggregates(void **state) {
     destroy_test_problem(&test);
 }
 
+static conjugate_gradients_result solve_double(test_problem *test) {
+    memset(test->x, 0, 3 * test->problem.vertex_count * sizeof(double));
+    conjugate_gradients_result result;
+    assert_int_equal(conjugate_gradients_solve(&test->problem, test->x, &test->scratch, &result),
+                     TULLE_OK);
+    return result;
+}
+
+/* A solve ends at the late tolerance as soon as it has met it and its patience is over. */
+static void test_patience(void **state) {
+    (void)state;
+    test_problem test;
+    make_test_problem(&test, 33, 300.0, 1e-4);
+    solve_plainly(&test);
+    test.problem.threads = 1;
+    conjugate_gradients_problem *const problem = &test.problem;
+    single_case const given = {&test.system, &test.matrix, NULL, problem, 6, &test.scratch};
+    for (int is_single = 0; is_single < 2; is_single++) {
+        problem->late_tolerance = 0.0;
+        problem->patience = 5; /* without a late tolerance it means nothing */
+        conjugate_gradients_result const whole =
+            is_single ? solve_single(&given, test.x) : solve_double(&test);
+        problem->late_tolerance = 1e-2;
+        problem->patience = whole.iterations + 1; /* it does not come to that */
+        conjugate_gradients_result const early =
+            is_single ? solve_single(&given, test.x) : solve_double(&test);
+        assert_int_equal(early.iterations, whole.iterations);
+        assert_true(early.residual == whole.residual);
+        problem->patience = whole.iterations - 4;
+        conjugate_gradients_result const late =
+            is_single ? solve_single(&given, test.x) : solve_double(&test);
+        assert_int_equal(late.iterations, problem->patience);
+        assert_true(late.residual > 1e-4 && late.residual <= 1e-2);
+        problem->patience = 1; /* over before the late tolerance is met */
+        conjugate_gradients_result const least =
+            is_single ? solve_single(&given, test.x) : solve_double(&test);
+        assert_int_equal(least.end, CONJUGATE_GRADIENTS_CONVERGED);
+        assert_true(least.iterations > 1 && least.iterations < late.iterations);
+        assert_true(least.residual <= 1e-2 && least.residual > late.residual);
+    }
+    destroy_test_problem(&test);
+}
+
 int main(void) {
     struct CMUnitTest const tests[] = {
         cmocka_unit_test(test_single_solve),
         cmocka_unit_test(test_aggregates),
+        cmocka_unit_test(test_patience),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

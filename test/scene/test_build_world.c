@@ -36,6 +36,7 @@ static void test_defaults_are_those_of_the_world(void **state) {
     assert_int_equal(keys->contact.start_intersections, def.start_intersections);
     assert_int_equal(keys->contact.on_pinch, def.on_pinch);
     assert_int_equal(keys->solver.integrator, def.integrator);
+    assert_int_equal(keys->solver.quality, def.quality);
     assert_true(keys->solver.cg_tolerance == def.cg_tolerance);
     assert_int_equal(keys->solver.cg_iterations, def.cg_max_iterations);
     assert_int_equal(keys->solver.rounds, def.solve_rounds);

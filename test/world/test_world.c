@@ -139,6 +139,15 @@ static void every_integrator_drapes(void **state) {
     drape(def, 45, 13, true);
 }
 
+static void every_quality_drapes(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    def.quality = TULLE_QUALITY_DRAFT;
+    uint64_t const draft = drape(def, 70, 19, true);
+    def.quality = TULLE_QUALITY_EXACT;
+    assert_true(drape(def, 70, 19, true) != draft);
+}
+
 static void saved_state_goes_on_with_the_same_bits(void **state) {
     (void)state;
     tulle_mesh sheet = small_sheet(1.0, 13, 0.32), sphere = make_sphere(0.3, 6);
@@ -417,6 +426,7 @@ int main(void) {
         cmocka_unit_test(sheet_drapes_without_intersection),
         cmocka_unit_test(result_does_not_depend_on_threads),
         cmocka_unit_test(every_integrator_drapes),
+        cmocka_unit_test(every_quality_drapes),
         cmocka_unit_test(saved_state_goes_on_with_the_same_bits),
         cmocka_unit_test(obstacles_come_and_go),
         cmocka_unit_test(pins_hold_move_and_let_go),

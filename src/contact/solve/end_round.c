@@ -12,29 +12,34 @@
  * a larger part cloth slides too fast (docs/experiments/contact.md). */
 static const double SETTLED_SHARE = 0.01;
 
-/* A round of so few iterations costs little. */
-enum { CHEAP_ITERATIONS = 32 };
-
 /* Whether misfits give a cloth that nothing holds more speed than settings and the step's own
  * change of its motion allow, or a cloth still slips as a whole on the rows that hold it: their
  * multipliers, which still gain, say so. */
-static bool may_drift(const contact_scene *scene, const friction_sums *all, const double *u) {
+static bool may_drift(const contact_scene *scene, const friction_sums *all,
+                      const solve_effort *effort, const double *u) {
+    const contact_settings *const settings = &scene->settings;
     for (size_t s = 0; s < scene->set->surface_count; s++) {
         const surface_range *const range = &scene->set->surfaces[s];
-        vec3 gained = {0.0, 0.0, 0.0}; /* [N s] */
-        double mass = 0.0;
         const friction_sums *const sums = &all[s];
-        if (vec3_norm(sums->slip) > scene->settings.settled_slip * sums->held) return true;
-        if (range->is_obstacle || vec3_norm2(sums->misfit) == 0.0) continue;
+        double const slip = vec3_norm(sums->slip), misfit = vec3_norm(sums->misfit);
+        bool const slips = slip > settings->settled_slip * sums->held;
+        if (!slips && misfit == 0.0) continue;
+        vec3 gained = {0.0, 0.0, 0.0};  /* [N s] */
+        double mass = 0.0, moved = 0.0; /* [kg], [kg m^2/s^2] of what is free */
+        bool is_held = false;
         for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
+            is_held |= !(scene->inverse_mass[v] > 0.0);
+            if (!(scene->inverse_mass[v] > 0.0)) continue;
             vec3 const before = scene->v0 ? vec3_load(scene->v0, v) : vec3_make(0.0, 0.0, 0.0);
-            vec3 const gain = vec3_sub(vec3_load(u, v), before);
-            gained = vec3_add_scaled(gained, gain, 1.0 / scene->inverse_mass[v]);
+            vec3 const now = vec3_load(u, v);
+            gained = vec3_add_scaled(gained, vec3_sub(now, before), 1.0 / scene->inverse_mass[v]);
+            moved += vec3_norm2(now) / scene->inverse_mass[v];
             mass += 1.0 / scene->inverse_mass[v];
         }
-        double const limit =
-            scene->settings.settled_drift * mass + SETTLED_SHARE * vec3_norm(gained);
-        if (isfinite(mass) && vec3_norm(sums->misfit) > limit) return true;
+        double const speed = mass > 0.0 ? sqrt(moved / mass) : 0.0;
+        if (slips && slip > effort->slip_share * speed * sums->held) return true;
+        double const limit = settings->settled_drift * mass + SETTLED_SHARE * vec3_norm(gained);
+        if (!is_held && misfit > effort->looseness * limit) return true;
     }
     return false;
 }
@@ -75,11 +80,15 @@ tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iter
     double const violation = sqrt(violation2 / count), misfit = sqrt(misfit2 / count);
     /* Rounds go on until little is left. Cheap rounds go on until no row is violated. */
     const contact_settings *const settings = &scene->settings;
-    bool const is_cheap = iterations <= CHEAP_ITERATIONS;
+    bool const is_cheap = (int)iterations <= settings->effort->cheap_iterations;
+    const solve_effort *const effort =
+        is_cheap ? &solve_efforts[TULLE_QUALITY_EXACT] : settings->effort;
+    double const looseness = effort->looseness;
     result->has_settled = !(is_cheap && violation > LEAST_VIOLATION) &&
-                          violation <= settings->settled_speed &&
-                          misfit <= settings->settled_speed && !may_drift(scene, sums, u) &&
-                          largest_misfit <= settings->settled_misfit &&
-                          result->largest_violation <= settings->settled_most;
+                          violation <= looseness * settings->settled_speed &&
+                          misfit <= looseness * settings->settled_speed &&
+                          !may_drift(scene, sums, effort, u) &&
+                          largest_misfit <= looseness * settings->settled_misfit &&
+                          result->largest_violation <= looseness * settings->settled_most;
     return status;
 }

@@ -25,6 +25,7 @@ static bool run_single(solve_run *run, int most) {
     run->problem.max_iterations = left < most ? left : most;
     single_solver_run(run->solver, run->result);
     run->used += run->result->iterations;
+    run->problem.patience -= run->result->iterations;
     if (run->problem.early_share > 0.0 && run->problem.reference > 0.0)
         run->problem.tolerance = run->result->target / run->problem.reference;
     run->problem.early_share = 0.0;

@@ -34,6 +34,9 @@ static const double LEAST_REFERENCE = 1e-12;
  * impulse dies out with the motion. A smaller tolerance instead does not stop the slip for sure
  * (docs/experiments/bodies.md). */
 static const double NET_SHARE = 0.01;
+/* Where a solve of cloth alone may end above its tolerance, it must get below this share. Without
+ * it cloth creeps down a slope that holds it. */
+static const double LATE_NET_SHARE = 0.1;
 /* A net impulse below this part of the force impulse counts as none. */
 static const double LEAST_NET = 1e-9;
 /* So does one below this part of all impulses, which is far over what rounding leaves of their sum.
@@ -52,7 +55,9 @@ typedef struct motion_solve {
     size_t hard_count;
     friction_sums *sums; /* of each surface */
     double reference;
-    double net_target; /* solves with bodies get below this residual; negative: not known yet */
+    /* Net impulses of cloth alone and of all, as conjugate gradients measure them; negative: not
+     * known yet */
+    double net_of_cloth, net_of_all;
     phased_solve phases;
     bool is_cloth_only; /* vectors of the system have no entries of slots */
 } motion_solve;
@@ -212,26 +217,31 @@ static tulle_status translate_cloths(motion_solve *solve) {
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
-/* Chooses net_target from the impulses of the first solve with bodies. A solve of no iterations
- * measures the residual at the velocities of the start. */
-static tulle_status choose_net_target(motion_solve *solve,
-                                      const conjugate_gradients_problem *problem) {
+/* Lowers a tolerance to this share of the net impulse. That of the first solve of its kind counts;
+ * a solve of no iterations from the velocities of the start measures it. */
+static tulle_status bound_by_net(motion_solve *solve, const conjugate_gradients_problem *problem,
+                                 double share, double *net, double *tolerance) {
     const contact_scene *const scene = solve->scene;
-    arena_mark const mark = arena_get_mark(scene->scratch);
-    double *const start = ARENA_NEW(scene->scratch, double, 3 * problem->vertex_count);
-    if (!start) return TULLE_ERROR_OUT_OF_MEMORY;
-    for (size_t i = 0; i < problem->vertex_count; i++)
-        vec3_store(start, i, vec3_load(solve->is_fixed[i] ? solve->u : scene->v0, i));
-    conjugate_gradients_problem measure = *problem;
-    measure.reference = 0.0; /* that is, of the right-hand side */
-    measure.max_iterations = 0;
-    conjugate_gradients_result result;
-    tulle_status const status = conjugate_gradients_solve(&measure, start, scene->scratch, &result);
-    arena_release(scene->scratch, mark);
-    if (status != TULLE_OK) return status;
-    if (!(solve->reference > 0.0)) solve->reference = result.reference; /* no cloth can move */
-    double const least = fmax(LEAST_NET * solve->reference, LEAST_NET_OF_ALL * result.reference);
-    solve->net_target = fmax(NET_SHARE * result.residual * result.reference, least);
+    if (!(*net >= 0.0)) {
+        arena_mark const mark = arena_get_mark(scene->scratch);
+        double *const start = ARENA_NEW(scene->scratch, double, 3 * problem->vertex_count);
+        if (!start) return TULLE_ERROR_OUT_OF_MEMORY;
+        for (size_t i = 0; i < problem->vertex_count; i++)
+            vec3_store(start, i, vec3_load(solve->is_fixed[i] ? solve->u : scene->v0, i));
+        conjugate_gradients_problem measure = *problem;
+        measure.reference = 0.0; /* that is, of the right-hand side */
+        measure.max_iterations = 0;
+        conjugate_gradients_result result;
+        tulle_status const status =
+            conjugate_gradients_solve(&measure, start, scene->scratch, &result);
+        arena_release(scene->scratch, mark);
+        if (status != TULLE_OK) return status;
+        if (!(solve->reference > 0.0)) solve->reference = result.reference; /* no cloth can move */
+        double const least =
+            fmax(LEAST_NET * solve->reference, LEAST_NET_OF_ALL * result.reference);
+        *net = fmax(result.residual * result.reference, least / NET_SHARE);
+    }
+    if (solve->reference > 0.0) *tolerance = fmin(*tolerance, share * *net / solve->reference);
     return TULLE_OK;
 }
 
@@ -260,20 +270,25 @@ static tulle_status solve_linear(motion_solve *solve) {
     for (size_t i = 0; i < solve->hard_count; i++)
         has_hard_bodies |= solve->hard_rows[i]->frame.has_body;
     if (has_hard_bodies) { /* bodies and cloth together */
-        if (!(solve->net_target >= 0.0)) status = choose_net_target(solve, &problem);
+        status = bound_by_net(solve, &problem, NET_SHARE, &solve->net_of_all, &problem.tolerance);
         problem.reference = solve->reference;
-        if (solve->reference > 0.0)
-            problem.tolerance = fmin(problem.tolerance, solve->net_target / solve->reference);
         if (status == TULLE_OK)
             status = conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
     } else { /* no hard row joins bodies to cloth: these are solved by themselves, at once */
         solve->is_cloth_only = true;
         problem.vertex_count = scene->cloth_vertex_count;
         precondition_bodies(scene, solve->diagonal, solve->right_hand_side, solve->u);
-        status = solve->system->aggregates
-                     ? solve_in_phases(&solve->phases, &problem, solve->hard_rows,
-                                       solve->hard_count, solve->u, &result)
-                     : conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
+        if (settings->effort->patience > 0 && solve->reference > 0.0) {
+            problem.patience = settings->effort->patience;
+            problem.late_tolerance = settings->effort->late_factor * problem.tolerance;
+            status = bound_by_net(solve, &problem, LATE_NET_SHARE, &solve->net_of_cloth,
+                                  &problem.late_tolerance);
+        }
+        if (status == TULLE_OK)
+            status = solve->system->aggregates
+                         ? solve_in_phases(&solve->phases, &problem, solve->hard_rows,
+                                           solve->hard_count, solve->u, &result)
+                         : conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
         solve->is_cloth_only = false;
     }
     if (status != TULLE_OK) return status;
@@ -282,7 +297,10 @@ static tulle_status solve_linear(motion_solve *solve) {
     report->solve_count++;
     report->cg_iterations += (uint32_t)result.iterations;
     if (result.end != CONJUGATE_GRADIENTS_CONVERGED) report->has_converged = false;
-    if (result.end == CONJUGATE_GRADIENTS_CONVERGED && result.residual > problem.tolerance)
+    bool const is_late = problem.patience > 0 && result.iterations >= problem.patience &&
+                         result.residual <= problem.late_tolerance;
+    if (result.end == CONJUGATE_GRADIENTS_CONVERGED && result.residual > problem.tolerance &&
+        !is_late)
         report->is_early = true;
     else
         report->cg_residual = fmax(report->cg_residual, result.residual);
@@ -334,7 +352,8 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                           .is_fixed = ARENA_NEW(scratch, uint8_t, count),
                           .hard_rows = ARENA_NEW(scratch, contact_row *, list->rows.count),
                           .sums = ARENA_NEW(scratch, friction_sums, scene->set->surface_count),
-                          .net_target = -1.0,
+                          .net_of_cloth = -1.0,
+                          .net_of_all = -1.0,
                           .phases = {.scene = scene,
                                      .system = system,
                                      .residual = ARENA_NEW(scratch, double, 3 * count)}};

@@ -23,7 +23,8 @@ typedef struct round_world {
     round_result result;
 } round_world;
 
-/* Cloth of 4 kg at rest, rows that ask for nothing; bounds that hold whatever the rows do. */
+/* Cloth of 4 kg at rest, rows that ask for nothing; bounds that hold whatever the rows do, and are
+ * the same for costly rounds. */
 static void make_world(round_world *world) {
     memset(world, 0, sizeof *world);
     world->heap = memory_default();
@@ -48,6 +49,7 @@ static void make_world(round_world *world) {
     contact_settings *const settings = &world->scene.settings;
     settings->settled_speed = settings->settled_drift = settings->settled_slip = 1e9;
     settings->settled_misfit = settings->settled_most = 1e9;
+    settings->effort = &solve_efforts[TULLE_QUALITY_EXACT];
     for (uint32_t r = 0; r < CLOTH_COUNT; r++)
         world->rows[r] = (contact_row){
             .frame = {.normal = {0.0, 0.0, 1.0},
@@ -121,6 +123,40 @@ static void violations_are_bounded(void **state) {
     assert_true(world.result.largest_violation == 2.1e-3);
     assert_true(world.rows[1].solve.is_hard);
     assert_false(world.rows[0].solve.is_hard);
+    arena_destroy(&world.scratch);
+}
+
+/* Costly rounds of cloth that is solved less exactly have wider bounds; cheap ones do not. */
+static void bounds_of_costly_rounds_are_wider(void **state) {
+    (void)state;
+    round_world world;
+    make_world(&world);
+    solve_effort const loose = {.cheap_iterations = 32, .looseness = 5.0, .slip_share = 0.01};
+    world.scene.settings.effort = &loose;
+    world.scene.settings.settled_speed = 1e-3; /* over four rows: 2e-3 of one of them, or 1e-2 */
+    world.rows[1].law.bias = 9e-3;
+    assert_true(is_settled(&world, MANY_ITERATIONS));
+    assert_false(is_settled(&world, 32));
+    world.rows[1].law.bias = 11e-3;
+    assert_false(is_settled(&world, MANY_ITERATIONS));
+    world.rows[1].law.bias = 0.0;
+
+    world.scene.settings.settled_drift = 1e-5; /* 4e-5 N s, or 2e-4 */
+    stick(&world, 0, 1.9e-5);
+    assert_true(is_settled(&world, MANY_ITERATIONS));
+    assert_false(is_settled(&world, 32));
+    stick(&world, 0, 2.1e-5);
+    assert_false(is_settled(&world, MANY_ITERATIONS));
+    world.scene.settings.settled_drift = 1e9;
+
+    /* the cloth moves at 0.1 m/s, root mean square, so it may slip at 1e-3 m/s */
+    world.scene.settings.settled_slip = 1e-4;
+    world.u[3 * 3 + 1] = 0.2;
+    stick(&world, 0, 0.9e-3);
+    assert_true(is_settled(&world, MANY_ITERATIONS));
+    assert_false(is_settled(&world, 32));
+    stick(&world, 0, 1.1e-3);
+    assert_false(is_settled(&world, MANY_ITERATIONS));
     arena_destroy(&world.scratch);
 }
 
@@ -238,6 +274,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cheap_rounds_mend_more),
         cmocka_unit_test(violations_are_bounded),
+        cmocka_unit_test(bounds_of_costly_rounds_are_wider),
         cmocka_unit_test(bounds_are_met_by_equals),
         cmocka_unit_test(misfits_of_friction_are_bounded),
         cmocka_unit_test(cloth_that_slips_as_a_whole_goes_on),

@@ -13,6 +13,7 @@ static tulle_step_report step_sheet(int limit, double tolerance) {
     contact_world world = contact_world_make();
     world.def.cg_max_iterations = limit;
     world.def.cg_tolerance = tolerance;
+    world.def.quality = TULLE_QUALITY_EXACT;
     contact_grid sheet = make_contact_grid(SIDE, SIDE, vec3_make(0.0, 0.0, 0.0),
                                            vec3_make(0.5, 0.0, 0.0), vec3_make(0.0, 0.5, 0.0));
     add_contact_surface(&world, sheet.mesh, false);

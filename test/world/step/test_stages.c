@@ -13,6 +13,7 @@ static tulle_step_report hang(int limit) {
     tulle_world_def def = tulle_world_def_default();
     def.cg_max_iterations = limit;
     def.cg_tolerance = 1e-6;
+    def.quality = TULLE_QUALITY_EXACT;
     tulle_world *world = NULL;
     assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
     tulle_mesh sheet = small_sheet(0.5, 12, 0.0);
