@@ -131,6 +131,7 @@ static void lifting_needs_no_more_solves(void **state) {
 /* What stiff cloth gains in all that falls over the edge of a box from this height [J]. */
 static double drop_stiff_cloth(double height) {
     tulle_world_def def = tulle_world_def_default();
+    def.membrane = TULLE_MEMBRANE_SPRINGS;
     tulle_world *world;
     assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
     tulle_mesh sheet = small_sheet(0.3, 26, height);
