@@ -83,7 +83,9 @@ static tulle_world_def take_def(fuzz_bytes *bytes) {
     def.on_pinch = (tulle_on_pinch)(choices / 48 % 3);
     def.membrane = choices >= 144 ? TULLE_MEMBRANE_SPRINGS : TULLE_MEMBRANE_WOVEN;
     def.untangle_limit = 20;
-    def.solve_rounds = 1 + (int)fuzz_take_below(bytes, 3);
+    unsigned const effort = fuzz_take_below(bytes, 9);
+    def.solve_rounds = 1 + (int)(effort % 3);
+    def.quality = (tulle_quality)((TULLE_QUALITY_NORMAL + effort / 3) % 3);
     def.impact_rounds = (int)fuzz_take_below(bytes, 12);
     def.contact_distance = fuzz_take_below(bytes, 3) == 2 ? 0.02 : 0.0;
     if (fuzz_take_below(bytes, 4) == 3)
