@@ -161,7 +161,7 @@ def draw_solve_phases():
             d.arrow((x + 160, 76), (x + 215, 76))
     d.text(207, 42, "8 iterations", GREY, "middle", 12)
     d.text(422, 42, "comes no nearer", GREY, "middle", 12)
-    d.text(320, 132, "each ends when the residual is below cg_tolerance of the force impulse", INK, "middle", 12)
+    d.text(320, 132, "each ends when the residual is a small part of the force impulse", INK, "middle", 12)
     return d
 
 
