@@ -23,17 +23,21 @@ if [ -n "$passed" ]; then
     set -- "$@" -E "^($passed)\$"
 fi
 
-# The exit code of a pipe's first part is lost in sh, so it goes through a file.
+# A shell notes each line as it comes; awk may wait for more. The exit code of a pipe's first part is
+# lost in sh, so it goes through a file.
 {
     code=0
     TULLE_TEST_LONG=1 "$@" || code=$?
     echo "$code" >long_code.txt
-} | awk -v notes=$notes '
-    { print; fflush() }
-    /^ *[0-9]+\/[0-9]+ Test +#[0-9]+: / && /( Passed |\*\*\*Skipped )/ {
-        sub(/^[^:]*: /, ""); sub(/ .*/, "")
-        print >>notes; fflush(notes)
-    }'
+} | while IFS= read -r line; do
+    printf '%s\n' "$line"
+    case $line in
+    *[0-9]/[0-9]*' Test '*'#'*': '*' Passed '* | *[0-9]/[0-9]*' Test '*'#'*': '*'***Skipped'*)
+        line=${line#*: }
+        echo "${line%% *}" >>$notes
+        ;;
+    esac
+done
 code=$(cat long_code.txt)
 rm long_code.txt
 [ "$code" != 0 ] || rm $notes

@@ -16,6 +16,7 @@ cat >fake_ctest.sh <<'END'
 echo "options: $*"
 echo '1/3 Test  #1: world.step ...................   Passed    3.18 sec'
 echo '2/3 Test #12: e2e.render ...................***Skipped   1.37 sec'
+[ -f "$(dirname "$0")/build/hangs" ] && exec sleep 20
 [ -f "$(dirname "$0")/build/broken" ] || exit 0
 echo '3/3 Test #13: world.golden .................***Failed    0.20 sec'
 exit 8
@@ -33,6 +34,18 @@ check() {
     fi
     rm build/out.txt
 }
+
+# What has passed is noted at once: the machine may go off.
+touch build/hangs
+sh "$tool" build ../fake_ctest.sh -j 2 >build/out.txt 2>&1 &
+for _ in $(seq 100); do
+    grep -q e2e.render build/long_passed.txt 2>/dev/null && break
+    sleep 0.1
+done
+kill $!
+pkill -P $! 2>/dev/null || true
+grep -q e2e.render build/long_passed.txt || { echo "nothing is noted while tests run"; exit 1; }
+rm build/hangs build/long_passed.txt
 
 touch build/broken
 check "first run" 8 "-j 2"
