@@ -26,7 +26,8 @@ typedef struct conjugate_gradients_problem {
     /* A solve that another one follows may stop early: at early_share of its first residual, but
      * not above early_most times the reference. 0: it does not */
     double early_share, early_most;
-    /* After `patience` iterations a solve also ends at this larger tolerance. 0: it does not */
+    /* After `patience` iterations, or at once if that is not positive, a solve also ends at this
+     * tolerance, which result.target does not tell. 0: it does not */
     double late_tolerance;
     int patience;
     int max_iterations;

@@ -53,7 +53,8 @@ static uint64_t run_small_world(tulle_membrane membrane, int threads, uint32_t r
             fail_msg("step %d: %s", i, error.message);
         }
         /* a solve that takes long ends at a hundred times the tolerance */
-        assert_true(report.cg_converged && report.cg_residual <= 100.0 * def.cg_tolerance);
+        double const most = (report.cg_iterations >= 48 ? 100.0 : 1.0) * def.cg_tolerance;
+        assert_true(report.cg_converged && report.cg_residual <= most);
         contacts += report.contacts;
     }
     assert_true(contacts > 100);

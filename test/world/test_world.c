@@ -148,6 +148,16 @@ static void every_quality_drapes(void **state) {
     assert_true(drape(def, 70, 19, true) != draft);
 }
 
+/* The paper's response is exact whatever the quality. */
+static void quality_means_nothing_to_the_paper(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    def.response = TULLE_RESPONSE_PAPER;
+    uint64_t const normal = drape(def, 22, 19, false);
+    def.quality = TULLE_QUALITY_DRAFT;
+    assert_true(drape(def, 22, 19, false) == normal);
+}
+
 static void saved_state_goes_on_with_the_same_bits(void **state) {
     (void)state;
     tulle_mesh sheet = small_sheet(1.0, 13, 0.32), sphere = make_sphere(0.3, 6);
@@ -427,6 +437,7 @@ int main(void) {
         cmocka_unit_test(result_does_not_depend_on_threads),
         cmocka_unit_test(every_integrator_drapes),
         cmocka_unit_test(every_quality_drapes),
+        cmocka_unit_test(quality_means_nothing_to_the_paper),
         cmocka_unit_test(saved_state_goes_on_with_the_same_bits),
         cmocka_unit_test(obstacles_come_and_go),
         cmocka_unit_test(pins_hold_move_and_let_go),

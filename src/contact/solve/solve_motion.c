@@ -37,6 +37,8 @@ static const double NET_SHARE = 0.01;
 /* Where a solve of cloth alone may end above its tolerance, it must get below this share. Without
  * it cloth creeps down a slope that holds it. */
 static const double LATE_NET_SHARE = 0.1;
+/* It must also get below this tolerance, however large the given one is. */
+static const double LATE_MOST = 0.01;
 /* A net impulse below this part of the force impulse counts as none. */
 static const double LEAST_NET = 1e-9;
 /* So does one below this part of all impulses, which is far over what rounding leaves of their sum.
@@ -280,7 +282,8 @@ static tulle_status solve_linear(motion_solve *solve) {
         precondition_bodies(scene, solve->diagonal, solve->right_hand_side, solve->u);
         if (settings->effort->patience > 0 && solve->reference > 0.0) {
             problem.patience = settings->effort->patience;
-            problem.late_tolerance = settings->effort->late_factor * problem.tolerance;
+            problem.late_tolerance =
+                fmin(settings->effort->late_factor * problem.tolerance, LATE_MOST);
             status = bound_by_net(solve, &problem, LATE_NET_SHARE, &solve->net_of_cloth,
                                   &problem.late_tolerance);
         }

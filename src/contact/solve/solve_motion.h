@@ -26,7 +26,7 @@ typedef struct solve_report {
     double cg_residual; /* largest relative preconditioned residual of solves that are not early */
     bool has_converged; /* no solve stopped at its limit */
     bool has_settled;   /* the impulses of the last round have settled */
-    bool is_early;      /* a solve ended above the tolerance, as settings allow */
+    bool is_early;      /* a solve ended above the tolerance, as one that another follows may */
     uint64_t stick_count, slip_count, hard_count;
     double violation; /* [m/s] largest violation of a row right after the last solve */
 } solve_report;

@@ -6,9 +6,9 @@
  * neighbours, beginning at the contours, and a neighbour goes on to adjoining triangles that are
  * nearer. So neighbours leave by the same wall.
  *
- * What one contour cuts off votes, too: a fine sleeve comes off an arm in half the rounds, and off
- * a wider one at all. But these votes may crumple coarse cloth, so only every other attempt, from
- * the first on, has them.
+ * What one contour cuts off votes, too; else a fine sleeve does not come off an arm that is wider.
+ * But these votes may crumple coarse cloth, so only every other attempt, from the first on, has
+ * them.
  *
  * In: wrong ends of crossings and what is inside. Out: votes.
  *
@@ -65,6 +65,8 @@ void push_out_of_depth(untangling *work) {
         if (crossing->wrong_end == CROSSING_UNDECIDED || (!crossing->is_joint && has_joint_only))
             continue;
         uint32_t const vertex = work->topo->edges[2 * (size_t)crossing->edge + crossing->wrong_end];
+        uint32_t const corner = work->topo->triangles[3 * (size_t)crossing->triangle];
+        if (corner < work->world->cloth_vertex_count) continue; /* no way out of an obstacle */
         if (vertex >= work->world->cloth_vertex_count || !work->is_inside[vertex] ||
             nearest[vertex] != TULLE_NONE)
             continue;
