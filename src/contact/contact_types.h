@@ -48,17 +48,17 @@ typedef struct contact_settings {
                              square */
     double settled_drift; /* [m/s] what friction misses gives each cloth at most this speed */
     double settled_slip;  /* [m/s] where rows hold a cloth, it slips as a whole at most this fast */
-    double settled_misfit;    /* [m/s] friction of each row misses at most this speed */
-    double settled_most;      /* [m/s] each row is violated by at most this speed */
-    double hard_stiffness;    /* penalty of a hard row over its share of diag(A) */
-    double anchor_share;      /* a step undoes this part of the offset of a contact that sticks */
-    double hard_friction;     /* penalty of slip over that of the normal part */
-    double push_out_softness; /* compliance of a row times its share of diag(A) */
-    const solve_effort *effort;
-    double cg_tolerance; /* preconditioned residual over that of the step's force impulse */
-    double early_share;  /* a solve that another one follows stops early, at this part of its
-                            first residual */
-    double early_most;   /* but not above this tolerance; 0: none stops early */
+    double settled_misfit;      /* [m/s] friction of each row misses at most this speed */
+    double settled_most;        /* [m/s] each row is violated by at most this speed */
+    double hard_stiffness;      /* penalty of a hard row over its share of diag(A) */
+    double anchor_share;        /* a step undoes this part of the offset of a contact that sticks */
+    double hard_friction;       /* penalty of slip over that of the normal part */
+    double push_out_softness;   /* compliance of a row times its share of diag(A) */
+    const solve_effort *effort; /* one of solve_efforts */
+    double cg_tolerance;        /* preconditioned residual over that of the step's force impulse */
+    double early_share;         /* a solve that another one follows stops early, at this part of its
+                                   first residual */
+    double early_most;          /* but not above this tolerance; 0: none stops early */
     int cg_max_iterations;
 } contact_settings;
 
