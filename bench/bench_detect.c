@@ -1,5 +1,5 @@
 /* Times passes of the detector on inputs that bench/make_inputs.sh makes of scenes.
- * Usage: bench_detect [options] [kinds] [angles] [lasting] [growth] [busy] [floor] [alarms]
+ * Usage: bench_detect [options] [kinds] [angles] [lasting] [growth] [busy] [floor] [dense] [alarms]
  * (no table named: all)
  *   --runs DIR      recorded runs (default: build/bench_inputs)
  *   --input NAME    this input only
@@ -24,7 +24,7 @@ typedef struct bench_table {
 static const bench_table tables[] = {{"kinds", print_kinds},     {"angles", print_angles},
                                      {"lasting", print_lasting}, {"growth", print_growth},
                                      {"busy", print_busy},       {"floor", print_floor},
-                                     {"alarms", print_alarms}};
+                                     {"dense", print_dense},     {"alarms", print_alarms}};
 enum { TABLE_COUNT = sizeof tables / sizeof *tables };
 
 static void fail(const char *what, const char *word) {

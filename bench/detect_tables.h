@@ -34,6 +34,8 @@ void print_lasting(const bench_options *options);
 void print_busy(const bench_options *options);
 /* What each stage has to move and does, beside what the machine can. */
 void print_floor(const bench_options *options);
+/* Dense inputs that are made here: candidates beside those of tight boxes, stages, first calls. */
+void print_dense(const bench_options *options);
 /* Reported pairs that do not touch, by rational arithmetic. */
 void print_alarms(const bench_options *options);
 

@@ -126,8 +126,8 @@ def draw_tree():
 
 
 def draw_drift():
-    d = Drawing(660, 236, "Two features that move alike: boxes around paths overlap, boxes at the start with drift do not")
-    for x0, name, fill in ((30, "boxes around whole paths", False), (350, "boxes at the start, and drift", True)):
+    d = Drawing(660, 236, "Two features that move alike: boxes around paths overlap, boxes that drift along do not")
+    for x0, name, fill in ((30, "boxes around whole paths", False), (350, "boxes that drift along", True)):
         d.text(x0, 22, name, INK, bold=True)
         for y, color in ((136, BLUE), (190, ORANGE)):
             a, b = (x0 + 18, y), (x0 + 70, y - 16)

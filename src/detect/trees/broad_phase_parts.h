@@ -97,7 +97,7 @@ struct broad_phase {
     double origin[3], scale; /* box coordinate = (x - origin) * scale */
     double mean_edge;        /* of the rest shape, along the axes, in box coordinates */
     double margin;           /* [m] of the fitted boxes; negative before the first */
-    bool is_straight;        /* blocks hold the start and drift, see tree_kernels.h */
+    bool is_straight;        /* blocks are seen from drifts, see tree_kernels.h */
     bool is_built;
     patch_labels patches;
     stop_poll *stop;           /* may be null */

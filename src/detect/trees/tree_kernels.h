@@ -10,10 +10,14 @@
  * vertices, the next ones have its edges, then come vertices beyond eight. Lanes without a feature
  * meet nothing.
  *
- * Where straight paths are followed and are long, boxes of features hold the start only. The header
- * then has the drift of the leaf: bounds on how far its vertices move along each axis. Features
- * that start apart by more than the drifts of both leaves can make up for are apart at the end too,
- * along the same axis, and so throughout. Else boxes hold all of the paths, and the drift is 0. */
+ * Where straight paths are followed and are long, a leaf has a drift: a motion d, along each axis
+ * the one nearest to 0 between the least and the largest of its vertices. Boxes of features hold
+ * the paths x(t) - t d, as seen from what drifts along. All paths being straight, they lie in the
+ * hull of start and end - d. Of two leaves a and b, the first drifts against the second by t (d_a -
+ * d_b). So features can only meet if the box of the first, widened by 0 .. d_a - d_b, meets that of
+ * the second. This holds for any drifts. With these, no pair is left whose boxes around whole paths
+ * are apart: d cuts a box around a whole path by |d| at one side, and the widening gives back no
+ * more than both cuts together. Else boxes hold all of the paths, and the drift is 0. */
 #ifndef TULLE_DETECT_TREES_TREE_KERNELS_H
 #define TULLE_DETECT_TREES_TREE_KERNELS_H
 
@@ -87,7 +91,7 @@ typedef struct leaf_fit {
     const uint32_t *leaf_corners; /* of the triangles of each leaf, each once; or null */
     const vertex_box *vertex_boxes;
     float *blocks;    /* of all leaves; null: workers keep their own */
-    bool is_straight; /* boxes of the start, and drift */
+    bool is_straight; /* boxes are seen from the drift of their leaf */
 } leaf_fit;
 
 static inline uint32_t count_edge_groups(const tree_leaf *leaf) {

@@ -1,6 +1,7 @@
 /* Searches that may leave out what straight paths keep apart: whatever is left out stays farther
- * apart than the margin at all sampled times, and every kernel target and number of threads leaves
- * out the same. Beside static surfaces, too. */
+ * apart than the margin at all sampled times, and nothing comes beside what boxes around whole
+ * paths give. Every kernel target and number of threads leaves out the same. Beside static
+ * surfaces, too. */
 #include "math/kernel_target.h"
 #include "support/pair_keys.h"
 #include "support/wide_normals.h"
@@ -67,7 +68,7 @@ static void following_paths_leaves_out_only_what_stays_apart(void **state) {
     memory heap = memory_default();
     uint64_t seed = 16;
     kernel_target const widest = kernel_target_get();
-    size_t missing = 0, all = 0, static_count = 0;
+    size_t missing = 0, all = 0, others = 0, static_count = 0;
     for (int round = 0; round < 40; round++) {
         soup_scene *const soup = make_scene(&heap, &seed, 120);
         double const margin = round % 2 ? 0.02 : 0.0;
@@ -90,8 +91,11 @@ static void following_paths_leaves_out_only_what_stays_apart(void **state) {
             key_list const stream = search_keys(broad, &soup->set, threads);
             if (!first.keys) {
                 first = stream;
-                missing += count_left_out(soup, 0.0, &list, &stream, margin, &static_count);
+                size_t const left_out =
+                    count_left_out(soup, 0.0, &list, &stream, margin, &static_count);
+                missing += left_out;
                 all += list.count;
+                others += stream.count + left_out - list.count;
                 continue;
             }
             assert_same_keys(&first, &stream);
@@ -103,8 +107,10 @@ static void following_paths_leaves_out_only_what_stays_apart(void **state) {
         broad_phase_destroy(broad);
         free_scene(&heap, soup);
     }
-    print_message("%zu of %zu pairs left out\n", missing, all);
+    print_message("%zu of %zu pairs left out, %zu others\n", missing, all, others);
     assert_true(missing > all / 100 && missing < all);
+    /* boxes around whole paths that do not meet: rounding alone lets such pairs through */
+    assert_true(others <= all / 10000);
     assert_int_equal(heap.bytes_held, 0);
 }
 

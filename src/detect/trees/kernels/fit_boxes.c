@@ -35,10 +35,10 @@ BOX_INLINE box_vector round_sums(box_vector sums, float largest) {
     return sums - (largest * SLAB_ROUNDING + SLAB_UNDERFLOW);
 }
 
-BOX_INLINE box_vector load_box(const leaf_fit *fit, uint32_t record, bool is_straight) {
+/* The path of a vertex, seen from what moves by `shift` meanwhile. */
+BOX_INLINE box_vector load_box(const leaf_fit *fit, uint32_t record, box_vector shift) {
     const vertex_box *const box = &fit->vertex_boxes[record];
-    box_vector const start = box_vector_load(box->start);
-    return is_straight ? start : box_vector_least(start, box_vector_load(box->end));
+    return box_vector_least(box_vector_load(box->start), box_vector_load(box->end) - shift);
 }
 
 /* Features of one kind of a leaf: slots begin .. end - 1, corner_count records each. */
@@ -50,7 +50,7 @@ typedef struct slot_range {
 /* Fits eight of them, from the one at `offset` on, in lanes of rows. Lanes beyond are NaN, which
  * meets nothing, not even what reaches everywhere. Returns the box around all. */
 BOX_INLINE box_vector fit_lanes(const leaf_fit *fit, slot_range slots, uint32_t offset,
-                                bool is_straight, float *rows) {
+                                box_vector shift, float *rows) {
     box_vector boxes[8];
     uint32_t const begin = slots.begin + offset;
     const uint32_t *const corners = slots.corners + slots.corner_count * (size_t)begin;
@@ -59,9 +59,9 @@ BOX_INLINE box_vector fit_lanes(const leaf_fit *fit, slot_range slots, uint32_t 
         boxes[l] = box_vector_fill(NAN);
         if (l >= count) continue;
         const uint32_t *const own = corners + slots.corner_count * l;
-        boxes[l] = load_box(fit, own[0], is_straight);
+        boxes[l] = load_box(fit, own[0], shift);
         for (size_t k = 1; k < slots.corner_count; k++)
-            boxes[l] = box_vector_least(boxes[l], load_box(fit, own[k], is_straight));
+            boxes[l] = box_vector_least(boxes[l], load_box(fit, own[k], shift));
     }
     box_vectors_write_rows(boxes, rows, GROUP_LANES);
     /* The second one where the first is NaN. */
@@ -83,17 +83,35 @@ BOX_INLINE corner_list list_corners(const leaf_fit *fit, const tree_leaf *leaf) 
                          fit->triangle_corners + 3 * (size_t)leaf->triangle_end};
 }
 
-/* Bounds on the motion of the vertices of a leaf: low, -high. */
-BOX_INLINE box_vector compute_drift(const leaf_fit *fit, const tree_leaf *leaf) {
-    box_vector all = box_vector_fill(INFINITY), drift = all;
+/* How a leaf moves: see tree_kernels.h. */
+typedef struct leaf_motion {
+    box_vector drift; /* low, -high, both rounded outward */
+    box_vector shift; /* drift, -drift, and rounding, so that what is shifted is rounded outward */
+} leaf_motion;
+
+/* The drift along each axis is the motion nearest to 0 between the least and the largest of the
+ * vertices. Any other would be as right, but not keep as many features apart. */
+BOX_INLINE leaf_motion compute_motion(const leaf_fit *fit, const tree_leaf *leaf) {
+    box_vector const zero = box_vector_fill(0.0F);
+    box_vector all = box_vector_fill(INFINITY), most = all;
     corner_list const corners = list_corners(fit, leaf);
     for (const uint32_t *corner = corners.begin; corner < corners.end; corner++) {
         box_vector const start = box_vector_load(fit->vertex_boxes[*corner].start);
         box_vector const end = box_vector_load(fit->vertex_boxes[*corner].end);
         all = box_vector_least(all, box_vector_least(start, end));
-        drift = box_vector_least(drift, end - start);
+        most = box_vector_least(most, end - start);
     }
-    return round_sums(drift, compute_largest(all));
+    float const largest = compute_largest(all);
+    if (!(largest < SLAB_LIMIT)) return (leaf_motion){zero - INFINITY, zero};
+    /* least motions above 0, and minus largest ones below it */
+    box_vector const away = box_vector_most(most, zero);
+    box_vector const drift = away - BOX_SHUFFLE(away, away, 4, 5, 6, 7, 0, 1, 2, 3);
+    /* without drift nothing is rounded: a static leaf has the same block whether paths are long */
+    float const most_rounding = largest * SLAB_ROUNDING + SLAB_UNDERFLOW;
+    box_vector const size = box_vector_most(drift, -drift);
+    box_vector rounding = zero;
+    for (int k = 0; k < 8; k++) rounding[k] = size[k] > 0.0F ? most_rounding : 0.0F;
+    return (leaf_motion){drift - rounding, drift + rounding};
 }
 
 BOX_INLINE void fit_block_as(const leaf_fit *fit, const tree_leaf *leaf, bool is_straight,
@@ -103,18 +121,22 @@ BOX_INLINE void fit_block_as(const leaf_fit *fit, const tree_leaf *leaf, bool is
     slot_range const vertices = {fit->vertex_corners, 1, leaf->vertex_begin, leaf->vertex_end};
     slot_range const edges = {fit->edge_corners, 2, leaf->edge_begin, leaf->edge_end};
     float *group = block + LEAF_HEADER;
-    box_vector_store(block, fit_lanes(fit, triangles, 0, is_straight, group));
-    box_vector_store(block + 8, is_straight ? compute_drift(fit, leaf) : box_vector_fill(0.0F));
-    fit_lanes(fit, vertices, 0, is_straight, group + LEAF_TRIANGLES);
+    box_vector const zero = box_vector_fill(0.0F);
+    leaf_motion motion = {zero, zero};
+    if (is_straight) motion = compute_motion(fit, leaf);
+    box_vector const shift = motion.shift;
+    box_vector_store(block, fit_lanes(fit, triangles, 0, shift, group));
+    box_vector_store(block + 8, motion.drift);
+    fit_lanes(fit, vertices, 0, shift, group + LEAF_TRIANGLES);
     group += GROUP_FLOATS;
     for (uint32_t at = 0; at == 0 || at < edges.end - edges.begin; at += GROUP_LANES) {
-        fit_lanes(fit, edges, at, is_straight, group);
-        fit_lanes(fit, edges, at + 8, is_straight, group + 8);
+        fit_lanes(fit, edges, at, shift, group);
+        fit_lanes(fit, edges, at + 8, shift, group + 8);
         group += GROUP_FLOATS;
     }
     if (vertices.end - vertices.begin <= FACE_VERTICES) return;
-    fit_lanes(fit, vertices, FACE_VERTICES, is_straight, group);
-    fit_lanes(fit, vertices, FACE_VERTICES + 8, is_straight, group + 8);
+    fit_lanes(fit, vertices, FACE_VERTICES, shift, group);
+    fit_lanes(fit, vertices, FACE_VERTICES + 8, shift, group + 8);
 }
 
 void TULLE_KERNEL(fit_block)(const leaf_fit *fit, const tree_leaf *leaf, float *block) {
