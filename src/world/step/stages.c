@@ -131,7 +131,7 @@ tulle_status world_solve_motion(step_context *context) {
     tulle_status status =
         response->solve_motion(&context->scene, &system, &world->rows, u, &solved);
     context->has_settled =
-        solved.has_settled && !solved.is_early && (int)solved.solve_count >= settings->solve_rounds;
+        solved.has_settled && !solved.is_early && (int)solved.solve_count >= given.solve_rounds;
     *settings = given;
     if (status == TULLE_OK && response->linearises_again) status = check_springs(context);
 

@@ -64,9 +64,44 @@ static void forces_near_the_smallest_number_do_no_harm(void **state) {
     tulle_mesh_destroy(&sheet);
 }
 
+/* Fewest solves of a step that a sheet at rest on the ground takes, with that many rounds asked for.
+ */
+static uint32_t count_solves_at_rest(int rounds) {
+    tulle_world_def def = tulle_world_def_default();
+    def.solve_rounds = rounds;
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    tulle_mesh sheet = small_sheet(0.5, 6, 0.02);
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_PLANE);
+    tulle_mesh ground = small_shape(shape, 0.0, 0.0, 0.0);
+    small_add_cloth(world, &sheet);
+    small_add_obstacle(world, &ground);
+    uint32_t fewest = UINT32_MAX;
+    for (int step = 0; step < 90; step++) {
+        tulle_step_report report;
+        assert_int_equal(tulle_world_step(world, 1.0 / 60.0, &report, NULL), TULLE_OK);
+        if (step < 60) continue;
+        assert_true(report.stick_contacts > 0);
+        if (report.solve_count < fewest) fewest = report.solve_count;
+    }
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&ground);
+    tulle_world_destroy(world);
+    return fewest;
+}
+
+/* A rough first solve makes one round. It is not the last one where more are asked for. */
+static void rounds_asked_for_are_made(void **state) {
+    (void)state;
+    assert_in_range(count_solves_at_rest(1), 1, 3);
+    assert_true(count_solves_at_rest(3) >= 4);
+    assert_true(count_solves_at_rest(6) >= 7);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_residual_is_what_solves_leave),
-        cmocka_unit_test(forces_near_the_smallest_number_do_no_harm)};
+        cmocka_unit_test(forces_near_the_smallest_number_do_no_harm),
+        cmocka_unit_test(rounds_asked_for_are_made)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
