@@ -27,12 +27,12 @@ TULLE_DECLARE_KERNEL(size_t, filter_pairs,
 
 /* What is measured of pairs, an entry each. */
 typedef struct pair_measures {
-    double *start, *end; /* [m] distances there, those of closest_of_pair to the bit */
-    bool *is_at_end;     /* of two edges: at the start a closest point is an end of an edge; a
-                            weight of closest_of_pair is under RIM_WEIGHT */
+    double *distances; /* [m] those of closest_of_pair to the bit */
+    bool *is_at_end;   /* of two edges: a closest point is an end of an edge; a weight of
+                          closest_of_pair is under RIM_WEIGHT */
 } pair_measures;
 
-/* Measures pairs at the start and at the end of the records, where positions are finite. */
+/* Measures pairs at the start of the records, where positions are finite. */
 TULLE_DECLARE_KERNEL(void, measure_distances,
                      (const topology *topo, const vertex_record *records, feature_kind kind,
                       const feature_pair *pairs, size_t count, const pair_measures *measures))

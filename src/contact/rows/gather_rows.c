@@ -16,8 +16,9 @@
 typedef struct gathering {
     const contact_scene *scene;
     const double *predicted;
-    const vertex_record *start_and_rest;        /* x0 and the rest shape */
-    pair_tables tables;                         /* of x0 -> predicted */
+    const vertex_record *paths, *rest_shape;    /* x0 -> predicted, and the rest shape */
+    const double *ways;                         /* [m] vertex_count: length of each path */
+    pair_tables tables;                         /* of the paths */
     double largest_contact, largest_separation; /* [m] with rounding slack */
 } gathering;
 
@@ -28,43 +29,73 @@ static void measure_touches(const void *context, feature_kind kind, pair_event *
                             size_t count, scan_verdict *verdicts) {
     const gathering *const work = context;
     const contact_scene *const scene = work->scene;
-    if (count == 0) return;
-    /* distances at the start and in the rest shape */
-    double start[SCAN_MOST], rest[SCAN_MOST];
+    const topology *const topo = scene->set->topo;
+    double distances[SCAN_MOST];
     bool is_at_end[SCAN_MOST];
-    pair_measures const measures = {start, rest, is_at_end};
     feature_pair pairs[SCAN_MOST];
     for (size_t i = 0; i < count; i++) pairs[i] = events[i].pair;
     TULLE_PICK_KERNEL(measure_distances)
-    (scene->set->topo, work->start_and_rest, kind, pairs, count, &measures);
+    (topo, work->paths, kind, pairs, count, &(pair_measures){distances, is_at_end});
 
-    /* near pairs; the others make a query */
-    apart_query far = {.kind = kind, .count = 0};
-    uint8_t indices[SCAN_MOST]; /* of the query's pairs among the events */
+    /* Most pairs neither start near each other nor go far enough to come near: they are done. Only
+     * pairs of one surface need their distance in the rest shape. */
+    uint8_t kept[SCAN_MOST], folded[SCAN_MOST];
+    feature_pair folded_pairs[SCAN_MOST];
+    bool is_slow[SCAN_MOST];
+    size_t kept_count = 0, folded_count = 0;
     for (size_t i = 0; i < count; i++) {
         uint32_t vertices[4];
-        feature_pair_vertices(scene->set->topo, kind, pairs[i], vertices);
-        pair_distances const limits = compute_pair_distances(scene, kind, vertices, &rest[i]);
-        events[i].distance = start[i];
+        feature_pair_vertices(topo, kind, pairs[i], vertices);
+        events[i].distance = distances[i];
         events[i].time = 0.0;
-        verdicts[i] = is_at_end[i] ? SCAN_DROP_NEAR : SCAN_EVENT;
-        if (!(start[i] >= limits.separation)) continue;
+        verdicts[i] = SCAN_DROP;
+        /* the sides come nearer by at most the longest way of each */
+        double w[4];
+        for (int k = 0; k < 4; k++) w[k] = work->ways[vertices[k]];
+        double const later = w[2] > w[3] ? w[2] : w[3], earlier = w[0] > w[1] ? w[0] : w[1];
+        double const approach =
+            kind == FEATURE_EDGE_EDGE ? earlier + later : w[0] + (w[1] > later ? w[1] : later);
+        is_slow[i] = distances[i] - approach > work->largest_contact;
+        if (is_slow[i] && distances[i] >= work->largest_separation) continue;
+        kept[kept_count++] = (uint8_t)i;
+        if (scene->vertex_surface[vertices[0]] != scene->vertex_surface[vertices[3]]) continue;
+        folded_pairs[folded_count] = pairs[i];
+        folded[folded_count++] = (uint8_t)i;
+    }
+    double rest[SCAN_MOST], at_rest[SCAN_MOST];
+    bool unused[SCAN_MOST];
+    TULLE_PICK_KERNEL(measure_distances)
+    (topo, work->rest_shape, kind, folded_pairs, folded_count, &(pair_measures){at_rest, unused});
+    for (size_t k = 0; k < folded_count; k++) rest[folded[k]] = at_rest[k];
+
+    /* near pairs; those of the others that may come near make a query */
+    apart_query far = {.kind = kind, .count = 0};
+    uint8_t indices[SCAN_MOST]; /* of the query's pairs among the events */
+    for (size_t k = 0; k < kept_count; k++) {
+        size_t const i = kept[k];
+        uint32_t vertices[4];
+        feature_pair_vertices(topo, kind, pairs[i], vertices);
+        pair_distances const limits = compute_pair_distances(scene, kind, vertices, &rest[i]);
+        bool const is_near = !(distances[i] >= limits.separation);
+        verdicts[i] = is_near && !is_at_end[i]                  ? SCAN_EVENT
+                      : distances[i] < work->largest_separation ? SCAN_DROP_NEAR
+                                                                : SCAN_DROP;
+        if (is_near || is_slow[i]) continue;
         indices[far.count] = (uint8_t)i;
         far.pairs[far.count] = pairs[i];
         far.separations[far.count++] = limits.contact;
     }
 
-    /* those of the others that approach */
+    /* those of the query that approach */
     bool is_apart[SCAN_MOST];
-    mark_apart(&work->tables, &far, is_apart);
+    if (far.count > 0) mark_apart(&work->tables, &far, is_apart);
     for (size_t k = 0; k < far.count; k++) {
+        if (is_apart[k]) continue;
         size_t const i = indices[k];
         double const contact = far.separations[k];
-        verdicts[i] = start[i] < work->largest_separation ? SCAN_DROP_NEAR : SCAN_DROP;
-        if (is_apart[k]) continue;
         uint32_t vertices[4];
         moving_pair paths;
-        feature_pair_vertices(scene->set->topo, kind, pairs[i], vertices);
+        feature_pair_vertices(topo, kind, pairs[i], vertices);
         load_points(scene->x0, vertices, paths.start);
         load_points(work->predicted, vertices, paths.end);
         if (prove_apart(kind, &paths, contact) == APART_BY_DIRECTION) continue;
@@ -72,28 +103,33 @@ static void measure_touches(const void *context, feature_kind kind, pair_event *
         events[i].time = result.lower_bound;
         if (result.state != TOI_SEPARATED) verdicts[i] = SCAN_EVENT;
     }
-    for (size_t i = 0; i < count; i++)
-        if (verdicts[i] != SCAN_DROP && pair_is_ignored(scene, kind, pairs[i]))
-            verdicts[i] = SCAN_DROP;
+    for (size_t k = 0; k < kept_count; k++)
+        if (verdicts[kept[k]] != SCAN_DROP && pair_is_ignored(scene, kind, pairs[kept[k]]))
+            verdicts[kept[k]] = SCAN_DROP;
 }
 
 tulle_status gather_rows(const contact_scene *scene, const contact_store *store,
                          const double *predicted, pair_source *source, row_list *list) {
     arena_mark const mark = arena_get_mark(scene->scratch);
     double const slack = compute_rounding_slack(scene, predicted);
+    double *const ways = ARENA_NEW(scene->scratch, double, scene->vertex_count);
+    for (size_t i = 0; ways && i < scene->vertex_count; i++)
+        ways[i] = vec3_norm(vec3_sub(vec3_load(predicted, i), vec3_load(scene->x0, i)));
     gathering work = {.scene = scene,
                       .predicted = predicted,
-                      .start_and_rest = make_records(scene, scene->x0, scene->rest),
+                      .paths = make_records(scene, scene->x0, predicted),
+                      .rest_shape = make_records(scene, scene->rest, scene->rest),
+                      .ways = ways,
                       .largest_contact = scene->largest_contact + slack,
                       .largest_separation = scene->largest_separation + slack};
-    pair_scan const scan = {.records = make_records(scene, scene->x0, predicted),
+    pair_scan const scan = {.records = work.paths,
                             .at_start = work.largest_separation,
                             .at_end = work.largest_contact,
                             .measure = measure_touches,
                             .context = &work,
                             .notes_near_pairs = true};
     bool const has_memory =
-        work.start_and_rest && make_feature_tables(scene, scan.records, &work.tables);
+        work.rest_shape && work.ways && make_feature_tables(scene, work.paths, &work.tables);
     pair_events found;
     list->rows.count = 0;
     tulle_status status = has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;

@@ -30,16 +30,12 @@ SIMD_INLINE void measure_kind(const topology *topo, const vertex_record *records
         size_t const lane_count = rest < DOUBLE_LANES ? rest : DOUBLE_LANES;
         moving_lanes p[4];
         load_pair_points(topo, records, kind, pairs + begin, lane_count, p);
-        const vec3x8 start[4] = {p[0].start, p[1].start, p[2].start, p[3].start};
-        const vec3x8 end[4] = {p[0].end, p[1].end, p[2].end, p[3].end};
+        const vec3x8 points[4] = {p[0].start, p[1].start, p[2].start, p[3].start};
         bool const is_vertex = kind == FEATURE_VERTEX_TRIANGLE;
-        double8 feet[2], unused[2];
-        double8 const at_start =
-            is_vertex ? compute_vertex_distances2(start) : compute_edge_distances2(start, feet);
-        double8 const at_end =
-            is_vertex ? compute_vertex_distances2(end) : compute_edge_distances2(end, unused);
-        store_lanes(measures->start + begin, double8_sqrt(at_start), lane_count);
-        store_lanes(measures->end + begin, double8_sqrt(at_end), lane_count);
+        double8 feet[2];
+        double8 const distances2 =
+            is_vertex ? compute_vertex_distances2(points) : compute_edge_distances2(points, feet);
+        store_lanes(measures->distances + begin, double8_sqrt(distances2), lane_count);
         lane_mask const ends = is_vertex ? 0 : mark_ends(feet);
         for (size_t k = 0; k < lane_count; k++) measures->is_at_end[begin + k] = ends >> k & 1;
     }
