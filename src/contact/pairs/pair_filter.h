@@ -1,11 +1,15 @@
 /* contact/pairs/pair_filter.h - the cheapest test of candidate pairs, eight at a time.
  *
- * Let d be the direction from the middle of the second feature to that of the first at the start of
- * the step. Let the gap g(t) be the smallest extent of the first feature along d less the largest
- * of the second. No two points of the features are nearer than g(t) / |d|. If g(0) > s0 |d|, the
- * pair starts farther apart than s0. If also g(1) > s1 |d| and s1 <= s0, it stays farther apart
- * than s1 for all t, because gaps between corners along a fixed direction are linear in t. Both
- * distances include the rounding slack (compute_rounding_slack), which covers the error of g. */
+ * Let d be a fixed direction towards the first feature. Let the gap g(t) be the smallest extent of
+ * the first feature along d less the largest of the second. No two points of the features are
+ * nearer than g(t) / |d|. If g(0) > s0 |d|, the pair starts farther apart than s0. If also g(1) >
+ * s1 |d| and s1 <= s0, it stays farther apart than s1 for all t, because gaps between corners along
+ * a fixed direction are linear in t. Both distances include the rounding slack
+ * (compute_rounding_slack), which covers the error of g.
+ *
+ * Two directions at the start of the step are tried: from the middle of the second feature to that
+ * of the first, and the common normal of both. The middle of a large triangle tells little where
+ * small features lie on it, and there its normal tells all. */
 #ifndef TULLE_CONTACT_PAIRS_PAIR_FILTER_H
 #define TULLE_CONTACT_PAIRS_PAIR_FILTER_H
 

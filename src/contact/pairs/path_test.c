@@ -1,10 +1,11 @@
 /* contact/pairs/path_test.c - see path_test.h.
  *
- * The test is a chain from cheap to dear: the direction between the middles separates; an axis or
- * the closest direction at the start separates, both eight pairs at a time; no vertex moved
- * relative to the others; the closest direction at the end separates; a plane that turns from the
- * closest direction at the start to that at the end separates; conservative advancement with the
- * pair's own gap. Each link is a proof, so a pair that leaves the chain is safe. */
+ * The test is a chain from cheap to dear: the direction between the middles or the common
+ * normal separates; an axis or the closest direction at the start separates, all eight pairs at a
+ * time; no vertex moved relative to the others; the closest direction at the end separates; a plane
+ * that turns from the closest direction at the start to that at the end separates; conservative
+ * advancement with the pair's own gap. Each link is a proof, so a pair that leaves the chain is
+ * safe. */
 #include "contact/pairs/path_test.h"
 
 #include "base/parallel.h"
@@ -33,7 +34,7 @@ typedef struct path_test {
     pair_tables tables; /* of x0 -> x1 */
 } path_test;
 
-/* The rest of the chain, for pairs that the direction between their middles does not separate. A
+/* The rest of the chain, for pairs that the cheapest test does not separate. A
  * pair that may come under its gap becomes an event. */
 static void measure_hits(const void *context, feature_kind kind, pair_event *events, size_t count,
                          scan_verdict *verdicts) {
@@ -125,7 +126,6 @@ static void search_chunk(void *context, size_t begin, size_t end, size_t chunk, 
             vec3 points[4];
             feature_pair_vertices(topo, kind, kept[k], vertices);
             load_points(search->x1, vertices, points);
-            if (common_normal_separates(kind, points, best.distance + search->slack)) continue;
             double const distance = sqrt(closest_of_pair(kind, points).distance2);
             if (!is_smaller(distance, kept[k], &best)) continue;
             if (pair_is_ignored(search->scene, kind, kept[k])) continue;

@@ -83,19 +83,30 @@ static double find_gap(feature_kind kind, vec3 direction, const vec3 p[4]) {
 /* The formula of pair_filter.h. */
 static bool is_separated(const random_pairs *of, feature_kind kind, feature_pair pair,
                          double at_start, double at_end) {
-    vec3 p[4], end[4];
+    vec3 p[4], end[4], directions[2];
     get_points(of, kind, pair, 0.0, p);
     get_points(of, kind, pair, 1.0, end);
-    vec3 const sum = vec3_add(vec3_add(vec3_sub(p[0], p[1]), vec3_sub(p[0], p[2])),
-                              vec3_sub(p[0], p[3])); /* of a vertex and a triangle */
-    vec3 const edges = vec3_sub(vec3_sub(p[1], p[0]), vec3_sub(p[3], p[2]));
-    vec3 const direction = kind == FEATURE_VERTEX_TRIANGLE
-                               ? vec3_scale(sum, 1.0 / 3.0)
-                               : vec3_add_scaled(vec3_sub(p[0], p[2]), edges, 0.5);
-    double const norm2 = vec3_norm2(direction);
-    double const gap0 = find_gap(kind, direction, p), gap1 = find_gap(kind, direction, end);
-    return gap0 > 0.0 && gap0 * gap0 > at_start * at_start * norm2 && gap1 > 0.0 &&
-           gap1 * gap1 > at_end * at_end * norm2;
+    if (kind == FEATURE_VERTEX_TRIANGLE) {
+        vec3 const d[3] = {vec3_sub(p[0], p[1]), vec3_sub(p[0], p[2]), vec3_sub(p[0], p[3])};
+        directions[0] = vec3_scale(vec3_add(vec3_add(d[0], d[1]), d[2]), 1.0 / 3.0);
+        directions[1] = vec3_cross(vec3_sub(d[0], d[1]), vec3_sub(d[0], d[2]));
+        if (vec3_dot(directions[1], d[0]) < 0.0) directions[1] = vec3_neg(directions[1]);
+    } else {
+        vec3 const across = vec3_sub(p[0], p[2]);
+        vec3 const first = vec3_sub(p[1], p[0]), second = vec3_sub(p[3], p[2]);
+        directions[0] = vec3_add_scaled(across, vec3_sub(first, second), 0.5);
+        directions[1] = vec3_cross(first, second);
+        if (vec3_dot(directions[1], across) < 0.0) directions[1] = vec3_neg(directions[1]);
+    }
+    for (int i = 0; i < 2; i++) {
+        double const norm2 = vec3_norm2(directions[i]);
+        double const gap0 = find_gap(kind, directions[i], p);
+        double const gap1 = find_gap(kind, directions[i], end);
+        if (gap0 > 0.0 && gap0 * gap0 > at_start * at_start * norm2 && gap1 > 0.0 &&
+            gap1 * gap1 > at_end * at_end * norm2)
+            return true;
+    }
+    return false;
 }
 
 static void check_distances(const random_pairs *of, feature_kind kind, feature_pair pair,

@@ -19,6 +19,16 @@ SIMD_INLINE vec3x8 compute_direction(feature_kind kind, const moving_lanes v[3])
     return vec3x8_add_scaled(v[0].start, vec3x8_sub(v[1].start, v[2].start), double8_fill(0.5));
 }
 
+/* n: the common normal of both features, towards the first. */
+SIMD_INLINE vec3x8 compute_normal(feature_kind kind, const moving_lanes v[3]) {
+    vec3x8 const normal =
+        kind == FEATURE_VERTEX_TRIANGLE
+            ? vec3x8_cross(vec3x8_sub(v[0].start, v[1].start), vec3x8_sub(v[0].start, v[2].start))
+            : vec3x8_cross(v[1].start, v[2].start);
+    double8 const across = vec3x8_dot(normal, v[0].start);
+    return vec3x8_select(double8_greater(double8_fill(0.0), across), vec3x8_neg(normal), normal);
+}
+
 /* g from the extents of the vectors along d */
 SIMD_INLINE double8 compute_gap(feature_kind kind, const double8 along[3]) {
     double8 const zero = double8_fill(0.0);
@@ -33,6 +43,19 @@ SIMD_INLINE bool8 exceeds(double8 gap, double bound2, double8 norm2) {
                      double8_greater(gap * gap, bound2 * norm2));
 }
 
+/* The lanes that a fixed direction keeps apart. */
+SIMD_INLINE bool8 separates(const pair_filter *filter, feature_kind kind, vec3x8 direction,
+                            const moving_lanes v[3]) {
+    double8 const norm2 = vec3x8_dot(direction, direction);
+    double8 start[3], end[3];
+    for (int k = 0; k < 3; k++) {
+        start[k] = vec3x8_dot(direction, v[k].start);
+        end[k] = vec3x8_dot(direction, v[k].end);
+    }
+    return bool8_and(exceeds(compute_gap(kind, start), filter->at_start * filter->at_start, norm2),
+                     exceeds(compute_gap(kind, end), filter->at_end * filter->at_end, norm2));
+}
+
 /* Lanes that are kept. */
 SIMD_INLINE lane_mask keep_lanes(const pair_filter *filter, feature_kind kind,
                                  const feature_pair *pairs, size_t lane_count) {
@@ -40,17 +63,11 @@ SIMD_INLINE lane_mask keep_lanes(const pair_filter *filter, feature_kind kind,
     moving_lanes v[3];
     get_pair_records(filter->topo, filter->records, kind, pairs, lane_count, &at);
     load_vectors(kind, &at, v);
-    vec3x8 const direction = compute_direction(kind, v);
-    double8 const norm2 = vec3x8_dot(direction, direction);
-    double8 start[3], end[3];
-    for (int k = 0; k < 3; k++) {
-        start[k] = vec3x8_dot(direction, v[k].start);
-        end[k] = vec3x8_dot(direction, v[k].end);
-    }
-    bool8 const apart =
-        bool8_and(exceeds(compute_gap(kind, start), filter->at_start * filter->at_start, norm2),
-                  exceeds(compute_gap(kind, end), filter->at_end * filter->at_end, norm2));
-    return ~bool8_bits(apart) & (((lane_mask)1 << lane_count) - 1);
+    lane_mask const all = ((lane_mask)1 << lane_count) - 1;
+    lane_mask const kept =
+        all & ~bool8_bits(separates(filter, kind, compute_direction(kind, v), v));
+    if (kept == 0) return 0;
+    return kept & ~bool8_bits(separates(filter, kind, compute_normal(kind, v), v));
 }
 
 SIMD_INLINE size_t filter_kind(const pair_filter *filter, feature_kind kind,
