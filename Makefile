@@ -151,7 +151,7 @@ bench:
 bench-compare:
 	@$(INSTALL_PACKAGES) build bench
 	@$(MAKE) --no-print-directory build-program
-	@$(BENCH) --particles 0.4k,2k,9.8k --instructions --compare bench/baseline.csv $(BENCH_OPTIONS)
+	@$(BENCH) --particles 0.1k,0.4k,1k,2k,9.8k --instructions --compare bench/baseline.csv $(BENCH_OPTIONS)
 
 # The tables of docs/experiments/detection.md: makes the inputs once (half an hour), then measures.
 bench-detect:

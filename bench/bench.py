@@ -20,10 +20,11 @@ ROOT = Path(__file__).resolve().parent.parent
 HEAD = ["scene", "size", "threads", "kind", "name", "value", "minimum", "spread"]
 
 # Name: steps that are timed, fewer where they take long.
-SIZES = {"0.4k": 4, "2k": 8, "9.8k": 8, "40k": 4, "160k": 2, "1m": 1}
-PARTICLES = {"0.4k": 400, "2k": 2000, "9.8k": 9800, "40k": 40000, "160k": 160000, "1m": 1000000}
+SIZES = {"0.1k": 30, "0.4k": 4, "1k": 30, "2k": 8, "9.8k": 8, "40k": 4, "160k": 2, "1m": 1}
+PARTICLES = {"0.1k": 100, "0.4k": 400, "1k": 1024, "2k": 2000, "9.8k": 9800, "40k": 40000, "160k": 160000, "1m": 1000000}
 APART = {"0.4k", "1m", "landing"}  # not among "all"
-SMALL = {"0.4k", "2k"}  # small enough to count their instructions
+SMALL = {"0.1k", "0.4k", "1k", "2k"}  # small enough to count their instructions
+USUAL = ("0.4k", "2k", "9.8k", "40k", "160k")
 
 
 def resolutions(*texts):
@@ -36,22 +37,28 @@ def nets(*holes):
              f"cloth[0].mesh.strand_resolution={columns}"] for cells, size, columns in holes]
 
 
-SQUARE = resolutions("20, 20", "45, 45", "99, 99", "200, 200", "400, 400")
+def usual(changes):
+    return dict(zip(USUAL, changes, strict=True))
+
+
+SQUARE = usual(resolutions("20, 20", "45, 45", "99, 99", "200, 200", "400, 400"))
 
 # Name: the file below the directory of scenes, the steps from the start to where contact is in full swing, how it comes to each
 # size. Materials and obstacles stay as the file has them; only the mesh of the cloth gets finer. A net keeps its holes, which
 # decide what slips through: it gets finer strands and, as far as that alone does not give the number, more or fewer holes. A
 # million particles would simulate for hours until contact is in full swing: `landing` is `sphere` when the cloth has just met it.
+# `small` is cloth as games and robots have it, in sizes of its own.
 SCENES = {
+    "small": ("bench/small", 30, dict(zip(("0.1k", "1k"), resolutions("10, 10", "32, 32"), strict=True))),
     "needles": ("needles", 45, SQUARE),
     "sphere": ("sphere", 72, SQUARE),
     "spikes": ("spikes", 54, SQUARE),
-    "ribbon": ("ribbon", 135, resolutions("201, 2", "401, 5", "897, 11", "1819, 22", "3639, 44")),
-    "net": ("net", 45, nets((4, 0.4107, 1), (9, 0.904, 1), (12, 1.2, 2), (13, 1.2987, 4), (13, 1.2987, 8))),
+    "ribbon": ("ribbon", 135, usual(resolutions("201, 2", "401, 5", "897, 11", "1819, 22", "3639, 44"))),
+    "net": ("net", 45, usual(nets((4, 0.4107, 1), (9, 0.904, 1), (12, 1.2, 2), (13, 1.2987, 4), (13, 1.2987, 8)))),
     "boxes": ("boxes", 45, SQUARE),
-    "hammock": ("hammock", 72, resolutions("27, 15", "59, 34", "132, 74", "267, 150", "535, 299")),
-    "example_one": ("paper/example_one", 72, resolutions("25, 16", "55, 37", "121, 81", "245, 163", "489, 327")),
-    "landing": ("sphere", 12, SQUARE + resolutions("1000, 1000")),
+    "hammock": ("hammock", 72, usual(resolutions("27, 15", "59, 34", "132, 74", "267, 150", "535, 299"))),
+    "example_one": ("paper/example_one", 72, usual(resolutions("25, 16", "55, 37", "121, 81", "245, 163", "489, 327"))),
+    "landing": ("sphere", 12, {**SQUARE, "1m": resolutions("1000, 1000")[0]}),
 }
 
 
@@ -175,7 +182,7 @@ class Bench:
 
     def measure_case(self, scene, size):
         name, skip, sizes = SCENES[scene]
-        changes = sizes[list(SIZES).index(size)]
+        changes = sizes[size]
         file = Path(self.options.scenes) / f"{name}.yaml"
         if not file.is_file():
             raise Failed(f"--scenes: {file} is not there")
@@ -225,10 +232,10 @@ class Bench:
             raise Failed(f"--scenes: {self.options.scenes} is no directory")
         self.fingerprint = find_fingerprint(self.program)
         for scene in scenes:
-            for size in sizes:
-                if list(SIZES).index(size) >= len(SCENES[scene][2]):
-                    say(f"{scene} is not made in size {size}")
-                    continue
+            made = [size for size in sizes if size in SCENES[scene][2]]
+            if not made:
+                say(f"{scene} is made in none of these sizes, but in {', '.join(SCENES[scene][2])}")
+            for size in made:
                 self.measure_case(scene, size)
                 if self.options.csv:
                     write_rows(self.options.csv, self.rows)
@@ -304,11 +311,11 @@ def print_scaling(rows):
 def read_options(words):
     reader = argparse.ArgumentParser(prog="bench.py", description=__doc__.split("\n\n")[0], add_help=True)
     reader.add_argument("scenes_", metavar="SCENE", nargs="+", help=", ".join(SCENES) + ", or all but landing")
-    reader.add_argument("-p", "--particles", help=f"sizes: {', '.join(SIZES)}, all (default: 2k,9.8k)")
+    reader.add_argument("-p", "--particles", help=f"sizes: {', '.join(SIZES)}, all (default: 0.1k,1k,2k,9.8k; a scene is made in those that it has)")
     reader.add_argument("-t", "--threads", help="numbers of threads (default: 1,2)")
     reader.add_argument("-r", "--repeat", type=int, help="how often the steps of a case are made (default: 7)")
     reader.add_argument("--seconds", type=int, default=60, help="no further repeat of a case after that many, but three")
-    reader.add_argument("--quick", action="store_true", help="the smallest size on one thread, twice: to see that it works")
+    reader.add_argument("--quick", action="store_true", help="size 0.4k on one thread, twice: to see that it works")
     reader.add_argument("--instructions", action="store_true", help="also count the instructions of sizes up to 2k, by valgrind")
     reader.add_argument("--csv", metavar="FILE", help="write all measures to FILE")
     reader.add_argument("--compare", metavar="FILE", help="compare with FILE; exit code 1 if anything got worse")
@@ -320,7 +327,7 @@ def read_options(words):
     reader.add_argument("--tulle", metavar="FILE", default=str(ROOT / "build/release/tulle"), help="the program")
     options = reader.parse_args(words)
     if options.particles is None:
-        options.particles = "0.4k" if options.quick else "2k,9.8k"
+        options.particles = "0.4k" if options.quick else "0.1k,1k,2k,9.8k"
     if options.threads is None:
         options.threads = "1" if options.quick else "1,2"
     if options.repeat is None:

@@ -78,10 +78,10 @@ sys.path.insert(0, sys.argv[1] + "/bench")
 import bench
 faults = 0
 for scene, (file, _, sizes) in bench.SCENES.items():
-    if len(sizes) != len(bench.SIZES) - (scene != "landing"):
+    if len(sizes) != {"landing": 6, "small": 2}.get(scene, 5):
         print(f"{scene}: {len(sizes)} sizes")
         faults += 1
-    for size, changes in zip(bench.SIZES, sizes):
+    for size, changes in sizes.items():
         if bench.PARTICLES[size] > 10000 and not sys.argv[3]:
             continue
         command = [sys.argv[2], "info", "--json", f"{sys.argv[1]}/scenes/{file}.yaml"]
@@ -94,6 +94,13 @@ for scene, (file, _, sizes) in bench.SCENES.items():
             faults += 1
 sys.exit(faults > 0)
 END
+
+# ---- a scene is made in the sizes that it has ----
+bench small --particles 0.1k,0.4k --threads 1 --repeat 1 --csv small.csv >/dev/null 2>small.err || fault "small: exit $?: $(cat small.err)"
+[ "$(grep -v '^,' small.csv | cut -d, -f1,2 | sort -u | tail -n +2)" = small,0.1k ] || fault "small: $(cut -d, -f1,2 small.csv | sort -u)"
+awk -F, '$5 == "contacts" && $6 <= 0 { exit 1 }' small.csv || fault "small: an input without contact"
+bench small --particles 2k --threads 1 >/dev/null 2>small.err
+grep -q '^bench: small is made in none of these sizes, but in 0.1k, 1k' small.err || fault "small in 2k: $(cat small.err)"
 
 # ---- refused ----
 refuse 2 'there is no scene "spheer"; did you mean "sphere"' spheer
