@@ -9,6 +9,7 @@
 
 static double const MS = 1e3;                 /* of a second */
 static double const TURN = 6.283185307179586; /* [rad] */
+static double const BEND = 0.5;               /* [edge] of a smooth wave that all layers share */
 enum {
     SHEET_SIDE = 216, /* vertices along an edge of the sheet */
     PLEATS = 18,
@@ -25,13 +26,14 @@ typedef struct dense_source {
     double gap;    /* between layers */
     double motion; /* mean of a vertex */
     double noise;  /* share of the motion that each vertex has of its own, 0 .. 1 */
+    double across; /* share of that which goes across the layers, 0 .. 1 */
 } dense_source;
 
 static const dense_source dense[DENSE_COUNT] = {
-    {.name = "storm", .gap = 0.75, .motion = 1.4, .noise = 0.7},
-    {.name = "gust", .gap = 0.95, .motion = 1.4, .noise = 0.2},
-    {.name = "rope", .is_bundle = 1, .gap = 0.2, .motion = 0.28, .noise = 0.2},
-    {.name = "slow", .gap = 0.75, .motion = 0.07, .noise = 0.2}};
+    {.name = "storm", .gap = 0.45, .motion = 1.4, .noise = 0.5, .across = 0.2},
+    {.name = "gust", .gap = 0.45, .motion = 1.4, .noise = 0.25, .across = 0.5},
+    {.name = "rope", .is_bundle = 1, .gap = 0.2, .motion = 0.28, .noise = 0.34, .across = 1.0},
+    {.name = "slow", .gap = 0.25, .motion = 0.07, .noise = 0.2, .across = 1.0}};
 
 /* A number in [-1, 1) that depends on both arguments alone. */
 static double hash(uint64_t index, uint64_t salt) {
@@ -41,34 +43,43 @@ static double hash(uint64_t index, uint64_t salt) {
     return (double)((x ^ x >> 31) >> 11) * 0x1.0p-52 - 1.0;
 }
 
-/* A smooth field of the plane over some twenty edges. */
-static double wave(double u, double v, uint64_t salt) {
+/* A smooth field of space over some thirty edges. */
+static double wave(const double x[3], uint64_t salt) {
     double sum = 0.0;
     for (uint64_t k = 0; k < 4; k++)
         sum +=
-            sin(TURN * ((hash(k, salt) * u + hash(k, salt + 50) * v) / 20.0 + hash(k, salt + 100)));
+            sin(TURN *
+                ((hash(k, salt) * x[0] + hash(k, salt + 50) * x[1] + hash(k, salt + 150) * x[2]) /
+                     30.0 +
+                 hash(k, salt + 100)));
     return 0.5 * sum;
 }
 
-/* [edge] A grid point in space: pleats on one another, each bent along its length. */
-static void place_sheet(const dense_source *source, int i, int j, double x[3]) {
-    double const length = (double)SHEET_SIDE / PLEATS, along = i / length;
-    double const pleat = floor(along), way = along - pleat;
-    double const across = fmod(pleat, 2.0) == 0.0 ? way : 1.0 - way;
-    double const bend = TURN * j / SHEET_SIDE;
-    double const radius = 0.5 * SHEET_SIDE / TURN + source->gap * along + 0.2 * wave(i, j, 3);
-    x[0] = radius * cos(2.0 * bend) + 0.3 * wave(i, j, 1);
-    x[1] = radius * sin(2.0 * bend) + 0.3 * wave(i, j, 2);
-    x[2] = length * across + (bend > 0.5 * TURN ? 0.5 * source->gap : 0.0);
+/* [edge] A grid point in space: pleats on one another, bent along their length to most of a
+ * cylinder. Each lies at a height of its own, so none meet. normal: across the layers. */
+static void place_sheet(const dense_source *source, int i, int j, double x[3], double normal[3]) {
+    int const length = SHEET_SIDE / PLEATS, pleat = i / length, way = i % length;
+    double const bend = 0.95 * TURN * j / SHEET_SIDE;
+    double const radius = SHEET_SIDE / (0.95 * TURN) + source->gap * (pleat - 0.5 * (PLEATS - 1));
+    normal[0] = cos(bend);
+    normal[1] = sin(bend);
+    normal[2] = 0.0;
+    x[0] = radius * normal[0];
+    x[1] = radius * normal[1];
+    x[2] = pleat % 2 == 0 ? way : length - way;
 }
 
 /* [edge] Ribbons on one another, all twisted about one axis. */
-static void place_ribbon(const dense_source *source, int ribbon, int i, int j, double x[3]) {
+static void place_ribbon(const dense_source *source, int ribbon, int i, int j, double x[3],
+                         double normal[3]) {
     double const turn = TURN * j / 80.0;
     double const w = i - 0.5 * (RIBBON_WIDTH - 1) + 0.2 * hash((uint64_t)ribbon, 7);
-    double const h = source->gap * (ribbon - 0.5 * (RIBBONS - 1)) + 0.05 * wave(i, j, 9);
-    x[0] = w * cos(turn) - h * sin(turn);
-    x[1] = w * sin(turn) + h * cos(turn);
+    double const h = source->gap * (ribbon - 0.5 * (RIBBONS - 1));
+    normal[0] = -sin(turn);
+    normal[1] = cos(turn);
+    normal[2] = 0.0;
+    x[0] = w * cos(turn) + h * normal[0];
+    x[1] = w * sin(turn) + h * normal[1];
     x[2] = j;
 }
 
@@ -110,14 +121,19 @@ static void make_dense(const dense_source *source, detect_input *input) {
     for (size_t v = 0; v < most; v++) {
         int const j = (int)(v % (size_t)length), row = (int)(v / (size_t)length);
         int const g = row / width, i = row % width;
-        double x[3], by[3];
+        double x[3], by[3], normal[3], at[3], across = 0.0;
         if (source->is_bundle)
-            place_ribbon(source, g, i, j, x);
+            place_ribbon(source, g, i, j, at, normal);
         else
-            place_sheet(source, i, j, x);
+            place_sheet(source, i, j, at, normal);
+        for (uint64_t k = 0; k < 3; k++) {
+            x[k] = at[k] + BEND * wave(at, 1 + k);
+            by[k] = source->noise * hash(v, 30 + k);
+            across += by[k] * normal[k];
+        }
         for (uint64_t k = 0; k < 3; k++)
-            by[k] = (1.0 - source->noise) * wave(i, j + 40.0 * g, 20 + k) +
-                    source->noise * hash(v, 30 + k);
+            by[k] += (1.0 - source->noise) * wave(at, 20 + k) -
+                     (1.0 - source->across) * across * normal[k];
         moved += sqrt(by[0] * by[0] + by[1] * by[1] + by[2] * by[2]);
         for (int k = 0; k < 3; k++) {
             input->rest[3 * v + (size_t)k] = k == 0 ? 1.5 * width * g + i : k == 1 ? j : 0.0;
@@ -217,16 +233,21 @@ static void count_tight(const detect_input *input, size_t *vertex_pairs, size_t 
 
 /* ---- the table ---- */
 
-static size_t count_unresolved(const detect_input *input, size_t *event_count) {
+typedef struct event_counts {
+    size_t all, unresolved, at_start;
+} event_counts;
+
+static event_counts count_events(const detect_input *input) {
     measured_run run = make_run(TULLE_DETECT_REFIT, 1);
     tulle_detector *const detector = make_detector(input, &run);
     tulle_detect_result const result = find_step(input, detector, 1);
-    size_t unresolved = 0;
-    for (size_t i = 0; i < result.event_count; i++)
-        unresolved += result.events[i].state == TULLE_DETECT_UNRESOLVED;
-    *event_count = result.event_count;
+    event_counts counts = {.all = result.event_count};
+    for (size_t i = 0; i < result.event_count; i++) {
+        counts.unresolved += result.events[i].state == TULLE_DETECT_UNRESOLVED;
+        counts.at_start += result.events[i].state == TULLE_DETECT_TOUCHING_AT_START;
+    }
     tulle_detector_destroy(detector);
-    return unresolved;
+    return counts;
 }
 
 static void print_dense_row(const measured_run *run) {
@@ -246,14 +267,15 @@ void print_dense(const bench_options *options) {
         detect_input input;
         if (options->only && strcmp(options->only, dense[d].name) != 0) continue;
         make_dense(&dense[d], &input);
-        size_t vertex_pairs, edge_pairs, events;
+        size_t vertex_pairs, edge_pairs;
         count_tight(&input, &vertex_pairs, &edge_pairs);
-        size_t const unresolved = count_unresolved(&input, &events);
+        event_counts const events = count_events(&input);
         printf("\n%s: %zu vertices, %zu triangles, motion %.2f edges; by tight boxes %zu + %zu = "
-               "%zu pairs; %zu events, %zu unresolved (%.2f %%)\n",
+               "%zu pairs; %zu events, %zu touch at the start, %zu unresolved (%.2f %%)\n",
                input.name, input.vertex_count, input.triangle_count, input.motion, vertex_pairs,
-               edge_pairs, vertex_pairs + edge_pairs, events, unresolved,
-               events ? 100.0 * (double)unresolved / (double)events : 0.0);
+               edge_pairs, vertex_pairs + edge_pairs, events.all, events.at_start,
+               events.unresolved,
+               events.all ? 100.0 * (double)events.unresolved / (double)events.all : 0.0);
         printf("%-8s %s %10s %9s %8s %8s %8s %8s %8s %8s %8s %8s | %8s %8s %8s %8s\n", "method",
                "t", "box pairs", "filtered", "tested", "patches", "trees", "travers.", "filters",
                "impact", "search", "events", "total", "min", "first", "ns/pair");
