@@ -64,7 +64,8 @@ static void forces_near_the_smallest_number_do_no_harm(void **state) {
     tulle_mesh_destroy(&sheet);
 }
 
-/* Fewest solves of a step that a sheet at rest on the ground takes, with that many rounds asked for.
+/* Fewest solves of a step that a sheet at rest on the ground takes, with that many rounds asked
+ * for.
  */
 static uint32_t count_solves_at_rest(int rounds) {
     tulle_world_def def = tulle_world_def_default();
@@ -99,9 +100,8 @@ static void rounds_asked_for_are_made(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_residual_is_what_solves_leave),
-        cmocka_unit_test(forces_near_the_smallest_number_do_no_harm),
-        cmocka_unit_test(rounds_asked_for_are_made)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(the_residual_is_what_solves_leave),
+                                       cmocka_unit_test(forces_near_the_smallest_number_do_no_harm),
+                                       cmocka_unit_test(rounds_asked_for_are_made)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
