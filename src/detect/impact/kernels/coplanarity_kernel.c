@@ -36,24 +36,16 @@ SIMD_INLINE bool8 cannot_cross(const moving_lanes *offset, const moving_lanes *u
     return bool8_and(in_range, bool8_or(positive, negative));
 }
 
-/* Lanes that are kept. */
-SIMD_INLINE lane_mask keep_lanes(const pair_tables *tables, const slot_pairs *pairs, size_t begin,
-                                 size_t lane_count, feature_kind kind, slot_lanes *slots) {
-    *slots = load_slots(pairs, begin, lane_count);
-    record_lanes at;
-    get_records(tables, kind, slots, &at);
-    bool const is_vertex_triangle = kind == FEATURE_VERTEX_TRIANGLE;
-    moving_lanes const offset =
-        load_difference(at.points[0], at.points[is_vertex_triangle ? 1 : 2]);
-    moving_lanes const u = is_vertex_triangle ? load_difference(at.points[2], at.points[1])
-                                              : load_difference(at.points[1], at.points[0]);
-    moving_lanes const v = is_vertex_triangle ? load_difference(at.points[3], at.points[1])
-                                              : load_difference(at.points[3], at.points[2]);
-    lane_mask gone = bool8_bits(cannot_cross(&offset, &u, &v));
-    if (pairs->separations)
-        gone &= ~bool8_bits(
-            double8_greater(load_separations(pairs, begin, lane_count), double8_fill(0.0)));
-    return ~gone & (((lane_mask)1 << lane_count) - 1);
+/* Lanes that are kept, of eight pairs; separations: of each, or null. */
+SIMD_INLINE lane_mask keep_lanes(const pair_tables *tables, feature_kind kind,
+                                 const uint32_t *first, const uint32_t *second,
+                                 const double *separations) {
+    moving_lanes d[3];
+    load_corner_differences(tables, kind, first, second, d);
+    lane_mask gone = bool8_bits(cannot_cross(&d[0], &d[1], &d[2]));
+    if (separations)
+        gone &= ~bool8_bits(double8_greater(double8_load(separations), double8_fill(0.0)));
+    return ~gone & 0xffU;
 }
 
 SIMD_INLINE size_t filter_kind(const pair_tables *tables, const slot_pairs *pairs,
@@ -62,15 +54,25 @@ SIMD_INLINE size_t filter_kind(const pair_tables *tables, const slot_pairs *pair
     size_t kept_count = 0;
     for (size_t begin = 0; begin < pairs->count; begin += DOUBLE_LANES) {
         size_t const rest = pairs->count - begin;
+        const uint32_t *first = pairs->first + begin, *second = pairs->second + begin;
+        const double *separations = pairs->separations ? pairs->separations + begin : NULL;
         slot_lanes slots;
-        lane_mask kept = keep_lanes(tables, pairs, begin, rest < DOUBLE_LANES ? rest : DOUBLE_LANES,
-                                    kind, &slots);
+        double8 last;
+        lane_mask lanes = 0xffU;
+        if (rest < DOUBLE_LANES) {
+            slots = load_slots(pairs, begin, rest);
+            last = load_separations(pairs, begin, rest);
+            lanes = ((lane_mask)1 << rest) - 1;
+            first = slots.first;
+            second = slots.second;
+            if (separations) separations = (const double *)&last;
+        }
+        lane_mask kept = lanes & keep_lanes(tables, kind, first, second, separations);
         for (; kept; kept &= kept - 1) {
             int const k = __builtin_ctz(kept);
-            if (pairs->separations)
-                kept_separations[kept_count] = pairs->separations[begin + (size_t)k];
-            kept_first[kept_count] = slots.first[k];
-            kept_second[kept_count++] = slots.second[k];
+            if (separations) kept_separations[kept_count] = separations[k];
+            kept_first[kept_count] = first[k];
+            kept_second[kept_count++] = second[k];
         }
     }
     return kept_count;

@@ -100,6 +100,30 @@ SIMD_INLINE moving_lanes load_difference(const vertex_record *const a[DOUBLE_LAN
     return transpose_rows(rows);
 }
 
+/* The offset of the first corners of both features, then an edge of each. Every record is read
+ * once. */
+SIMD_INLINE void load_corner_differences(const pair_tables *tables, feature_kind kind,
+                                         const uint32_t *first, const uint32_t *second,
+                                         moving_lanes to[3]) {
+    double8 rows[3][DOUBLE_LANES];
+    const vertex_record *const records = tables->records;
+    for (int k = 0; k < DOUBLE_LANES; k++) {
+        bool const is_vertex_triangle = kind == FEATURE_VERTEX_TRIANGLE;
+        const uint32_t *const a = is_vertex_triangle ? tables->vertex_corners + first[k]
+                                                     : tables->edge_corners + 2 * (size_t)first[k];
+        const uint32_t *const b =
+            (is_vertex_triangle ? tables->triangle_corners + 3 * (size_t)second[k]
+                                : tables->edge_corners + 2 * (size_t)second[k]);
+        double8 const a0 = double8_load(records[a[0]].start);
+        double8 const b0 = double8_load(records[b[0]].start);
+        rows[0][k] = a0 - b0;
+        rows[1][k] = double8_load(records[is_vertex_triangle ? b[1] : a[1]].start) -
+                     (is_vertex_triangle ? b0 : a0);
+        rows[2][k] = double8_load(records[b[is_vertex_triangle ? 2 : 1]].start) - b0;
+    }
+    for (int i = 0; i < 3; i++) to[i] = transpose_rows(rows[i]);
+}
+
 SIMD_INLINE moving_lanes load_moving(const vertex_record *const from[DOUBLE_LANES]) {
     double8 rows[DOUBLE_LANES];
     for (int k = 0; k < DOUBLE_LANES; k++) rows[k] = double8_load(from[k]->start);
@@ -131,6 +155,21 @@ SIMD_INLINE moving_lanes load_moving(const vertex_record *const from[DOUBLE_LANE
         to.end.z[k] = from[k]->end[2];
     }
     return to;
+}
+
+SIMD_INLINE void load_corner_differences(const pair_tables *tables, feature_kind kind,
+                                         const uint32_t *first, const uint32_t *second,
+                                         moving_lanes to[3]) {
+    slot_lanes slots;
+    memcpy(slots.first, first, sizeof slots.first);
+    memcpy(slots.second, second, sizeof slots.second);
+    record_lanes at;
+    get_records(tables, kind, &slots, &at);
+    bool const is_vertex_triangle = kind == FEATURE_VERTEX_TRIANGLE;
+    to[0] = load_difference(at.points[0], at.points[is_vertex_triangle ? 1 : 2]);
+    to[1] = is_vertex_triangle ? load_difference(at.points[2], at.points[1])
+                               : load_difference(at.points[1], at.points[0]);
+    to[2] = load_difference(at.points[3], at.points[is_vertex_triangle ? 1 : 2]);
 }
 #endif
 
