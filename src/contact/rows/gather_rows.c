@@ -30,6 +30,7 @@ static void measure_touches(const void *context, feature_kind kind, pair_event *
     const gathering *const work = context;
     const contact_scene *const scene = work->scene;
     const topology *const topo = scene->set->topo;
+    if (count == 0) return;
     double distances[SCAN_MOST];
     bool is_at_end[SCAN_MOST];
     feature_pair pairs[SCAN_MOST];
