@@ -64,9 +64,7 @@ static void forces_near_the_smallest_number_do_no_harm(void **state) {
     tulle_mesh_destroy(&sheet);
 }
 
-/* Fewest solves of a step that a sheet at rest on the ground takes, with that many rounds asked
- * for.
- */
+/* Fewest solves of a step of a sheet at rest on the ground, where so many rounds are asked for. */
 static uint32_t count_solves_at_rest(int rounds) {
     tulle_world_def def = tulle_world_def_default();
     def.solve_rounds = rounds;
@@ -94,7 +92,7 @@ static uint32_t count_solves_at_rest(int rounds) {
 /* A rough first solve makes one round. It is not the last one where more are asked for. */
 static void rounds_asked_for_are_made(void **state) {
     (void)state;
-    assert_in_range(count_solves_at_rest(1), 1, 3);
+    assert_true(count_solves_at_rest(1) < 4); /* else the next two would show nothing */
     assert_true(count_solves_at_rest(3) >= 4);
     assert_true(count_solves_at_rest(6) >= 7);
 }
