@@ -79,6 +79,36 @@ static tulle_status append_rows(const contact_scene *scene, const pair_events *e
     return drop_hits_from_behind(scene, list, first_new, hits);
 }
 
+/* All hits on the paths to x1, tested first where the end of a vertex has changed; null: tested all
+ * at once. */
+static tulle_status search_hits(const contact_scene *scene, pair_source *source, const double *x1,
+                                const bool *has_changed, impact_report *report, pair_events *hits) {
+    tulle_status status = ensure_pairs_cover(scene, source, x1);
+    /* Pairs that were found anew need no full test: what was tested on paths that are still the
+     * same was complete for them. So hits do not depend on when pairs are searched. */
+    for (const bool *vertices = has_changed; status == TULLE_OK; vertices = NULL) {
+        status = find_hits(scene, source, x1, vertices, hits);
+        report->tested_pairs += hits->measured_count;
+        report->turning_pairs += hits->turning_count;
+        if (!vertices || hits->count > 0) break;
+    }
+    report->is_clean = status == TULLE_OK && hits->count == 0;
+    return status;
+}
+
+tulle_status foresee_impacts(const contact_scene *scene, pair_source *source, row_list *list,
+                             const double *x1, impact_report *report) {
+    *report = (impact_report){0};
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    size_t const row_count = list->rows.count;
+    pair_events hits = {0};
+    tulle_status status = search_hits(scene, source, x1, NULL, report, &hits);
+    if (status == TULLE_OK && hits.count > 0) status = append_rows(scene, &hits, x1, list);
+    report->impact_count = list->rows.count - row_count;
+    arena_release(scene->scratch, mark);
+    return status;
+}
+
 tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, row_list *list,
                              double *u, double *x1, impact_report *report) {
     *report = (impact_report){0};
@@ -89,19 +119,8 @@ tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, ro
     tulle_status status = has_changed && tested ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
     for (int round = 0; status == TULLE_OK; round++) {
         arena_mark const round_mark = arena_get_mark(scene->scratch);
-        /* Later rounds test only pairs with a changed vertex. If that finds no hit, all pairs are
-         * tested. Pairs that were found anew need no full test: what was tested on paths that are
-         * still the same was complete for them. So hits do not depend on when pairs are searched.
-         */
         pair_events hits = {0};
-        status = ensure_pairs_cover(scene, source, x1);
-        for (bool is_partial = round > 0; status == TULLE_OK; is_partial = false) {
-            status = find_hits(scene, source, x1, is_partial ? has_changed : NULL, &hits);
-            report->tested_pairs += hits.measured_count;
-            report->turning_pairs += hits.turning_count;
-            if (!is_partial || hits.count > 0) break;
-        }
-        report->is_clean = status == TULLE_OK && hits.count == 0;
+        status = search_hits(scene, source, x1, round > 0 ? has_changed : NULL, report, &hits);
         size_t const row_count = list->rows.count;
         bool const is_last = hits.count == 0 || round >= scene->settings.impact_rounds;
         if (status == TULLE_OK && !is_last) status = append_rows(scene, &hits, x1, list);

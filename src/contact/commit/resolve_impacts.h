@@ -18,4 +18,9 @@ typedef struct impact_report {
 tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, row_list *list,
                              double *u, double *x1, impact_report *report);
 
+/* Adds a row for each hit on the paths x1 of a solve that others follow, and lets nothing answer to
+ * it. The solves that follow know of it. */
+tulle_status foresee_impacts(const contact_scene *scene, pair_source *source, row_list *list,
+                             const double *x1, impact_report *report);
+
 #endif

@@ -148,17 +148,33 @@ tulle_status world_solve_motion(step_context *context) {
 
 /* ---- 8 ---- */
 
+/* Counts what stage 8 did. */
+static void count_impacts(step_context *context) {
+    tulle_step_report *const report = context->report;
+    report->impact_rounds += context->impacts.rounds;
+    report->tested_pairs += context->impacts.tested_pairs;
+    report->turning_pairs += context->impacts.turning_pairs;
+}
+
+tulle_status world_foresee_impacts(step_context *context) {
+    row_list *const rows = &context->world->rows;
+    set_body_lifts(&context->scene, rows);
+    propose_paths(&context->scene, context->mean_velocity, context->end);
+    tulle_status const status =
+        foresee_impacts(&context->scene, &context->source, rows, context->end, &context->impacts);
+    if (context->impacts.impact_count > 0) context->has_settled = false;
+    count_impacts(context);
+    return world_end_stage(context, STAGE_RESOLVE_IMPACTS, status);
+}
+
 tulle_status world_resolve_impacts(step_context *context) {
-    tulle_world *const world = context->world;
-    impact_report *const impacts = &context->impacts;
-    set_body_lifts(&context->scene, &world->rows);
+    set_body_lifts(&context->scene, &context->world->rows);
     propose_paths(&context->scene, context->mean_velocity, context->end);
     context->end_elastic.is_known = false; /* impacts move the ends on */
-    tulle_status const status = resolve_impacts(&context->scene, &context->source, &world->rows,
-                                                context->mean_velocity, context->end, impacts);
-    context->report->impact_rounds += impacts->rounds;
-    context->report->tested_pairs += impacts->tested_pairs;
-    context->report->turning_pairs += impacts->turning_pairs;
+    tulle_status const status =
+        resolve_impacts(&context->scene, &context->source, &context->world->rows,
+                        context->mean_velocity, context->end, &context->impacts);
+    count_impacts(context);
     return world_end_stage(context, STAGE_RESOLVE_IMPACTS, status);
 }
 
