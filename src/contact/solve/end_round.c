@@ -80,7 +80,7 @@ tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iter
     double const violation = sqrt(violation2 / count), misfit = sqrt(misfit2 / count);
     /* Rounds go on until little is left. Cheap rounds go on until no row is violated. */
     const contact_settings *const settings = &scene->settings;
-    bool const is_cheap = (int)iterations <= settings->effort->cheap_iterations;
+    bool const is_cheap = iterations <= (uint32_t)settings->effort->cheap_iterations;
     const solve_effort *const effort =
         is_cheap ? &solve_efforts[TULLE_QUALITY_EXACT] : settings->effort;
     double const looseness = effort->looseness;

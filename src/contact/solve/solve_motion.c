@@ -281,7 +281,7 @@ static tulle_status solve_linear(motion_solve *solve) {
         problem.vertex_count = scene->cloth_vertex_count;
         precondition_bodies(scene, solve->diagonal, solve->right_hand_side, solve->u);
         if (settings->effort->patience > 0 && solve->reference > 0.0) {
-            problem.patience = settings->effort->patience;
+            problem.patience = solve->report->is_costly ? 1 : settings->effort->patience;
             problem.late_tolerance =
                 fmin(settings->effort->late_factor * problem.tolerance, LATE_MOST);
             status = bound_by_net(solve, &problem, LATE_NET_SHARE, &solve->net_of_cloth,
@@ -297,11 +297,12 @@ static tulle_status solve_linear(motion_solve *solve) {
     if (status != TULLE_OK) return status;
     if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     solve_report *const report = solve->report;
+    bool const outlasts = problem.patience > 0 && result.iterations >= problem.patience;
+    report->is_costly |= outlasts;
     report->solve_count++;
     report->cg_iterations += (uint32_t)result.iterations;
     if (result.end != CONJUGATE_GRADIENTS_CONVERGED) report->has_converged = false;
-    bool const is_late = problem.patience > 0 && result.iterations >= problem.patience &&
-                         result.residual <= problem.late_tolerance;
+    bool const is_late = outlasts && result.residual <= problem.late_tolerance;
     if (result.end == CONJUGATE_GRADIENTS_CONVERGED && result.residual > problem.tolerance &&
         !is_late)
         report->is_early = true;
@@ -341,7 +342,8 @@ static tulle_status measure_reference(motion_solve *solve) {
 
 tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
                           double *u, solve_report *report) {
-    *report = (solve_report){.has_converged = true, .has_settled = true};
+    *report =
+        (solve_report){.has_converged = true, .has_settled = true, .is_costly = system->is_costly};
     arena *const scratch = scene->scratch;
     arena_mark const mark = arena_get_mark(scratch);
     size_t const cloth_count = scene->cloth_vertex_count, count = get_solved_count(scene);
@@ -379,7 +381,9 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
         status = solve_linear(&solve);
         if (status != TULLE_OK || row_count == 0) break;
         round_result result;
-        status = end_round(scene, list, report->cg_iterations - before, solve.sums, u, &result);
+        status =
+            end_round(scene, list, report->is_costly ? UINT32_MAX : report->cg_iterations - before,
+                      solve.sums, u, &result);
         if (status != TULLE_OK) break;
         report->violation = result.largest_violation;
         report->has_settled = result.has_settled;

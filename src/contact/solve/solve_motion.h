@@ -18,6 +18,7 @@ typedef struct motion_system {
     const double *start;           /* [m/s] cloth velocities at the start of the step; null: u */
     nested_aggregates *aggregates; /* of A, to precondition a solve in single precision; null: the
                                       solve is in double precision */
+    bool is_costly;                /* an earlier solve of the substep outlasted its patience */
 } motion_system;
 
 /* What the solve did, for tulle_step_report. */
@@ -27,6 +28,7 @@ typedef struct solve_report {
     bool has_converged; /* no solve stopped at its limit */
     bool has_settled;   /* the impulses of the last round have settled */
     bool is_early;      /* a solve ended above the tolerance, as one that another follows may */
+    bool is_costly;     /* a solve outlasted its patience, here or before */
     uint64_t stick_count, slip_count, hard_count;
     double violation; /* [m/s] largest violation of a row right after the last solve */
 } solve_report;

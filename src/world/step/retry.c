@@ -66,6 +66,7 @@ static void begin_series(step_context *context) {
 void world_begin_solves(step_context *context) {
     retry_state *const retry = &context->retry;
     retry->solves = retry->balances = retry->room_levels = 0;
+    retry->is_costly = false;
     retry->last_gain = (double)INFINITY;
     context->gain = 0.0;
     begin_series(context);

@@ -112,7 +112,8 @@ tulle_status world_solve_motion(step_context *context) {
                                   .forces = world->system.forces,
                                   .force_time = world->system.force_time,
                                   .start = is_first ? NULL : context->state->velocities,
-                                  .aggregates = world->aggregates};
+                                  .aggregates = world->aggregates,
+                                  .is_costly = context->retry.is_costly};
     if (is_first) { /* velocities and impulses from which the solves of a substep start */
         world_scale_impulses(context, world->system.force_time / context->time_step);
         if (world_keeps_balance(context)) world_share_room(context);
@@ -133,6 +134,7 @@ tulle_status world_solve_motion(step_context *context) {
     context->has_settled =
         solved.has_settled && !solved.is_early && (int)solved.solve_count >= given.solve_rounds;
     *settings = given;
+    context->retry.is_costly = solved.is_costly;
     if (status == TULLE_OK && response->linearises_again) status = check_springs(context);
 
     tulle_step_report *const report = context->report;
