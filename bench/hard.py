@@ -10,6 +10,7 @@ solve did not come to its end, or a frame holds an intersection.
 
 import argparse
 import csv
+import signal
 import subprocess
 import sys
 import tempfile
@@ -33,17 +34,25 @@ COLUMNS = ["scene", "particles", "steps", "median_ms", "p95_ms", "most_ms", "mos
            "not_converged", "rescues", "crossings", "message"]
 
 
-def run_case(program, name, threads, folder):
+def run_case(program, name, threads, limit, folder):
     """A row of the table for one scene."""
     scene, changes = CASES[name]
     out = Path(folder) / name
     words = [program, "run", str(ROOT / "scenes/hard" / f"{scene}.yaml"), "-o", str(out), "-t", str(threads), "--progress", "none"]
     for change in changes:
         words += ["--set", change]
-    run = subprocess.run(words, capture_output=True, text=True)
+    run = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    messages = []
+    try:
+        run.wait(limit)
+    except subprocess.TimeoutExpired:
+        messages.append(f"stopped after {limit} s")
+        run.send_signal(signal.SIGINT)  # it ends the step under way, or undoes it
+    errors = run.communicate()[1]
     row = dict.fromkeys(COLUMNS, "")
     row["scene"] = name
-    messages = [] if run.returncode == 0 else [run.stderr.strip().splitlines()[-1]]
+    if run.returncode != 0 and not messages:
+        messages.append(errors.strip().splitlines()[-1])
     check = subprocess.run([program, "check", str(out)], capture_output=True, text=True)
     row["crossings"] = 0 if check.returncode == 0 else "some"
     if check.returncode != 0:
@@ -79,6 +88,7 @@ def main():
     reader = argparse.ArgumentParser(description="how even the steps of hard scenes are", epilog=f"scenes: {', '.join(CASES)}")
     reader.add_argument("cases", metavar="SCENE", nargs="*", help="all unless given")
     reader.add_argument("--threads", type=int, default=1)
+    reader.add_argument("--limit", type=int, default=300, help="seconds for a scene (default: 300)")
     reader.add_argument("--csv", metavar="FILE", help="write the rows there too")
     reader.add_argument("--tulle", metavar="FILE", default=str(ROOT / "build/release/tulle"), help="the program")
     options = reader.parse_args()
@@ -89,7 +99,7 @@ def main():
     print("| " + " | ".join(COLUMNS) + " |\n|" + "---|" * len(COLUMNS), flush=True)
     with tempfile.TemporaryDirectory() as folder:
         for name in options.cases or CASES:
-            row = run_case(options.tulle, name, options.threads, folder)
+            row = run_case(options.tulle, name, options.threads, options.limit, folder)
             row["particles"] = count_particles(options.tulle, name)
             rows.append(row)
             print("| " + " | ".join(str(row[column]) for column in COLUMNS) + " |", flush=True)
