@@ -24,6 +24,27 @@ uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t co
     return low < end && matrix->columns[low] == column ? low : TULLE_NONE;
 }
 
+bool block_matrix_add_term(block_matrix *matrix, const matrix_term *term) {
+    uint32_t places[4][4];
+    for (size_t i = 0; i < 4; i++)
+        for (size_t j = 0; j < 4; j++) {
+            uint32_t const row = term->vertices[i], column = term->vertices[j];
+            places[i][j] = TULLE_NONE;
+            if (row == TULLE_NONE || column == TULLE_NONE) continue;
+            places[i][j] = block_matrix_find(matrix, row, column);
+            if (places[i][j] == TULLE_NONE) return false;
+        }
+    for (size_t i = 0; i < 4; i++)
+        for (size_t j = 0; j < 4; j++) {
+            if (places[i][j] == TULLE_NONE) continue;
+            double *const block = matrix->values + BLOCK_NUMBERS * (size_t)places[i][j];
+            double const scale = term->weights[i] * term->weights[j];
+            for (size_t k = 0; k < BLOCK_NUMBERS; k++)
+                block[k] += scale * term->stiffness.m[block_places[k]];
+        }
+    return true;
+}
+
 tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern blocks,
                                 block_pattern scalars, block_matrix *result) {
     block_matrix matrix = {.row_count = row_count,

@@ -8,6 +8,7 @@
 #define TULLE_MATH_BLOCK_MATRIX_H
 
 #include "base/memory.h"
+#include "math/matrix_term.h"
 #include "math/vec3.h"
 
 /* A symmetric 3x3 block is six numbers: xx, xy, xz, yy, yz, zz. */
@@ -36,9 +37,12 @@ typedef struct block_matrix {
     /* Scalars are sums of two, borrowed: see block_matrix_get_scalar. Set by the user. */
     const double *scalar_parts[2]; /* scalar_count each */
     double scalar_factors[2];
+    const double *scalar_sums; /* scalar_count, borrowed: the sums, which spares adding them up in
+                                  each product; null: not at hand */
 } block_matrix;
 
 static inline double block_matrix_get_scalar(const block_matrix *matrix, size_t index) {
+    if (matrix->scalar_sums) return matrix->scalar_sums[index];
     return matrix->scalar_factors[0] * matrix->scalar_parts[0][index] +
            matrix->scalar_factors[1] * matrix->scalar_parts[1][index];
 }
@@ -57,6 +61,10 @@ void block_matrix_destroy(memory *heap, block_matrix *matrix);
 
 /* Index of block (row, column) in columns; TULLE_NONE if it is not in the pattern. */
 uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column);
+
+/* Adds a term if the pattern has blocks for all pairs of its vertices. False: it has not, and
+ * nothing is added. */
+bool block_matrix_add_term(block_matrix *matrix, const matrix_term *term);
 
 /* A matrix as a linear_operator for conjugate_gradients_solve; context is a block_matrix_operator.
  * result = matrix * x, arrays of 3 * row_count doubles that do not overlap. The same bits for any

@@ -10,6 +10,7 @@
 #include "math/conjugate_gradients.h"
 
 #include "base/parallel.h"
+#include "math/advance_kernel.h"
 #include "math/vec3.h"
 
 #include <math.h>
@@ -96,10 +97,13 @@ static void begin_iteration(void *context, size_t begin, size_t end, size_t chun
 static void measure_curvature(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     solver *const work = context;
-    double sum = 0.0;
-    for (size_t vertex = begin; vertex < end; vertex++)
-        sum += vec3_dot(vec3_load(work->direction, vertex), vec3_load(work->product, vertex));
-    work->partials[chunk] = sum;
+    /* four sums, so that additions need not wait for one another */
+    double sums[4] = {0.0};
+    size_t i = 3 * begin;
+    for (; i + 4 <= 3 * end; i += 4)
+        for (size_t k = 0; k < 4; k++) sums[k] += work->direction[i + k] * work->product[i + k];
+    for (; i < 3 * end; i++) sums[0] += work->direction[i] * work->product[i];
+    work->partials[chunk] = (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
 /* x += alpha p, r -= alpha A p, z = P^-1 r; sums r . z. The inverse is zero at fixed vertices, so
@@ -107,19 +111,9 @@ static void measure_curvature(void *context, size_t begin, size_t end, size_t ch
 static void advance(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     solver *const work = context;
-    double const alpha = work->step;
-    double sum = 0.0;
-    for (size_t vertex = begin; vertex < end; vertex++) {
-        vec3 const p = vec3_load(work->direction, vertex);
-        vec3_store(work->x, vertex, vec3_add_scaled(vec3_load(work->x, vertex), p, alpha));
-        vec3 const r = vec3_add_scaled(vec3_load(work->residual, vertex),
-                                       vec3_load(work->product, vertex), -alpha);
-        vec3 const z = block_multiply(work->inverse + BLOCK_NUMBERS * vertex, r);
-        vec3_store(work->residual, vertex, r);
-        vec3_store(work->preconditioned, vertex, z);
-        sum += vec3_dot(r, z);
-    }
-    work->partials[chunk] = sum;
+    advance_vectors const vectors = {work->x,       work->residual,       work->direction,
+                                     work->product, work->preconditioned, work->inverse};
+    work->partials[chunk] = TULLE_PICK_KERNEL(advance_along)(&vectors, work->step, begin, end);
 }
 
 /* p = z + beta p */
@@ -186,7 +180,7 @@ tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *proble
     size_t const count = problem->vertex_count, inverse_size = BLOCK_NUMBERS * count;
     solver work = {
         .problem = problem, .x = x, .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK)};
-    work.residual = ARENA_NEW(scratch, double, 3 * count);
+    work.residual = problem->residual ? problem->residual : ARENA_NEW(scratch, double, 3 * count);
     work.direction = ARENA_NEW(scratch, double, 3 * count);
     work.product = ARENA_NEW(scratch, double, 3 * count);
     work.preconditioned = ARENA_NEW(scratch, double, 3 * count);

@@ -32,7 +32,7 @@ typedef struct conjugate_gradients_problem {
     int patience;
     int max_iterations;
     int threads;
-    double *residual; /* single_solver puts b - A x of its end here, 3 * vertex_count; null: none */
+    double *residual; /* b - A x of the end goes here, 3 * vertex_count; null: nowhere */
     stop_poll *stop;  /* asked before each iteration; then it ends as at the limit. May be null */
 } conjugate_gradients_problem;
 

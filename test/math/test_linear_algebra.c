@@ -3,6 +3,7 @@
 #include "base/timer.h"
 #include "math/block_matrix.h"
 #include "math/conjugate_gradients.h"
+#include "math/kernel_target.h"
 #include "math/vec3.h"
 
 #include <setjmp.h>
@@ -112,6 +113,13 @@ static void product_equals_dense_product(void **state) {
         for (size_t j = 0; j < ENTRIES; j++) sum += dense[i * ENTRIES + j] * x[j];
         assert_true(fabs(sum - y[i]) < 1e-13);
     }
+    /* the same bits with scalars that are added up beforehand */
+    double sums[4 * VERTICES], again[ENTRIES];
+    for (size_t k = 0; k < r.matrix.scalar_count; k++)
+        sums[k] = block_matrix_get_scalar(&r.matrix, k);
+    r.matrix.scalar_sums = sums;
+    block_matrix_apply(&product, x, again);
+    assert_memory_equal(again, y, sizeof again);
     double diagonal[9 * VERTICES];
     block_matrix_get_diagonal(&r.matrix, diagonal, 2);
     for (size_t v = 0; v < VERTICES; v++)
@@ -124,12 +132,47 @@ static void product_equals_dense_product(void **state) {
     ring_free(&r);
 }
 
+/* A term joins the matrix if all pairs of its vertices have blocks; else nothing changes. */
+static void terms_join_the_matrix_where_they_fit(void **state) {
+    (void)state;
+    static double before[ENTRIES * ENTRIES], after[ENTRIES * ENTRIES];
+    mat3 const stiffness = {{5.0, 1.0, 2.0, 1.0, 4.0, -1.0, 2.0, -1.0, 3.0}};
+    static const struct {
+        uint32_t vertices[4];
+        bool fits;
+    } cases[] = {{{7, TULLE_NONE, TULLE_NONE, TULLE_NONE}, true},
+                 {{TULLE_NONE, 8, TULLE_NONE, 7}, true},
+                 {{0, TULLE_NONE, VERTICES - 1, TULLE_NONE}, true},
+                 {{TULLE_NONE, TULLE_NONE, TULLE_NONE, TULLE_NONE}, true},
+                 {{7, 8, 9, TULLE_NONE}, false}, /* 7 and 9 share a scalar alone */
+                 {{7, 8, TULLE_NONE, 30}, false}};
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        ring r;
+        ring_make(&r, VERTICES, 1.0);
+        make_dense(&r.matrix, before);
+        matrix_term term = {.weights = {1.0, -0.25, -0.5, 0.75}, .stiffness = stiffness};
+        memcpy(term.vertices, cases[c].vertices, sizeof term.vertices);
+        assert_true(block_matrix_add_term(&r.matrix, &term) == cases[c].fits);
+        for (size_t i = 0; cases[c].fits && i < 16; i++) {
+            uint32_t const row = term.vertices[i / 4], column = term.vertices[i % 4];
+            for (size_t k = 0; k < 9 && row != TULLE_NONE && column != TULLE_NONE; k++)
+                before[(3 * row + k / 3) * ENTRIES + 3 * column + k % 3] +=
+                    term.weights[i / 4] * term.weights[i % 4] * stiffness.m[k];
+        }
+        make_dense(&r.matrix, after);
+        for (size_t i = 0; i < ENTRIES * ENTRIES; i++)
+            assert_true(fabs(after[i] - before[i]) <= (cases[c].fits ? 1e-14 : 0.0));
+        ring_free(&r);
+    }
+}
+
 typedef struct solve_input {
     const block_matrix *matrix;
     const double *b;
     const uint8_t *is_fixed;
     double tolerance, reference;
     int max_iterations, threads;
+    double *residual;
 } solve_input;
 static conjugate_gradients_result solve(solve_input in, double *x) {
     memory heap = memory_default();
@@ -146,14 +189,17 @@ static conjugate_gradients_result solve(solve_input in, double *x) {
                                                  .tolerance = in.tolerance,
                                                  .reference = in.reference,
                                                  .max_iterations = in.max_iterations,
-                                                 .threads = in.threads};
+                                                 .threads = in.threads,
+                                                 .residual = in.residual};
     conjugate_gradients_result result;
     assert_int_equal(conjugate_gradients_solve(&problem, x, &scratch, &result), TULLE_OK);
     uint64_t const heap_calls = heap.allocate_count;
     conjugate_gradients_result again;
     double *const copy = malloc(3 * in.matrix->row_count * sizeof(double));
     memcpy(copy, x, 3 * in.matrix->row_count * sizeof(double));
-    assert_int_equal(conjugate_gradients_solve(&problem, copy, &scratch, &again), TULLE_OK);
+    conjugate_gradients_problem repeated = problem;
+    repeated.residual = NULL;
+    assert_int_equal(conjugate_gradients_solve(&repeated, copy, &scratch, &again), TULLE_OK);
     assert_int_equal(heap.allocate_count, heap_calls);
     free(copy);
     arena_destroy(&scratch);
@@ -208,7 +254,19 @@ static void solution_equals_dense_solution(void **state) {
         double start[ENTRIES];
         memcpy(start, x, sizeof x);
         solve_dense(dense, expected, is_fixed, x);
-        solve_input const in = {&r.matrix, b, is_fixed, 1e-13, 0.0, 500, 1};
+        double few[ENTRIES], residual[ENTRIES];
+        memcpy(few, x, sizeof x);
+        solve_input const in = {&r.matrix, b, is_fixed, 1e-13, 0.0, 500, 1, NULL};
+        solve_input cut = in; /* what five iterations leave is told */
+        cut.max_iterations = 5;
+        cut.residual = residual;
+        solve(cut, few);
+        make_dense(&r.matrix, dense);
+        for (size_t i = 0; i < ENTRIES; i++) {
+            double left = b[i];
+            for (size_t j = 0; j < ENTRIES; j++) left -= dense[i * ENTRIES + j] * few[j];
+            assert_true(fabs(left - residual[i]) < 1e-13);
+        }
         conjugate_gradients_result const result = solve(in, x);
         assert_int_equal(result.end, CONJUGATE_GRADIENTS_CONVERGED);
         assert_true(result.residual <= 1e-13 && result.iterations > 5);
@@ -230,7 +288,7 @@ static void ends_are_told_apart(void **state) {
     ring_make(&r, VERTICES, 9.0);
     double b[ENTRIES], x[ENTRIES] = {0};
     for (int i = 0; i < ENTRIES; i++) b[i] = 1.0 + i % 7;
-    solve_input in = {&r.matrix, b, NULL, 1e-12, 0.0, 3, 1};
+    solve_input in = {&r.matrix, b, NULL, 1e-12, 0.0, 3, 1, NULL};
     conjugate_gradients_result result = solve(in, x);
     assert_int_equal(result.end, CONJUGATE_GRADIENTS_ITERATION_LIMIT);
     assert_int_equal(result.iterations, 3);
@@ -264,9 +322,10 @@ static void ends_are_told_apart(void **state) {
     ring_free(&r);
 }
 
-static void bits_do_not_depend_on_threads(void **state) {
+static void bits_do_not_depend_on_threads_and_widths(void **state) {
     (void)state;
-    enum { MANY = 5000 };
+    enum { MANY = 5001 };
+    kernel_target const usual = kernel_target_get();
     ring r;
     ring_make(&r, MANY, 60.0 + 2 * 0.02 * MANY * 2);
     double *const b = malloc(3 * MANY * sizeof(double));
@@ -274,18 +333,21 @@ static void bits_do_not_depend_on_threads(void **state) {
     double *const other = calloc(3 * MANY, sizeof(double));
     for (int i = 0; i < 3 * MANY; i++) b[i] = sin(i * 0.7);
     int iterations = 0;
-    for (int threads = 1; threads <= 5; threads++) {
+    for (int k = 0; k < 5 * KERNEL_TARGET_COUNT; k++) {
+        int const threads = 1 + k / KERNEL_TARGET_COUNT;
+        if (!kernel_target_force((kernel_target)(k % KERNEL_TARGET_COUNT))) continue;
         memset(other, 0, 3 * MANY * sizeof(double));
-        solve_input const in = {&r.matrix, b, NULL, 1e-9, 0.0, 500, threads};
+        solve_input const in = {&r.matrix, b, NULL, 1e-9, 0.0, 500, threads, NULL};
         conjugate_gradients_result const result = solve(in, other);
         assert_int_equal(result.end, CONJUGATE_GRADIENTS_CONVERGED);
-        if (threads == 1) {
+        if (k == 0) {
             iterations = result.iterations;
             memcpy(first, other, 3 * MANY * sizeof(double));
         }
         assert_int_equal(result.iterations, iterations);
         assert_memory_equal(first, other, 3 * MANY * sizeof(double));
     }
+    assert_true(kernel_target_force(usual));
     free(b), free(first), free(other);
     ring_free(&r);
 }
@@ -332,9 +394,10 @@ static void failing_memory_is_reported(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(product_equals_dense_product),
+        cmocka_unit_test(terms_join_the_matrix_where_they_fit),
         cmocka_unit_test(solution_equals_dense_solution),
         cmocka_unit_test(ends_are_told_apart),
-        cmocka_unit_test(bits_do_not_depend_on_threads),
+        cmocka_unit_test(bits_do_not_depend_on_threads_and_widths),
         cmocka_unit_test(failing_memory_is_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

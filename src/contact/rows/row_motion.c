@@ -65,19 +65,15 @@ void add_row_impulse(const contact_row *row, size_t cloth_count, vec3 impulse, d
     }
 }
 
-static void add_block(double *blocks, size_t index, const mat3 *change, double factor) {
-    mat3 block;
-    memcpy(&block, blocks + 9 * index, sizeof block);
-    mat3_add_scaled(&block, change, factor);
-    memcpy(blocks + 9 * index, &block, sizeof block);
-}
-
 void add_row_blocks(const contact_row *row, size_t cloth_count, const mat3 *stiffness,
                     double *blocks) {
     const row_frame *const frame = &row->frame;
-    for (int k = 0; k < 4; k++)
-        if (frame->vertices[k] < cloth_count)
-            add_block(blocks, frame->vertices[k], stiffness, frame->weights[k] * frame->weights[k]);
+    for (int k = 0; k < 4; k++) {
+        double const factor = frame->weights[k] * frame->weights[k];
+        double *const block = blocks + 9 * (size_t)frame->vertices[k];
+        for (int i = 0; i < 9 && frame->vertices[k] < cloth_count; i++)
+            block[i] += factor * stiffness->m[i];
+    }
     for (int side = 0; side < 2 && frame->has_body; side++) {
         size_t const slot = frame->slots[side];
         if (slot == TULLE_NONE) continue;
@@ -94,8 +90,10 @@ void add_row_blocks(const contact_row *row, size_t cloth_count, const mat3 *stif
             vec3 const turned = vec3_cross(arm, vec3_make(half.m[i], half.m[3 + i], half.m[6 + i]));
             of_turn.m[i] = turned.x, of_turn.m[3 + i] = turned.y, of_turn.m[6 + i] = turned.z;
         }
-        add_block(blocks, slot, stiffness, 1.0);
-        add_block(blocks, slot + 1, &of_turn, 1.0);
+        for (size_t i = 0; i < 9; i++) {
+            blocks[9 * slot + i] += stiffness->m[i];
+            blocks[9 * (slot + 1) + i] += of_turn.m[i];
+        }
     }
 }
 

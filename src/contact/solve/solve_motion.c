@@ -58,6 +58,12 @@ typedef struct motion_solve {
     uint8_t *is_fixed;
     contact_row **hard_rows;
     size_t hard_count;
+    /* The system's matrix with its scalars summed. Where solves are in double precision, it has
+     * numbers of its own, and in them the hard rows that lie in its pattern. Solves in single
+     * precision have them in their copy and need few products with this one. */
+    block_matrix matrix;
+    contact_row **rows_apart; /* hard rows that do not */
+    size_t apart_count;
     friction_sums *sums; /* of each surface */
     double reference;
     /* Net impulses of cloth alone and of all, as conjugate gradients measure them; negative: not
@@ -71,11 +77,11 @@ typedef struct motion_solve {
 static void apply_with_hard_rows(void *context, const double *x, double *y) {
     const motion_solve *const solve = context;
     size_t const cloth_count = solve->scene->cloth_vertex_count;
-    block_matrix_operator matrix = {solve->system->matrix, solve->scene->threads};
+    block_matrix_operator matrix = {&solve->matrix, solve->scene->threads};
     block_matrix_apply(&matrix, x, y);
     if (!solve->is_cloth_only) apply_bodies(solve->scene, x, y);
-    for (size_t i = 0; i < solve->hard_count; i++) {
-        const contact_row *const row = solve->hard_rows[i];
+    for (size_t i = 0; i < solve->apart_count; i++) {
+        const contact_row *const row = solve->rows_apart[i];
         vec3 const velocity = get_solved_velocity(row, cloth_count, x);
         add_row_impulse(row, cloth_count, mat3_multiply_vec3(&row->solve.pull, velocity), y);
     }
@@ -92,7 +98,11 @@ static void prepare_round(motion_solve *solve, bool is_first) {
     if (!is_first) /* before the first round the diagonal has no rows in it */
         block_matrix_get_diagonal(system->matrix, solve->diagonal, scene->threads);
     fill_body_system(scene, right_hand_side, solve->diagonal);
-    solve->hard_count = 0;
+    solve->hard_count = solve->apart_count = 0;
+    bool const has_own_numbers = solve->matrix.values != system->matrix->values;
+    if (has_own_numbers)
+        memcpy(solve->matrix.values, system->matrix->values,
+               BLOCK_NUMBERS * system->matrix->block_count * sizeof(double));
     for (size_t i = 0; i < solve->list->rows.count; i++) {
         contact_row *const row = &solve->list->rows.data[i];
         const row_frame *const frame = &row->frame;
@@ -108,6 +118,14 @@ static void prepare_round(motion_solve *solve, bool is_first) {
         }
         make_pull(&scene->settings, row, solve->u);
         add_row_blocks(row, cloth_count, &row->solve.pull, solve->diagonal);
+        matrix_term term = {.stiffness = row->solve.pull};
+        for (int k = 0; k < 4; k++) {
+            bool const is_cloth = frame->vertices[k] < cloth_count;
+            term.vertices[k] = is_cloth ? frame->vertices[k] : TULLE_NONE;
+            term.weights[k] = frame->weights[k];
+        }
+        if (!has_own_numbers || frame->has_body || !block_matrix_add_term(&solve->matrix, &term))
+            solve->rows_apart[solve->apart_count++] = row;
         /* w of the row, less the part of obstacles: the operator knows unknowns only */
         vec3 target = vec3_add_scaled(row->solve.slip_target, frame->normal, get_wanted_speed(row));
         target = vec3_add(target, frame->turning);
@@ -291,11 +309,14 @@ static tulle_status solve_linear(motion_solve *solve) {
             status = bound_by_net(solve, &problem, LATE_NET_SHARE, &solve->net_of_cloth,
                                   &problem.late_tolerance);
         }
-        if (status == TULLE_OK)
-            status = solve->system->aggregates
-                         ? solve_in_phases(&solve->phases, &problem, solve->hard_rows,
-                                           solve->hard_count, solve->u, &result)
-                         : conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
+        if (status == TULLE_OK && solve->system->aggregates) {
+            status = solve_in_phases(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
+                                     solve->u, &result);
+        } else if (status == TULLE_OK) {
+            problem.residual = solve->phases.residual;
+            status = conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
+            solve->phases.has_residual = true;
+        }
         solve->is_cloth_only = false;
     }
     if (status != TULLE_OK) return status;
@@ -324,7 +345,9 @@ static tulle_status measure_reference(motion_solve *solve) {
     arena_mark const mark = arena_get_mark(scene->scratch);
     double *const impulse = ARENA_NEW(scene->scratch, double, size);
     if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
-    block_matrix_operator matrix = {system->matrix, scene->threads};
+    block_matrix without_rows = solve->matrix;
+    without_rows.values = system->matrix->values;
+    block_matrix_operator matrix = {&without_rows, scene->threads};
     block_matrix_apply(&matrix, system->start ? system->start : solve->u, impulse);
     for (size_t i = 0; i < size; i++) impulse[i] = system->right_hand_side[i] - impulse[i];
     conjugate_gradients_problem problem = {
@@ -360,15 +383,24 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                           .diagonal = ARENA_NEW(scratch, double, 9 * count),
                           .is_fixed = ARENA_NEW(scratch, uint8_t, count),
                           .hard_rows = ARENA_NEW(scratch, contact_row *, list->rows.count),
+                          .matrix = *system->matrix,
+                          .rows_apart = ARENA_NEW(scratch, contact_row *, list->rows.count),
                           .sums = ARENA_NEW(scratch, friction_sums, scene->set->surface_count),
                           .net_of_cloth = -1.0,
                           .net_of_all = -1.0,
                           .phases = {.scene = scene,
                                      .system = system,
                                      .residual = ARENA_NEW(scratch, double, 3 * count)}};
+    double *const scalars = ARENA_NEW(scratch, double, system->matrix->scalar_count);
+    if (!system->aggregates || scene->body_count > 0)
+        solve.matrix.values =
+            ARENA_NEW(scratch, double, BLOCK_NUMBERS * system->matrix->block_count);
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
     if (solve.right_hand_side && solve.diagonal && solve.is_fixed && solve.hard_rows &&
-        solve.sums && solve.phases.residual) {
+        solve.rows_apart && solve.sums && solve.phases.residual && scalars && solve.matrix.values) {
+        for (size_t k = 0; k < system->matrix->scalar_count; k++)
+            scalars[k] = block_matrix_get_scalar(system->matrix, k);
+        solve.matrix.scalar_sums = scalars;
         block_matrix_get_diagonal(system->matrix, solve.diagonal, scene->threads);
         for (size_t i = 0; i < count; i++)
             solve.is_fixed[i] = i < cloth_count ? !(scene->inverse_mass[i] > 0.0)
