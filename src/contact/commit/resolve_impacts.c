@@ -12,6 +12,7 @@
 #include "contact/pairs/path_test.h"
 #include "contact/response.h"
 #include "contact/rows/contact_rows.h"
+#include "contact/rows/row_motion.h"
 
 #include <string.h>
 
@@ -97,10 +98,17 @@ static tulle_status search_hits(const contact_scene *scene, pair_source *source,
 }
 
 tulle_status foresee_impacts(const contact_scene *scene, pair_source *source, row_list *list,
-                             const double *x1, impact_report *report) {
+                             size_t first, const double *x1, impact_report *report) {
     *report = (impact_report){0};
     arena_mark const mark = arena_get_mark(scene->scratch);
-    size_t const row_count = list->rows.count;
+    size_t kept = first;
+    bool const are_many = list->rows.count > 2 * first;
+    for (size_t i = first; i < list->rows.count; i++) {
+        const contact_row *const row = &list->rows.data[i];
+        bool const is_loaded = row->solve.is_hard || get_normal_impulse(row) > 0.0;
+        if (is_loaded || !are_many) list->rows.data[kept++] = *row;
+    }
+    size_t const row_count = list->rows.count = kept;
     pair_events hits = {0};
     tulle_status status = search_hits(scene, source, x1, NULL, report, &hits);
     if (status == TULLE_OK && hits.count > 0) status = append_rows(scene, &hits, x1, list);

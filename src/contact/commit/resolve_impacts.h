@@ -19,8 +19,10 @@ tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, ro
                              double *u, double *x1, impact_report *report);
 
 /* Adds a row for each hit on the paths x1 of a solve that others follow, and lets nothing answer to
- * it. The solves that follow know of it. */
+ * it. The solves that follow know of it. Where rows of earlier hits, from `first` on, are more than
+ * others, those without load are dropped: rough paths may hit much that later ones never come near.
+ */
 tulle_status foresee_impacts(const contact_scene *scene, pair_source *source, row_list *list,
-                             const double *x1, impact_report *report);
+                             size_t first, const double *x1, impact_report *report);
 
 #endif

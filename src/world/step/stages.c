@@ -58,6 +58,7 @@ tulle_status world_gather_rows(step_context *context) {
     tulle_status const status =
         gather_rows(&context->scene, &context->state->contacts, context->predicted,
                     &context->source, &context->world->rows);
+    context->gathered_count = context->world->rows.rows.count;
     return world_end_stage(context, STAGE_GATHER_ROWS, status);
 }
 
@@ -163,7 +164,8 @@ tulle_status world_foresee_impacts(step_context *context) {
     set_body_lifts(&context->scene, rows);
     propose_paths(&context->scene, context->mean_velocity, context->end);
     tulle_status const status =
-        foresee_impacts(&context->scene, &context->source, rows, context->end, &context->impacts);
+        foresee_impacts(&context->scene, &context->source, rows, context->gathered_count,
+                        context->end, &context->impacts);
     if (context->impacts.impact_count > 0) context->has_settled = false;
     count_impacts(context);
     return world_end_stage(context, STAGE_RESOLVE_IMPACTS, status);

@@ -96,6 +96,7 @@ typedef struct step_context {
     double *bounds;            /* [m] find_pairs: ends of the paths that the pairs are for */
     double *certified_end;     /* [m] update_patches: ends that the patches are certified for */
     double *guess;             /* [m/s] u about which springs are linearised */
+    size_t gathered_count;     /* gather_rows: rows; those of impacts follow */
     double *mean_velocity;     /* [m/s] solve_motion: u of all vertices */
     double *end;               /* [m] solve_motion: ends x0 + h u of the paths */
     bool is_stretched;         /* the cloth takes more energy than the system reckons with */
