@@ -37,9 +37,9 @@ static const double NET_SHARE = 0.01;
 /* Where a solve of cloth alone may end above its tolerance, it must get below this share. Without
  * it cloth creeps down a slope that holds it. */
 static const double LATE_NET_SHARE = 0.1;
-/* Once a solve of the substep has outlasted its patience, later ones have so much less. With none
- * sliding layers are late by 1.5 %. Rough ones keep it: what springs are linearised about must be
- * good enough, or a ribbon over an edge bears 3 % too much. */
+/* Once a solve of the substep has outlasted its patience, later ones of fine cloth have so much
+ * less. With none sliding layers are late by 1.5 %. Rough ones keep it: what springs are linearised
+ * about must be good enough, or a ribbon over an edge bears 3 % too much. */
 enum { LATER_PATIENCE = 3 };
 /* It must also get below this tolerance, however large the given one is. */
 static const double LATE_MOST = 0.01;
@@ -325,7 +325,7 @@ static tulle_status solve_linear(motion_solve *solve) {
     if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     solve_report *const report = solve->report;
     bool const outlasts = problem.patience > 0 && result.iterations >= problem.patience;
-    report->is_costly |= outlasts;
+    report->is_costly |= outlasts && solve->system->aggregates; /* of fine cloth alone */
     report->solve_count++;
     report->cg_iterations += (uint32_t)result.iterations;
     if (result.end != CONJUGATE_GRADIENTS_CONVERGED) report->has_converged = false;

@@ -28,7 +28,7 @@ typedef struct solve_report {
     bool has_converged; /* no solve stopped at its limit */
     bool has_settled;   /* the impulses of the last round have settled */
     bool is_early;      /* a solve ended above the tolerance, as one that another follows may */
-    bool is_costly;     /* a solve outlasted its patience, here or before */
+    bool is_costly;     /* one of fine cloth outlasted its patience, here or before */
     uint64_t stick_count, slip_count, hard_count;
     double violation; /* [m/s] largest violation of a row right after the last solve */
 } solve_report;

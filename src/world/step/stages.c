@@ -22,6 +22,10 @@ static const double EXCESS_SHARE = 0.5;
  * residual is small, and a rough solve is as exact as others. */
 static const double ROUGH_SHARE = 0.01, ROUGH_TOLERANCES = 30.0, ROUGH_MOST = 0.01;
 
+/* Paths of a rough solve that are so many times longer than any that was expected are not worth to
+ * foresee impacts by: they may hit everything. */
+static const double LEAP = 4.0;
+
 /* [bytes] of scratch for each vertex of cloth that other stages may need while terms are kept. */
 enum { SCRATCH_BESIDE_TERMS = 640 };
 
@@ -159,10 +163,25 @@ static void count_impacts(step_context *context) {
     report->turning_pairs += context->impacts.turning_pairs;
 }
 
+/* Longest way [m^2] of vertices begin .. end - 1 to their ends. */
+static double find_longest_way(const step_context *context, const double *ends, size_t end) {
+    double longest2 = 0.0;
+    for (size_t v = 0; v < end; v++)
+        longest2 =
+            fmax(longest2,
+                 vec3_norm2(vec3_sub(vec3_load(ends, v), vec3_load(context->state->positions, v))));
+    return longest2;
+}
+
 tulle_status world_foresee_impacts(step_context *context) {
     row_list *const rows = &context->world->rows;
     set_body_lifts(&context->scene, rows);
     propose_paths(&context->scene, context->mean_velocity, context->end);
+    double const expected2 =
+        find_longest_way(context, context->predicted, context->scene.vertex_count);
+    double const found2 =
+        find_longest_way(context, context->end, context->world->cloth_vertex_count);
+    if (found2 > LEAP * LEAP * expected2) return TULLE_OK;
     tulle_status const status =
         foresee_impacts(&context->scene, &context->source, rows, context->gathered_count,
                         context->end, &context->impacts);
