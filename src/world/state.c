@@ -2,9 +2,10 @@
  *
  * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
- * impulses, ignored pairs, plastic parts where cloth has hysteresis. It also holds the patches:
- * they decide how fast later steps are and what reports say, but no position. Little-endian,
- * doubles as they are. */
+ * impulses, ignored pairs, plastic parts where cloth has hysteresis, poses of obstacles that the
+ * host drives as a whole. What the host gave for the next step is input and no state. It also holds
+ * the patches: they decide how fast later steps are and what reports say, but no position.
+ * Little-endian, doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
 #include "world/bodies/bodies.h"
@@ -64,6 +65,7 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     hash = hash_bytes(hash, now->is_released, world->obstacles.count);
     hash = hash_bytes(hash, now->particles, world->particle_count);
     hash = hash_bytes(hash, now->rests, world->body_count * sizeof *now->rests);
+    hash = hash_bytes(hash, now->poses, world->pose_count * sizeof *now->poses);
     if (now->hold_count > 0)
         hash = hash_bytes(hash, now->holds, now->hold_count * sizeof *now->holds);
     if (world->body_count > 0) hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
@@ -80,7 +82,8 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
     return sizeof(state_header) + 12 * world->vertex_count * sizeof(double) +
            world->plastic_count * sizeof(double) + 2 * world->obstacles.count +
            world->particle_count + world->body_count * sizeof(body_rest) +
-           parts.hold_count * sizeof(world_hold) + parts.contact_bytes + parts.patch_bytes +
+           world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
+           parts.contact_bytes + parts.patch_bytes +
            parts.ignored_count * sizeof(tulle_intersection);
 }
 
@@ -111,6 +114,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     put(cursor, now->is_released, world->obstacles.count);
     put(cursor, now->particles, world->particle_count);
     put(cursor, now->rests, world->body_count * sizeof *now->rests);
+    put(cursor, now->poses, world->pose_count * sizeof *now->poses);
     put(cursor, now->holds, parts.hold_count * sizeof *now->holds);
     put(cursor, world->ignored.data, parts.ignored_count * sizeof(tulle_intersection));
     contact_store_save(&now->contacts, cursor->bytes + cursor->used);
@@ -265,6 +269,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->is_released, world->obstacles.count);
     take(&cursor, next->particles, world->particle_count);
     take(&cursor, next->rests, world->body_count * sizeof *next->rests);
+    take(&cursor, next->poses, world->pose_count * sizeof *next->poses);
     next->elastic.is_known = false;
     next->hold_count = parts.hold_count;
     take(&cursor, next->holds, parts.hold_count * sizeof *next->holds);
@@ -294,8 +299,12 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     world->accepted_rows.rows.count = 0; /* a saved state has no rows */
     world->has_contacts = false;
     for (size_t i = 0; i < world->obstacles.count; i++) {
+        world_obstacle *const obstacle = &world->obstacles.data[i];
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
+        /* a live reader gives what belongs to the state from here on */
+        obstacle->frame_numbers[0] = obstacle->frame_numbers[1] = TULLE_NONE;
     }
+    world_end_given(world, true);
     world_mark_bodies(world, &world->now);
     return TULLE_OK;
 }
