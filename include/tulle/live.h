@@ -7,10 +7,10 @@
  * last pose, pins where they are. on_pinch: slow holds back what is given as it does scripts.
  *
  * What was given is for one step. That step uses it up, also when it fails, and so does
- * tulle_world_load_state when it succeeds. A saved state holds where things are, not what they are
- * to do next; to roll back, load a state and give the same again. All calls are refused before the
- * start, and where something was given already. examples/live_character.c is a whole program;
- * docs/guide/embed.md tells more. */
+ * tulle_world_load_state when it succeeds. (A call that is refused for its time step is no step.) A
+ * saved state holds where things are, not what they are to do next; to roll back, load a state and
+ * give the same again. All calls are refused before the start, and where something was given
+ * already. examples/live_character.c is a whole program; docs/guide/embed.md tells more. */
 #ifndef TULLE_LIVE_H
 #define TULLE_LIVE_H
 
@@ -26,8 +26,8 @@ typedef enum tulle_travel {
     TULLE_TRAVEL_MOVE,
     /* It jumps there before the step, and stands still during it. Cloth in between feels nothing.
      * What the obstacle lands in is treated as by one that appears: the step is refused with
-     * TULLE_ERROR_INTERSECTING_START, and the obstacle has not jumped, unless start_intersections
-     * is `ignore`. */
+     * TULLE_ERROR_INTERSECTING_START, and nothing has jumped, unless start_intersections is
+     * `ignore`. Jumps cost one judgement of the whole world by tulle_check_intersections. */
     TULLE_TRAVEL_JUMP
 } tulle_travel;
 
@@ -42,14 +42,14 @@ TULLE_API tulle_status tulle_obstacle_set_next_transform(tulle_world *world, tul
                                                          const double rotation[4],
                                                          tulle_travel travel, tulle_error *error);
 /* Tells where the vertices of an obstacle of TULLE_DRIVE_DEFORMING are at the end of the next step:
- * 3 * `vertex_count` numbers [m], copied, for all vertices of its mesh in their order. Errors as of
- * tulle_obstacle_set_next_transform, and for another count. */
+ * 3 * `vertex_count` `positions` [m], copied, for all vertices of its mesh in their order. Errors
+ * as of tulle_obstacle_set_next_transform, and for another count. */
 TULLE_API tulle_status tulle_obstacle_set_next_positions(tulle_world *world, tulle_obstacle_id id,
                                                          const double *positions,
                                                          size_t vertex_count, tulle_travel travel,
                                                          tulle_error *error);
 
-/* Tells where the vertices of a pin are at the end of the next step: 3 * `vertex_count` numbers
+/* Tells where the vertices of a pin are at the end of the next step: 3 * `vertex_count` `positions`
  * [m], copied, in the order of tulle_pin.vertices. `pin` is the number of the pin in its cloth's
  * def; it must have no keyframes. Of two pins that hold a vertex the later one counts. Errors:
  * TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not started, a pin that is not
