@@ -432,6 +432,32 @@ static void go_back(session *self) {
     check_state(self);
 }
 
+/* Changes gravity or wind, to what may be or to what may not. */
+static void change_settings(session *self) {
+    fuzz_bytes *const bytes = self->bytes;
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    uint32_t const kind = fuzz_take_below(bytes, 8);
+    double const value = kind == 7 ? (double)NAN : kind == 6 ? 1e30 : 20.0;
+    double numbers[3];
+    for (int k = 0; k < 3; k++) numbers[k] = value * fuzz_take_between(bytes, -1.0, 1.0);
+    tulle_wind wind = self->def.wind;
+    memcpy(wind.velocity, numbers, sizeof numbers);
+    wind.gust_strength = fuzz_take_below(bytes, 2) ? 1.0 : 0.0;
+    bool const is_good =
+        fabs(numbers[0]) <= 1e6 && fabs(numbers[1]) <= 1e6 && fabs(numbers[2]) <= 1e6;
+    tulle_error error = {0};
+    tulle_status const status = kind % 2 ? tulle_world_set_gravity(self->world, numbers, &error)
+                                         : tulle_world_set_wind(self->world, &wind, &error);
+    say("change", status, &error);
+    FUZZ_CHECK((status == TULLE_OK) == is_good);
+    if (status) {
+        fuzz_check_error(status, &error);
+        FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+        return;
+    }
+    self->is_on_the_way = false;
+}
+
 static void push_body(session *self) {
     tulle_obstacle_id const id = {fuzz_take_below(self->bytes, OBSTACLES_MAX + 1), 1};
     double const impulse[3] = {fuzz_take_between(self->bytes, -1, 1), 0.0,
@@ -524,8 +550,9 @@ static run_end run(fuzz_bytes bytes, int threads, bool is_stopped_at_times) {
     tulle_world_set_stop_request(self.world, ask, &self);
     count_call();
     start(&self);
-    static void (*const calls[])(session *) = {
-        step, step, step, step, step, save, go_back, push_body, look, be_refused, give, give, give};
+    static void (*const calls[])(session *) = {step, step,    step,      step,           step,
+                                               save, go_back, push_body, look,           be_refused,
+                                               give, give,    give,      change_settings};
     for (int left = CALLS_MAX; left > 0 && self.is_started && bytes.used < bytes.size; left--) {
         count_call();
         calls[fuzz_take_below(&bytes, sizeof calls / sizeof calls[0])](&self);

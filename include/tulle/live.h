@@ -1,5 +1,6 @@
-/* tulle/live.h - motion that a host gives step by step, for engines and editors that learn the next
- * pose of a character, a gripper or a hand only before they step.
+/* tulle/live.h - what a host gives and changes while the world runs: motion step by step, for
+ * engines and editors that learn the next pose of a character, a gripper or a hand only before they
+ * step; gravity and wind.
  *
  * Each step goes on from where things are to what was given for its end. Within the step rigid
  * obstacles move as between two keyframes, all else on straight lines. Friction and impacts see the
@@ -9,8 +10,8 @@
  * What was given is for one step. That step uses it up, also when it fails, and so does
  * tulle_world_load_state when it succeeds. (A call that is refused for its time step is no step.) A
  * saved state holds where things are, not what they are to do next; to roll back, load a state and
- * give the same again. All calls are refused before the start, and where something was given
- * already. examples/live_character.c is a whole program; docs/guide/embed.md tells more. */
+ * give the same again. Poses and targets are refused before the start, and where something was
+ * given already. examples/live_character.c is a whole program; docs/guide/embed.md tells more. */
 #ifndef TULLE_LIVE_H
 #define TULLE_LIVE_H
 
@@ -19,6 +20,8 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* ---- motion ---- */
 
 /* How an obstacle gets to what is given. */
 typedef enum tulle_travel {
@@ -58,6 +61,21 @@ TULLE_API tulle_status tulle_obstacle_set_next_positions(tulle_world *world, tul
 TULLE_API tulle_status tulle_cloth_set_pin_targets(tulle_world *world, tulle_cloth_id id,
                                                    size_t pin, const double *positions,
                                                    size_t vertex_count, tulle_error *error);
+
+/* ---- settings ---- */
+
+/* Changes `gravity` [m/s^2], -1e6 .. 1e6 along each axis, from the next step on; before the start
+ * as if the def had it. Bodies wake. It is part of the state from then on: saved, put back by
+ * tulle_world_load_state, and in the hash unless it is as at the start. Costs nothing where it
+ * stays as it is. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a number out of range); gravity is as
+ * before then. */
+TULLE_API tulle_status tulle_world_set_gravity(tulle_world *world, const double gravity[3],
+                                               tulle_error *error);
+/* Changes `wind`, as tulle_world_set_gravity does gravity; ranges as of tulle_wind. Bodies wake
+ * when cloth presses on them otherwise. Gusts go on by the time of the world: the same seed gives
+ * the same gust at the same time, whenever it was set. */
+TULLE_API tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind,
+                                            tulle_error *error);
 
 #ifdef __cplusplus
 }

@@ -3,9 +3,9 @@
  * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
  * impulses, ignored pairs, plastic parts where cloth has hysteresis, poses of obstacles that the
- * host drives as a whole. What the host gave for the next step is input and no state. It also holds
- * the patches: they decide how fast later steps are and what reports say, but no position.
- * Little-endian, doubles as they are. */
+ * host drives as a whole, gravity and wind where the host has changed them. What the host gave for
+ * the next step is input and no state. It also holds the patches: they decide how fast later steps
+ * are and what reports say, but no position. Little-endian, doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
 #include "world/bodies/bodies.h"
@@ -15,7 +15,9 @@
 #include <stddef.h>
 #include <string.h>
 
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '7'}; /* 7: version */
+/* 7: version; 8: the same with settings at the end, where they differ from those at the start. */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '7'};
+enum { WITH_SETTINGS = '8' };
 
 typedef struct state_header {
     char magic[8];
@@ -70,12 +72,15 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
         hash = hash_bytes(hash, now->holds, now->hold_count * sizeof *now->holds);
     if (world->body_count > 0) hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
+    world_settings const settings = world_get_settings(world);
+    if (world_settings_differ(world)) hash = hash_bytes(hash, &settings, sizeof settings);
     return contact_store_hash(&now->contacts, hash);
 }
 
 /* The variable parts of a state. */
 typedef struct part_sizes {
     size_t contact_bytes, patch_bytes, ignored_count, hold_count;
+    bool has_settings;
 } part_sizes;
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
@@ -84,21 +89,24 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
            world->particle_count + world->body_count * sizeof(body_rest) +
            world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
            parts.contact_bytes + parts.patch_bytes +
-           parts.ignored_count * sizeof(tulle_intersection);
+           parts.ignored_count * sizeof(tulle_intersection) +
+           (parts.has_settings ? sizeof(world_settings) : 0);
 }
 
 /* The parts that a header names. Each of its counts has been checked to fit into the saved bytes.
  */
 static part_sizes read_parts(const state_header *header) {
     return (part_sizes){(size_t)header->contact_bytes, (size_t)header->patch_bytes,
-                        (size_t)header->ignored_count, (size_t)header->hold_count};
+                        (size_t)header->ignored_count, (size_t)header->hold_count,
+                        header->magic[7] == WITH_SETTINGS};
 }
 
 static part_sizes measure_parts(const tulle_world *world) {
     return (part_sizes){.contact_bytes = contact_store_get_size(&world->now.contacts),
                         .patch_bytes = world->patches ? kept_patches_save(world->patches, NULL) : 0,
                         .ignored_count = world->ignored.count,
-                        .hold_count = world->now.hold_count};
+                        .hold_count = world->now.hold_count,
+                        .has_settings = world_settings_differ(world)};
 }
 
 /* All but the header. */
@@ -121,6 +129,8 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     cursor->used += parts.contact_bytes;
     if (parts.patch_bytes > 0) kept_patches_save(world->patches, cursor->bytes + cursor->used);
     cursor->used += parts.patch_bytes;
+    world_settings const settings = world_get_settings(world);
+    if (parts.has_settings) put(cursor, &settings, sizeof settings);
 }
 
 tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size_t *byte_count,
@@ -151,6 +161,7 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
                            .previous_time_step = now->previous_time_step,
                            .lost_energy = now->lost_energy};
     memcpy(header.magic, STATE_MAGIC, sizeof header.magic);
+    if (parts.has_settings) header.magic[7] = WITH_SETTINGS;
     memcpy(cursor.bytes, &header, sizeof header);
     header.hash = compute_hash(cursor.bytes, size);
     memcpy(cursor.bytes, &header, sizeof header);
@@ -172,13 +183,13 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     if (memcmp(header->magic, STATE_MAGIC, sizeof header->magic - 1) != 0) {
         return error_set(error, TULLE_ERROR_PARSE, "these bytes are not a saved state");
     }
-    if (memcmp(header->magic, STATE_MAGIC, sizeof header->magic) != 0) {
+    if (header->magic[7] != STATE_MAGIC[7] && header->magic[7] != WITH_SETTINGS) {
         return error_set(error, TULLE_ERROR_PARSE,
                          "the saved state is of another version of Tulle (format %c, this one "
-                         "reads %c): start the run anew",
+                         "reads %c and %c): start the run anew",
                          header->magic[7] >= ' ' && header->magic[7] <= '~' ? header->magic[7]
                                                                             : '?',
-                         STATE_MAGIC[7]);
+                         STATE_MAGIC[7], WITH_SETTINGS);
     }
     uint64_t const left = byte_count / sizeof(tulle_intersection);
     if (header->byte_count != byte_count || header->contact_bytes > byte_count ||
@@ -276,6 +287,13 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;
     next->lost_energy = header.lost_energy;
+    world_settings settings = world->first_settings;
+    byte_cursor behind = {cursor.bytes, byte_count - sizeof settings};
+    if (parts.has_settings) take(&behind, &settings, sizeof settings);
+    if (world_check_settings(world, &settings, NULL) != TULLE_OK)
+        return error_set(error, TULLE_ERROR_PARSE,
+                         "the saved state has a gravity or a wind that no world has: start the run "
+                         "anew");
     status = world_check_state(world, next, error);
     if (status == TULLE_OK) status = take_ignored(world, &cursor, parts.ignored_count, error);
     if (status != TULLE_OK) return status;
@@ -291,6 +309,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     if (status != TULLE_OK) return status;
 
     world_restore_ignored(world); /* as read */
+    world_set_settings(world, &settings);
     world->intersections.count = world->overlaps.count = 0;
     world_motion_state const old = world->now;
     world->now = *next;

@@ -172,6 +172,13 @@ typedef struct world_material_law {
     tulle_contact_law law;
 } world_material_law;
 
+/* What a host may change while the world runs. Plain data without padding: saved and hashed as
+ * bytes. */
+typedef struct world_settings {
+    double gravity[3]; /* [m/s^2] */
+    tulle_wind wind;
+} world_settings;
+
 typedef ARRAY(tulle_intersection) intersection_list;
 
 struct tulle_world {
@@ -216,6 +223,7 @@ struct tulle_world {
     patch_rules patch_rules; /* set by the start, but for keeps_all */
     double hold_reach;       /* [m] with which patches hold for the paths of stages 8 and 9 */
     uint64_t def_hash;       /* of all defs; guards loaded states */
+    world_settings first_settings;
 
     /* changed by steps */
     world_motion_state now, next;
@@ -270,6 +278,14 @@ tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error)
 void world_release_start(tulle_world *world);
 /* start_arrays.c: releases what cloths were at first, of which the start made its own. */
 void world_release_first_cloth(tulle_world *world);
+
+/* settings.c: those in force; whether they may be, which an error denies; to put them in force;
+ * whether they differ from those at the start. */
+world_settings world_get_settings(const tulle_world *world);
+tulle_status world_check_settings(const tulle_world *world, const world_settings *settings,
+                                  tulle_error *error);
+void world_set_settings(tulle_world *world, const world_settings *settings);
+bool world_settings_differ(const tulle_world *world);
 
 /* given.c: before a step, obstacles that jump do so in world->now, where they count as absent, so
  * that they are judged as what appears. At its end, or when a state is loaded, what was given is

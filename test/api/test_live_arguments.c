@@ -228,6 +228,45 @@ ARGUMENTS_OF(tulle_cloth_set_pin_targets) {
     let_go();
 }
 
+ARGUMENTS_OF(tulle_world_set_gravity) {
+    (void)unused;
+    double const good[3] = {0.0, 0.0, -9.81};
+    REFUSED(tulle_world_set_gravity(NULL, good, &error));
+    REFUSED(tulle_world_set_gravity(started, NULL, &error));
+    REFUSED(tulle_world_set_gravity(fresh, NULL, &error));
+    assert_int_equal(tulle_world_set_gravity(NULL, NULL, NULL), TULLE_ERROR_INVALID_ARGUMENT);
+    for (int i = 0; i < NO_NUMBER_COUNT; i++)
+        for (int k = 0; k < 3; k++) {
+            double gravity[3] = {0.0, 0.0, -9.81};
+            gravity[k] = no_numbers[i];
+            REFUSED(tulle_world_set_gravity(started, gravity, &error));
+            REFUSED(tulle_world_set_gravity(fresh, gravity, &error));
+        }
+    FINE(tulle_world_set_gravity(started, good, &error));
+    FINE(tulle_world_set_gravity(fresh, good, NULL));
+}
+
+ARGUMENTS_OF(tulle_world_set_wind) {
+    (void)unused;
+    tulle_wind const good = tulle_world_def_default().wind;
+    REFUSED(tulle_world_set_wind(NULL, &good, &error));
+    REFUSED(tulle_world_set_wind(started, NULL, &error));
+    assert_int_equal(tulle_world_set_wind(NULL, NULL, NULL), TULLE_ERROR_INVALID_ARGUMENT);
+    tulle_wind wind;
+    double *const numbers[] = {&wind.velocity[0],     &wind.velocity[1], &wind.velocity[2],
+                               &wind.gust_length,     &wind.gust_time,   &wind.gust_strength,
+                               &wind.drag_coefficient};
+    for (int i = 0; i < NO_NUMBER_COUNT; i++)
+        for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++) {
+            wind = good;
+            *numbers[k] = no_numbers[i];
+            REFUSED(tulle_world_set_wind(started, &wind, &error));
+            REFUSED(tulle_world_set_wind(fresh, &wind, &error));
+        }
+    FINE(tulle_world_set_wind(started, &good, &error));
+    FINE(tulle_world_set_wind(fresh, &good, NULL));
+}
+
 /* What the host drives has nothing else that moves it. */
 static void one_thing_moves_an_obstacle(void **unused) {
     (void)unused;
@@ -255,6 +294,8 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_obstacle_set_next_transform),
     TABLE_LINE(tulle_obstacle_set_next_positions),
     TABLE_LINE(tulle_cloth_set_pin_targets),
+    TABLE_LINE(tulle_world_set_gravity),
+    TABLE_LINE(tulle_world_set_wind),
 };
 
 static void every_function_has_its_test(void **unused) {

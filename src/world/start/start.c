@@ -379,6 +379,8 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error
         return error_set(error, status, "the meshes have positions that are not finite");
     arena_reserve(&world->scratch, SCRATCH_BYTES * world->cloth_vertex_count);
     world->def_hash = hash_defs(world);
+    memcpy(world->first_settings.gravity, world->def.gravity, sizeof world->def.gravity);
+    world->first_settings.wind = world->def.wind;
     return TULLE_OK;
 }
 
