@@ -458,6 +458,28 @@ static void change_settings(session *self) {
     self->is_on_the_way = false;
 }
 
+/* Changes the law of a cloth and an obstacle, if they are there. */
+static void change_law(session *self) {
+    fuzz_bytes *const bytes = self->bytes;
+    tulle_cloth_id const cloth = {fuzz_take_below(bytes, CLOTHS_MAX), 1};
+    tulle_obstacle_id const obstacle = {fuzz_take_below(bytes, OBSTACLES_MAX), 1};
+    tulle_contact_law const law = {fuzz_take_between(bytes, 0.0, 1.0), -1.0,
+                                   fuzz_take_between(bytes, 0.0, 1.1)};
+    bool const is_good = cloth.index < self->cloth_count && obstacle.index < self->obstacle_count &&
+                         law.restitution <= 1.0;
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    tulle_error error = {0};
+    tulle_status const status =
+        tulle_world_set_cloth_obstacle_law(self->world, cloth, obstacle, &law, &error);
+    say("change a law", status, &error);
+    FUZZ_CHECK((status == TULLE_OK) == is_good);
+    FUZZ_CHECK(status == TULLE_OK || tulle_world_get_state_hash(self->world) == before);
+    if (status)
+        fuzz_check_error(status, &error);
+    else
+        self->is_on_the_way = false;
+}
+
 static void push_body(session *self) {
     tulle_obstacle_id const id = {fuzz_take_below(self->bytes, OBSTACLES_MAX + 1), 1};
     double const impulse[3] = {fuzz_take_between(self->bytes, -1, 1), 0.0,
@@ -550,9 +572,10 @@ static run_end run(fuzz_bytes bytes, int threads, bool is_stopped_at_times) {
     tulle_world_set_stop_request(self.world, ask, &self);
     count_call();
     start(&self);
-    static void (*const calls[])(session *) = {step, step,    step,      step,           step,
-                                               save, go_back, push_body, look,           be_refused,
-                                               give, give,    give,      change_settings};
+    static void (*const calls[])(session *) = {
+        step,      step, step,       step, step, save, go_back,
+        push_body, look, be_refused, give, give, give, change_settings,
+        change_law};
     for (int left = CALLS_MAX; left > 0 && self.is_started && bytes.used < bytes.size; left--) {
         count_call();
         calls[fuzz_take_below(&bytes, sizeof calls / sizeof calls[0])](&self);

@@ -424,9 +424,10 @@ typedef struct tulle_contact_law {
     double dynamic_friction; /* of contacts that slide, 0 .. static_friction; negative: the same */
     double restitution;      /* part of an impact's speed that comes back, 0 .. 1 */
 } tulle_contact_law;
-/* Sets the law of two cloths. Only before the start; a later call for the same pair replaces an
- * earlier one. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, the same cloth twice, a
- * value, a world that has started), TULLE_ERROR_OUT_OF_MEMORY. */
+/* Sets the law of two cloths; a later call for the same pair replaces an earlier one. After the
+ * start it holds from the next step on, is part of the state, and wakes bodies if it changes.
+ * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, the same cloth twice, a value),
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_set_cloth_cloth_law(tulle_world *world, tulle_cloth_id a,
                                                        tulle_cloth_id b,
                                                        const tulle_contact_law *law,

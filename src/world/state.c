@@ -3,9 +3,9 @@
  * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
  * impulses, ignored pairs, plastic parts where cloth has hysteresis, poses of obstacles that the
- * host drives as a whole, gravity and wind where the host has changed them. What the host gave for
- * the next step is input and no state. It also holds the patches: they decide how fast later steps
- * are and what reports say, but no position. Little-endian, doubles as they are. */
+ * host drives as a whole, gravity, wind and laws where the host has changed them. What the host
+ * gave for the next step is input and no state. It also holds the patches: they decide how fast
+ * later steps are and what reports say, but no position. Little-endian, doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
 #include "world/bodies/bodies.h"
@@ -72,15 +72,13 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
         hash = hash_bytes(hash, now->holds, now->hold_count * sizeof *now->holds);
     if (world->body_count > 0) hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
-    world_settings const settings = world_get_settings(world);
-    if (world_settings_differ(world)) hash = hash_bytes(hash, &settings, sizeof settings);
+    hash = world_hash_settings(world, hash);
     return contact_store_hash(&now->contacts, hash);
 }
 
 /* The variable parts of a state. */
 typedef struct part_sizes {
-    size_t contact_bytes, patch_bytes, ignored_count, hold_count;
-    bool has_settings;
+    size_t contact_bytes, patch_bytes, ignored_count, hold_count, setting_bytes;
 } part_sizes;
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
@@ -89,16 +87,17 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
            world->particle_count + world->body_count * sizeof(body_rest) +
            world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
            parts.contact_bytes + parts.patch_bytes +
-           parts.ignored_count * sizeof(tulle_intersection) +
-           (parts.has_settings ? sizeof(world_settings) : 0);
+           parts.ignored_count * sizeof(tulle_intersection) + parts.setting_bytes;
 }
 
-/* The parts that a header names. Each of its counts has been checked to fit into the saved bytes.
- */
-static part_sizes read_parts(const state_header *header) {
-    return (part_sizes){(size_t)header->contact_bytes, (size_t)header->patch_bytes,
-                        (size_t)header->ignored_count, (size_t)header->hold_count,
-                        header->magic[7] == WITH_SETTINGS};
+/* The parts that a header names, and what is left for settings. Each of its counts has been checked
+ * to fit into the saved bytes. */
+static part_sizes read_parts(const tulle_world *world, const state_header *header) {
+    part_sizes parts = {(size_t)header->contact_bytes, (size_t)header->patch_bytes,
+                        (size_t)header->ignored_count, (size_t)header->hold_count, 0};
+    size_t const size = state_size(world, parts), all = (size_t)header->byte_count;
+    if (header->magic[7] == WITH_SETTINGS && all > size) parts.setting_bytes = all - size;
+    return parts;
 }
 
 static part_sizes measure_parts(const tulle_world *world) {
@@ -106,7 +105,7 @@ static part_sizes measure_parts(const tulle_world *world) {
                         .patch_bytes = world->patches ? kept_patches_save(world->patches, NULL) : 0,
                         .ignored_count = world->ignored.count,
                         .hold_count = world->now.hold_count,
-                        .has_settings = world_settings_differ(world)};
+                        .setting_bytes = world_get_settings_size(world)};
 }
 
 /* All but the header. */
@@ -129,8 +128,8 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     cursor->used += parts.contact_bytes;
     if (parts.patch_bytes > 0) kept_patches_save(world->patches, cursor->bytes + cursor->used);
     cursor->used += parts.patch_bytes;
-    world_settings const settings = world_get_settings(world);
-    if (parts.has_settings) put(cursor, &settings, sizeof settings);
+    if (parts.setting_bytes > 0) world_put_settings(world, cursor->bytes + cursor->used);
+    cursor->used += parts.setting_bytes;
 }
 
 tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size_t *byte_count,
@@ -161,7 +160,7 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
                            .previous_time_step = now->previous_time_step,
                            .lost_energy = now->lost_energy};
     memcpy(header.magic, STATE_MAGIC, sizeof header.magic);
-    if (parts.has_settings) header.magic[7] = WITH_SETTINGS;
+    if (parts.setting_bytes > 0) header.magic[7] = WITH_SETTINGS;
     memcpy(cursor.bytes, &header, sizeof header);
     header.hash = compute_hash(cursor.bytes, size);
     memcpy(cursor.bytes, &header, sizeof header);
@@ -199,7 +198,7 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     }
     if (header->def_hash != world->def_hash || header->vertex_count != world->vertex_count ||
         header->obstacle_count != world->obstacles.count ||
-        state_size(world, read_parts(header)) != byte_count) {
+        state_size(world, read_parts(world, header)) != byte_count) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the saved state belongs to another scene");
     }
@@ -265,7 +264,9 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     status = check_header(world, &header, bytes, byte_count, error);
     if (status != TULLE_OK) return status;
 
-    part_sizes const parts = read_parts(&header);
+    part_sizes const parts = read_parts(world, &header);
+    const unsigned char *const settings =
+        (const unsigned char *)bytes + byte_count - parts.setting_bytes;
 
     /* into the spare state first, so that a failure changes nothing */
     world_motion_state *const next = &world->next;
@@ -287,14 +288,8 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;
     next->lost_energy = header.lost_energy;
-    world_settings settings = world->first_settings;
-    byte_cursor behind = {cursor.bytes, byte_count - sizeof settings};
-    if (parts.has_settings) take(&behind, &settings, sizeof settings);
-    if (world_check_settings(world, &settings, NULL) != TULLE_OK)
-        return error_set(error, TULLE_ERROR_PARSE,
-                         "the saved state has a gravity or a wind that no world has: start the run "
-                         "anew");
-    status = world_check_state(world, next, error);
+    status = world_check_settings(world, settings, parts.setting_bytes, error);
+    if (status == TULLE_OK) status = world_check_state(world, next, error);
     if (status == TULLE_OK) status = take_ignored(world, &cursor, parts.ignored_count, error);
     if (status != TULLE_OK) return status;
     status = contact_store_load(&next->contacts, &world->heap, cursor.bytes + cursor.used,
@@ -309,7 +304,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     if (status != TULLE_OK) return status;
 
     world_restore_ignored(world); /* as read */
-    world_set_settings(world, &settings);
+    world_take_settings(world, settings, parts.setting_bytes);
     world->intersections.count = world->overlaps.count = 0;
     world_motion_state const old = world->now;
     world->now = *next;

@@ -224,6 +224,7 @@ struct tulle_world {
     double hold_reach;       /* [m] with which patches hold for the paths of stages 8 and 9 */
     uint64_t def_hash;       /* of all defs; guards loaded states */
     world_settings first_settings;
+    contact_law *first_laws; /* surface_count^2; null: no law has changed since the start */
 
     /* changed by steps */
     world_motion_state now, next;
@@ -279,13 +280,19 @@ void world_release_start(tulle_world *world);
 /* start_arrays.c: releases what cloths were at first, of which the start made its own. */
 void world_release_first_cloth(tulle_world *world);
 
-/* settings.c: those in force; whether they may be, which an error denies; to put them in force;
- * whether they differ from those at the start. */
-world_settings world_get_settings(const tulle_world *world);
-tulle_status world_check_settings(const tulle_world *world, const world_settings *settings,
+/* settings.c: gravity, wind and laws, as a state has them where they are not as at the start: the
+ * laws that differ, then the settings. How many bytes that is; the bytes; their hash. */
+size_t world_get_settings_size(const tulle_world *world);
+void world_put_settings(const tulle_world *world, void *bytes);
+uint64_t world_hash_settings(const tulle_world *world, uint64_t hash);
+/* settings.c: checks such bytes and makes room; then puts them in force, or what was at the start
+ * where there are none, which cannot fail. */
+tulle_status world_check_settings(tulle_world *world, const void *bytes, size_t size,
                                   tulle_error *error);
-void world_set_settings(tulle_world *world, const world_settings *settings);
-bool world_settings_differ(const tulle_world *world);
+void world_take_settings(tulle_world *world, const void *bytes, size_t size);
+/* settings.c: the law of two surfaces from the next step on. */
+tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tulle_contact_law *law,
+                              tulle_error *error);
 
 /* given.c: before a step, obstacles that jump do so in world->now, where they count as absent, so
  * that they are judged as what appears. At its end, or when a state is loaded, what was given is

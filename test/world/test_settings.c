@@ -1,5 +1,5 @@
-/* Gravity and wind that the host changes while the world runs: closed forms, worlds whose def has
- * them from the start, and saved states. */
+/* Gravity, wind and laws of pairs that the host changes while the world runs: closed forms, worlds
+ * that have them from the start, and saved states. */
 #include "tulle/live.h"
 
 #include "base/hash.h"
@@ -35,6 +35,17 @@ static void set_gravity(tulle_world *world, const double gravity[3]) {
 static void set_wind(tulle_world *world, const tulle_wind *wind) {
     tulle_error error = {0};
     expect(TULLE_OK, tulle_world_set_wind(world, wind, &error), &error);
+}
+
+static const tulle_contact_law ICE = {0.0, 0.0, 0.0}, RUBBER = {0.9, 0.9, 0.0};
+
+/* Of the sheet and the ground, the first obstacle. */
+static void set_law(tulle_world *world, const tulle_contact_law *law) {
+    tulle_error error = {0};
+    expect(TULLE_OK,
+           tulle_world_set_cloth_obstacle_law(world, (tulle_cloth_id){0, 1},
+                                              (tulle_obstacle_id){0, 1}, law, &error),
+           &error);
 }
 
 /* A sheet that hangs by a corner, with a box below that sleeps on the ground. */
@@ -162,6 +173,7 @@ static void a_state_has_its_settings(void **state) {
     expect(TULLE_OK, tulle_world_load_state(world, plain, plain_count, &error), &error);
     set_gravity(world, MOON);
     set_wind(world, &storm);
+    set_law(world, &ICE);
     expect(TULLE_OK, tulle_world_save_state(world, &changed, &changed_count, &error), &error);
     uint64_t const changed_hash = tulle_world_get_state_hash(world);
     assert_true(changed_hash != plain_hash && changed_count > plain_count);
@@ -185,7 +197,7 @@ static void a_state_has_its_settings(void **state) {
     tulle_world_destroy(fresh);
 }
 
-/* Gravity and wind that no world has are refused, whatever the hash of the state says. */
+/* Gravity, wind and laws that no world has are refused, whatever the hash of the state says. */
 static void settings_that_are_none_are_refused(void **state) {
     (void)state;
     enum { HASH_AT = 8, HASHED_FROM = 16 };
@@ -194,20 +206,24 @@ static void settings_that_are_none_are_refused(void **state) {
     tulle_error error = {0};
     expect(TULLE_OK, tulle_world_start(world, &error), &error);
     set_gravity(world, MOON);
+    set_law(world, &ICE);
     void *saved;
     size_t count;
     expect(TULLE_OK, tulle_world_save_state(world, &saved, &count, &error), &error);
     unsigned char *const bytes = saved;
     uint64_t const state_hash = tulle_world_get_state_hash(world);
-    for (size_t k = 0; k < sizeof(world_settings) / sizeof(double); k++) {
+    /* the laws of three surfaces stand before gravity and wind */
+    size_t const law_numbers = 9 * sizeof(contact_law) / sizeof(double);
+    size_t const numbers = law_numbers + sizeof(world_settings) / sizeof(double);
+    for (size_t k = 0; k < numbers; k++) {
         double const bad = (double)NAN;
         double kept;
-        unsigned char *const place = bytes + count - sizeof(world_settings) + k * sizeof kept;
+        unsigned char *const place = bytes + count - (numbers - k) * sizeof kept;
         memcpy(&kept, place, sizeof kept);
         memcpy(place, &bad, sizeof bad);
         uint64_t const hash = hash_bytes(HASH_SEED, bytes + HASHED_FROM, count - HASHED_FROM);
         memcpy(bytes + HASH_AT, &hash, sizeof hash);
-        bool const is_seed = 3 + offsetof(tulle_wind, seed) / sizeof kept == k;
+        bool const is_seed = law_numbers + 3 + offsetof(tulle_wind, seed) / sizeof kept == k;
         expect(is_seed ? TULLE_OK : TULLE_ERROR_PARSE,
                tulle_world_load_state(world, bytes, count, &error), &error);
         memcpy(place, &kept, sizeof kept);
@@ -220,8 +236,73 @@ static void settings_that_are_none_are_refused(void **state) {
     tulle_world_destroy(world);
 }
 
-/* A body that sleeps wakes when gravity changes, and not when it is set to what it is. */
-static void gravity_wakes_bodies(void **state) {
+/* A sheet on the ground, drawn aside. */
+static tulle_world *make_slide(const tulle_contact_law *law) {
+    tulle_world_def def = tulle_world_def_default();
+    def.gravity[0] = 3.0;
+    def.wind.drag_coefficient = 0.0;
+    def.threads = 1;
+    tulle_world *world = NULL;
+    tulle_error error = {0};
+    expect(TULLE_OK, tulle_world_create(&def, &world, &error), &error);
+    tulle_mesh sheet = small_sheet(0.25, 7, 0.004);
+    tulle_mesh ground = bodies_make_box(2.0, 1.0, 0.1, (double[]){0, 0, -0.05});
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    cloth.material.air_damping = 0.0;
+    expect(TULLE_OK, tulle_world_add_cloth(world, &cloth, NULL, &error), &error);
+    small_add_obstacle(world, &ground);
+    if (law) set_law(world, law);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&ground);
+    return world;
+}
+
+static double find_speed(const tulle_world *world) {
+    size_t count;
+    const double *const v = tulle_cloth_get_velocities(world, (tulle_cloth_id){0, 1}, &count);
+    double mean = 0.0;
+    for (size_t i = 0; i < count; i++) mean += v[3 * i] / (double)count;
+    return mean;
+}
+
+/* A sheet that friction held slides freely on ice, and stops again on rubber. Set before the first
+ * step, a law is as one set before the start. */
+static void laws_change_while_the_world_runs(void **state) {
+    (void)state;
+    tulle_world *const world = make_slide(&RUBBER);
+    step(world, 32);
+    assert_true(fabs(find_speed(world)) < 1e-3);
+    uint64_t const hash = tulle_world_get_state_hash(world);
+    set_law(world, &RUBBER); /* as it is */
+    assert_true(tulle_world_get_state_hash(world) == hash);
+    set_law(world, &ICE);
+    assert_true(tulle_world_get_state_hash(world) != hash);
+    step(world, 16);
+    double const free = 3.0 * 16.0 * STEP; /* nothing but gravity acts along the ground */
+    if (!(fabs(find_speed(world) - free) < 0.02 * free))
+        fail_msg("%g m/s, not %g", find_speed(world), free);
+    set_law(world, &RUBBER);
+    step(world, 24);
+    assert_true(fabs(find_speed(world)) < 0.01 * free);
+    tulle_world_destroy(world);
+
+    tulle_world *const before = make_slide(&ICE), *const after = make_slide(NULL);
+    tulle_error error = {0};
+    expect(TULLE_OK, tulle_world_start(after, &error), &error);
+    set_law(after, &ICE);
+    for (int i = 0; i < 20; i++) {
+        step(before, 1);
+        step(after, 1);
+        assert_same_cloth(before, after);
+    }
+    tulle_world_destroy(before);
+    tulle_world_destroy(after);
+}
+
+/* A body that sleeps wakes when gravity or a law changes, not when they are set to what they are.
+ */
+static void changes_wake_bodies(void **state) {
     (void)state;
     tulle_wind const calm = make_wind(0.0, 0.7);
     tulle_world *const world = make_world(EARTH, &calm, true);
@@ -231,6 +312,16 @@ static void gravity_wakes_bodies(void **state) {
     set_gravity(world, EARTH);
     set_wind(world, &calm);
     assert_int_equal(tulle_obstacle_is_asleep(world, box), 1);
+    tulle_error error = {0};
+    for (int k = 0; k < 2; k++) { /* a law changes once */
+        expect(TULLE_OK,
+               tulle_world_set_obstacle_obstacle_law(world, (tulle_obstacle_id){0, 1}, box, &RUBBER,
+                                                     &error),
+               &error);
+        assert_int_equal(tulle_obstacle_is_asleep(world, box), k);
+        step(world, 40);
+        assert_int_equal(tulle_obstacle_is_asleep(world, box), 1);
+    }
     static const double up[3] = {0.0, 0.0, 1.0};
     set_gravity(world, up);
     assert_int_equal(tulle_obstacle_is_asleep(world, box), 0);
@@ -249,7 +340,8 @@ int main(void) {
         cmocka_unit_test(a_change_is_as_if_the_def_had_it),
         cmocka_unit_test(a_state_has_its_settings),
         cmocka_unit_test(settings_that_are_none_are_refused),
-        cmocka_unit_test(gravity_wakes_bodies),
+        cmocka_unit_test(laws_change_while_the_world_runs),
+        cmocka_unit_test(changes_wake_bodies),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

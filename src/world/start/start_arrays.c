@@ -93,6 +93,7 @@ void world_release_start(tulle_world *world) {
     memory_release(heap, world->is_fixed, n);
     memory_release(heap, world->vertex_surface, n * sizeof(uint32_t));
     memory_release(heap, world->laws, surface_count * surface_count * sizeof(contact_law));
+    memory_release(heap, world->first_laws, surface_count * surface_count * sizeof(contact_law));
     if (world->grains) memory_release(heap, world->grains, surface_count * sizeof *world->grains);
     row_list_destroy(&world->rows, heap);
     row_list_destroy(&world->accepted_rows, heap);
@@ -107,7 +108,7 @@ void world_release_start(tulle_world *world) {
     world->rest = world->targets = world->inverse_masses = world->active_inverse_masses = NULL;
     world->is_fixed = NULL;
     world->vertex_surface = NULL;
-    world->laws = NULL;
+    world->laws = world->first_laws = NULL;
     world->grains = NULL;
     world->vertex_count = world->cloth_vertex_count = world->particle_count = 0;
     world->body_count = 0;
