@@ -448,6 +448,47 @@ static void a_jump_is_no_motion(void **state) {
     }
 }
 
+/* Friction and impacts do not see how an obstacle moved before it jumped: it lands under a sheet,
+ * out of motion and out of rest. */
+static void a_jump_forgets_the_motion_before(void **state) {
+    (void)state;
+    for (plate_kind kind = RIGID; kind <= DEFORMING; kind++) {
+        stage stages[2];
+        tulle_error error = {0};
+        for (int k = 0; k < 2; k++) {
+            stage *const made = &stages[k];
+            make_stage(made, kind, false, 1);
+            double place[3] = {0.0, 0.0, -5.0};
+            expect(TULLE_OK, give(made, place, TULLE_TRAVEL_JUMP, &error), &error);
+            for (int i = 0; i < 6; i++) { /* the first one moves at 8 m/s */
+                expect(TULLE_OK, tulle_world_step(made->world, STEP, NULL, &error), &error);
+                place[0] += k == 0 ? 0.125 : 0.0;
+                place[2] += k == 0 ? 0.125 : 0.0;
+                expect(TULLE_OK, give(made, place, TULLE_TRAVEL_MOVE, &error), &error);
+            }
+            expect(TULLE_OK, tulle_world_step(made->world, STEP, NULL, &error), &error);
+            size_t count;
+            const double *const x = tulle_cloth_get_positions(made->world, made->cloth, &count);
+            double lowest = x[2], top = made->plate.positions[2];
+            for (size_t v = 0; v < count; v++) lowest = fmin(lowest, x[3 * v + 2]);
+            for (size_t v = 0; v < made->plate.vertex_count; v++)
+                top = fmax(top, made->plate.positions[3 * v + 2]);
+            double const under[3] = {0.0, 0.0, lowest - 0.001 - top};
+            expect(TULLE_OK, give(made, under, TULLE_TRAVEL_JUMP, &error), &error);
+            for (int i = 0; i < 3; i++)
+                expect(TULLE_OK, tulle_world_step(made->world, STEP, NULL, &error), &error);
+        }
+        assert_true(hash_sight(&stages[0]) == hash_sight(&stages[1]));
+        const tulle_contact *contacts;
+        size_t contact_count;
+        expect(TULLE_OK,
+               tulle_world_get_contacts(stages[0].world, &contacts, &contact_count, &error),
+               &error);
+        assert_true(contact_count > 0);
+        for (int k = 0; k < 2; k++) free_stage(&stages[k]);
+    }
+}
+
 /* A jump into cloth fails the step: nothing has changed, and what was given is gone. */
 static void a_jump_into_cloth_is_refused(void **state) {
     (void)state;
@@ -672,6 +713,7 @@ int main(void) {
         cmocka_unit_test(to_give_the_same_again_leads_to_the_same_state),
         cmocka_unit_test(a_pose_that_is_none_is_refused),
         cmocka_unit_test(a_jump_is_no_motion),
+        cmocka_unit_test(a_jump_forgets_the_motion_before),
         cmocka_unit_test(a_jump_into_cloth_is_refused),
         cmocka_unit_test(a_jump_into_cloth_may_be_ignored),
         cmocka_unit_test(a_driven_plate_is_held_back),
