@@ -89,10 +89,12 @@ static void make_stage(stage *made, plate_kind kind, bool is_fast, int threads) 
     cloth_def.mesh = tulle_mesh_get_view(&made->sheet);
     cloth_def.pins = &pin;
     cloth_def.pin_count = is_fast;
+    cloth_def.material.restitution = 0.25;
     expect(TULLE_OK, tulle_world_add_cloth(made->world, &cloth_def, &made->cloth, &error), &error);
     tulle_obstacle_def def = tulle_obstacle_def_default();
     def.mesh = tulle_mesh_get_view(&made->plate);
     def.friction = 0.8;
+    def.restitution = 0.25;
     static tulle_keyframe keys[STEPS + 1];
     for (int i = 0; i <= STEPS; i++) {
         keys[i] = (tulle_keyframe){.time = i * STEP, .rotation = {1.0, 0.0, 0.0, 0.0}};
@@ -448,6 +450,50 @@ static void a_jump_is_no_motion(void **state) {
     }
 }
 
+/* Also in a step of several substeps it stands still. */
+static void a_jump_stands_still_in_each_substep(void **state) {
+    (void)state;
+    static const double ABOVE[3] = {0.25, 0.0, 1.0};
+    for (plate_kind kind = RIGID; kind <= DEFORMING; kind++) {
+        stage made;
+        make_stage(&made, kind, true, 1);
+        for (int i = 0; i < 4; i++) go_on(&made);
+        double corners[12]; /* of the sheet, which is drawn out */
+        const double *const x = tulle_cloth_get_positions(made.world, made.cloth, NULL);
+        static const size_t vertices[4] = {0, 8, 72, 80};
+        for (size_t k = 0; k < 12; k++) corners[k] = 1.15 * x[3 * vertices[k / 3] + k % 3];
+        tulle_error error = {0};
+        expect(TULLE_OK, tulle_cloth_set_pin_targets(made.world, made.cloth, 0, corners, 4, &error),
+               &error);
+        expect(TULLE_OK, give(&made, ABOVE, TULLE_TRAVEL_JUMP, &error), &error);
+        tulle_step_report report;
+        expect(TULLE_OK, tulle_world_step(made.world, STEP, &report, &error), &error);
+        assert_true(report.substeps > 1);
+        assert_place(&made, ABOVE);
+        free_stage(&made);
+    }
+}
+
+/* The pose from which the next step goes on is part of the state, beside the places of vertices. */
+static void the_hash_holds_the_pose(void **state) {
+    (void)state;
+    stage stages[2];
+    for (int k = 0; k < 2; k++) {
+        double const place[3] = {0.0, 0.0, 0.0}, turn[4] = {k == 0 ? 1.0 : -1.0, 0.0, 0.0, 0.0};
+        tulle_error error = {0};
+        make_stage(&stages[k], RIGID, false, 1);
+        expect(TULLE_OK,
+               tulle_obstacle_set_next_transform(stages[k].world, stages[k].id, place, turn,
+                                                 TULLE_TRAVEL_MOVE, &error),
+               &error);
+        expect(TULLE_OK, tulle_world_step(stages[k].world, STEP, NULL, &error), &error);
+    }
+    assert_true(hash_sight(&stages[0]) == hash_sight(&stages[1]));
+    assert_true(tulle_world_get_state_hash(stages[0].world) !=
+                tulle_world_get_state_hash(stages[1].world));
+    for (int k = 0; k < 2; k++) free_stage(&stages[k]);
+}
+
 /* Friction and impacts do not see how an obstacle moved before it jumped: it lands under a sheet,
  * out of motion and out of rest. */
 static void a_jump_forgets_the_motion_before(void **state) {
@@ -713,6 +759,8 @@ int main(void) {
         cmocka_unit_test(to_give_the_same_again_leads_to_the_same_state),
         cmocka_unit_test(a_pose_that_is_none_is_refused),
         cmocka_unit_test(a_jump_is_no_motion),
+        cmocka_unit_test(a_jump_stands_still_in_each_substep),
+        cmocka_unit_test(the_hash_holds_the_pose),
         cmocka_unit_test(a_jump_forgets_the_motion_before),
         cmocka_unit_test(a_jump_into_cloth_is_refused),
         cmocka_unit_test(a_jump_into_cloth_may_be_ignored),
