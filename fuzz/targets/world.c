@@ -1,5 +1,6 @@
 /* fuzz/targets/world.c - worlds by calls that the bytes choose: settings, cloths, obstacles and
- * bodies, then steps, saving, going back, looking, and calls that must be refused.
+ * bodies, then steps, moves that the host gives for them, saving, going back, looking, and calls
+ * that must be refused.
  *
  * After every call that may change the state the judge looks: nothing may intersect, and no vertex
  * of cloth may lie within a closed obstacle. A call that fails leaves the state as it was. Going
@@ -29,6 +30,12 @@ typedef struct session {
     fuzz_bytes *bytes;
     tulle_mesh cloths[CLOTHS_MAX], obstacles[OBSTACLES_MAX];
     int is_body[OBSTACLES_MAX], is_closed[OBSTACLES_MAX];
+    tulle_drive drives[OBSTACLES_MAX];
+    bool has_held_pin[CLOTHS_MAX]; /* one that no script moves, and when it lets go */
+    double release_times[CLOTHS_MAX];
+    /* What waits for the next step, and a hash of it all. */
+    bool waits[OBSTACLES_MAX], pin_waits[CLOTHS_MAX];
+    uint64_t given;
     uint32_t cloth_count, obstacle_count;
     tulle_world_def def;
     bool is_started;
@@ -38,6 +45,7 @@ typedef struct session {
     size_t saved_size;
     uint64_t saved_hash, followed[CALLS_MAX];
     double followed_steps[CALLS_MAX];
+    uint64_t followed_given[CALLS_MAX];
     size_t followed_count, replayed_count;
     bool is_on_the_way; /* no other call has changed the state since it was saved */
     int questions_left;
@@ -129,6 +137,8 @@ static void add_cloth(session *self) {
     tulle_cloth_id id;
     tulle_error error = {0};
     FUZZ_CHECK_OK(tulle_world_add_cloth(self->world, &def, &id, &error), &error);
+    self->has_held_pin[id.index] = pins % 4 >= 2;
+    self->release_times[id.index] = pin.release_time;
     FUZZ_CHECK(id.index == self->cloth_count++);
 }
 
@@ -157,7 +167,13 @@ static void add_obstacle(session *self) {
         def.motion = (tulle_motion){.keys = keys, .key_count = 2, .is_eased = (int)kind / 3 % 2};
         if (kind / 6 % 4 == 3) def.appear_time = 0.02;
         if (kind / 24 % 4 == 3) def.disappear_time = 0.06;
+    } else if (kind % 3 == 0) {
+        def.drive = (tulle_drive[]){TULLE_DRIVE_NONE, TULLE_DRIVE_RIGID, TULLE_DRIVE_DEFORMING,
+                                    TULLE_DRIVE_RIGID}[kind / 3 % 4];
+        if (kind / 12 % 4 == 3) def.appear_time = 0.02;
+        if (kind / 48 % 4 == 3) def.motion.pivot[0] = 0.2;
     }
+    self->drives[index] = def.drive;
     tulle_obstacle_id id;
     tulle_error error = {0};
     FUZZ_CHECK_OK(tulle_world_add_obstacle(self->world, &def, &id, &error), &error);
@@ -245,6 +261,115 @@ static void start(session *self) {
         FUZZ_CHECK(judge(self) == 0 || tulle_world_get_untangle_report(self->world).left > 0);
 }
 
+/* ---- motion that the host gives ---- */
+
+/* A step and a state that is loaded use up what was given. */
+static void let_go_of_given(session *self) {
+    memset(self->waits, 0, sizeof self->waits);
+    memset(self->pin_waits, 0, sizeof self->pin_waits);
+    self->given = 0;
+}
+
+static void note_given(session *self, uint32_t object, const double *numbers, size_t count) {
+    self->given = self->given * 31 + object;
+    for (size_t i = 0; i < count; i++) {
+        uint64_t bits;
+        memcpy(&bits, &numbers[i], sizeof bits);
+        self->given = (self->given ^ bits) * UINT64_C(0x9e3779b97f4a7c15);
+        self->given ^= self->given >> 29;
+    }
+}
+
+/* Tells an obstacle where to go: near where its mesh has it, now and then far away or nowhere. */
+static tulle_status give_obstacle(session *self, tulle_obstacle_id id, tulle_drive drive,
+                                  bool *is_good, tulle_error *error) {
+    static const double turns[4][4] = {
+        {1, 0, 0, 0}, {0.8, 0, 0.6, 0}, {0.96, 0.28, 0, 0}, {0.5, 0.5, 0.5, 0.5}};
+    fuzz_bytes *const bytes = self->bytes;
+    uint32_t const kind = fuzz_take_below(bytes, 16);
+    double const size = kind == 15 ? 1e90 : kind == 14 ? (double)INFINITY : 0.3;
+    tulle_travel const travel = kind % 4 == 3 ? TULLE_TRAVEL_JUMP : TULLE_TRAVEL_MOVE;
+    double numbers[8] = {0};
+    for (int k = 0; k < 3; k++) numbers[k] = size * fuzz_take_between(bytes, -1.0, 1.0);
+    memcpy(numbers + 3, turns[fuzz_take_below(bytes, 4)], sizeof turns[0]);
+    numbers[7] = travel;
+    *is_good = isfinite(numbers[0]) && isfinite(numbers[1]) && isfinite(numbers[2]);
+    if (drive == TULLE_DRIVE_RIGID) {
+        note_given(self, id.index, numbers, 8);
+        return tulle_obstacle_set_next_transform(self->world, id, numbers, numbers + 3, travel,
+                                                 error);
+    }
+    bool const is_there = id.index < self->obstacle_count;
+    size_t const count = is_there ? self->obstacles[id.index].vertex_count : 1;
+    double *const positions = calloc(3 * count, sizeof(double));
+    FUZZ_CHECK(positions);
+    for (size_t i = 0; is_there && i < 3 * count; i++) /* narrower along x, and moved */
+        positions[i] =
+            self->obstacles[id.index].positions[i] * (i % 3 ? 1.0 : numbers[3]) + numbers[i % 3];
+    note_given(self, id.index, positions, 3 * count);
+    note_given(self, 0, numbers + 7, 1);
+    tulle_status const status =
+        tulle_obstacle_set_next_positions(self->world, id, positions, count, travel, error);
+    free(positions);
+    return status;
+}
+
+static tulle_status give_pin(session *self, tulle_cloth_id id, bool *is_good, tulle_error *error) {
+    fuzz_bytes *const bytes = self->bytes;
+    bool const is_there = id.index < self->cloth_count && self->has_held_pin[id.index];
+    uint32_t const kind = fuzz_take_below(bytes, 16);
+    double const size = kind == 15 ? 1e90 : kind == 14 ? (double)NAN : 0.1;
+    double targets[6] = {0};
+    for (int k = 0; k < 6; k++) {
+        const tulle_mesh *const mesh = &self->cloths[is_there ? id.index : 0];
+        size_t const vertex = k < 3 ? 0 : mesh->vertex_count - 1;
+        targets[k] = mesh->positions[3 * vertex + (size_t)k % 3] +
+                     size * fuzz_take_between(bytes, -1.0, 1.0);
+    }
+    *is_good =
+        kind != 14 && is_there && tulle_world_get_time(self->world) < self->release_times[id.index];
+    note_given(self, 100 + id.index, targets, 6);
+    return tulle_cloth_set_pin_targets(self->world, id, 0, targets, 2, error);
+}
+
+/* Gives something or other for the next step; the state is as before. */
+static void give_something(session *self) {
+    uint64_t const before = tulle_world_get_state_hash(self->world), given = self->given;
+    uint32_t const kind = fuzz_take_below(self->bytes, 8);
+    uint32_t const count = kind == 0 ? self->cloth_count : self->obstacle_count;
+    uint32_t const choice = fuzz_take_below(self->bytes, 16);
+    uint32_t const index = choice == 15 || count == 0 ? count : choice % count;
+    tulle_error error = {0};
+    tulle_status status;
+    bool is_good, *waits;
+    if (kind == 0) {
+        status = give_pin(self, (tulle_cloth_id){index, 1}, &is_good, &error);
+        waits = &self->pin_waits[index % CLOTHS_MAX];
+    } else {
+        bool const is_there = index < self->obstacle_count;
+        tulle_drive const drive = is_there ? self->drives[index] : TULLE_DRIVE_NONE;
+        tulle_drive const wrong = index % 2 ? TULLE_DRIVE_RIGID : TULLE_DRIVE_DEFORMING;
+        tulle_drive const taken = drive == TULLE_DRIVE_NONE || kind == 7 ? wrong : drive;
+        status = give_obstacle(self, (tulle_obstacle_id){index, 1}, taken, &is_good, &error);
+        is_good = is_good && is_there && taken == drive;
+        waits = &self->waits[index % OBSTACLES_MAX];
+    }
+    say("give", status, &error);
+    FUZZ_CHECK((status == TULLE_OK) == (is_good && !*waits));
+    FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+    if (status) {
+        fuzz_check_error(status, &error);
+        self->given = given;
+    } else {
+        *waits = true;
+    }
+}
+
+static void give(session *self) {
+    for (uint32_t left = 1 + fuzz_take_below(self->bytes, 3); left > 0; left--)
+        give_something(self);
+}
+
 static void step(session *self) {
     static const double steps[] = {1.0 / 90.0, 1.0 / 90.0, 1.0 / 30.0, 1.0 / 400.0, 0.0, 0.2};
     uint32_t const choice = fuzz_take_below(self->bytes, 6);
@@ -257,6 +382,8 @@ static void step(session *self) {
     tulle_status const status = tulle_world_step(self->world, steps[choice], &report, &error);
     uint64_t const after = tulle_world_get_state_hash(self->world);
     say("step", status, &error);
+    uint64_t const given = self->given;
+    if (steps[choice] > 0.0) let_go_of_given(self);
     if (status) {
         fuzz_check_error(status, &error);
         FUZZ_CHECK(after == before);
@@ -269,11 +396,13 @@ static void step(session *self) {
     /* The same steps from the saved state lead to the same states. */
     if (!self->is_on_the_way || self->followed_count == CALLS_MAX) return;
     size_t const at = self->replayed_count;
-    if (at < self->followed_count && self->followed_steps[at] == steps[choice]) {
+    if (at < self->followed_count && self->followed_steps[at] == steps[choice] &&
+        self->followed_given[at] == given) {
         FUZZ_CHECK(self->followed[at] == after);
     } else {
         self->followed[at] = after;
         self->followed_steps[at] = steps[choice];
+        self->followed_given[at] = given;
         self->followed_count = at + 1;
     }
     self->replayed_count++;
@@ -297,9 +426,58 @@ static void go_back(session *self) {
                   &error);
     FUZZ_CHECK(tulle_world_get_state_hash(self->world) == self->saved_hash);
     say("go back", TULLE_OK, NULL);
+    let_go_of_given(self);
     self->replayed_count = 0;
     self->is_on_the_way = true;
     check_state(self);
+}
+
+/* Changes gravity or wind, to what may be or to what may not. */
+static void change_settings(session *self) {
+    fuzz_bytes *const bytes = self->bytes;
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    uint32_t const kind = fuzz_take_below(bytes, 8);
+    double const value = kind == 7 ? (double)NAN : kind == 6 ? 1e30 : 20.0;
+    double numbers[3];
+    for (int k = 0; k < 3; k++) numbers[k] = value * fuzz_take_between(bytes, -1.0, 1.0);
+    tulle_wind wind = self->def.wind;
+    memcpy(wind.velocity, numbers, sizeof numbers);
+    wind.gust_strength = fuzz_take_below(bytes, 2) ? 1.0 : 0.0;
+    bool const is_good =
+        fabs(numbers[0]) <= 1e6 && fabs(numbers[1]) <= 1e6 && fabs(numbers[2]) <= 1e6;
+    tulle_error error = {0};
+    tulle_status const status = kind % 2 ? tulle_world_set_gravity(self->world, numbers, &error)
+                                         : tulle_world_set_wind(self->world, &wind, &error);
+    say("change", status, &error);
+    FUZZ_CHECK((status == TULLE_OK) == is_good);
+    if (status) {
+        fuzz_check_error(status, &error);
+        FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+        return;
+    }
+    self->is_on_the_way = false;
+}
+
+/* Changes the law of a cloth and an obstacle, if they are there. */
+static void change_law(session *self) {
+    fuzz_bytes *const bytes = self->bytes;
+    tulle_cloth_id const cloth = {fuzz_take_below(bytes, CLOTHS_MAX), 1};
+    tulle_obstacle_id const obstacle = {fuzz_take_below(bytes, OBSTACLES_MAX), 1};
+    tulle_contact_law const law = {fuzz_take_between(bytes, 0.0, 1.0), -1.0,
+                                   fuzz_take_between(bytes, 0.0, 1.1)};
+    bool const is_good = cloth.index < self->cloth_count && obstacle.index < self->obstacle_count &&
+                         law.restitution <= 1.0;
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    tulle_error error = {0};
+    tulle_status const status =
+        tulle_world_set_cloth_obstacle_law(self->world, cloth, obstacle, &law, &error);
+    say("change a law", status, &error);
+    FUZZ_CHECK((status == TULLE_OK) == is_good);
+    FUZZ_CHECK(status == TULLE_OK || tulle_world_get_state_hash(self->world) == before);
+    if (status)
+        fuzz_check_error(status, &error);
+    else
+        self->is_on_the_way = false;
 }
 
 static void push_body(session *self) {
@@ -394,8 +572,10 @@ static run_end run(fuzz_bytes bytes, int threads, bool is_stopped_at_times) {
     tulle_world_set_stop_request(self.world, ask, &self);
     count_call();
     start(&self);
-    static void (*const calls[])(session *) = {step, step,    step,      step, step,
-                                               save, go_back, push_body, look, be_refused};
+    static void (*const calls[])(session *) = {
+        step,      step, step,       step, step, save, go_back,
+        push_body, look, be_refused, give, give, give, change_settings,
+        change_law};
     for (int left = CALLS_MAX; left > 0 && self.is_started && bytes.used < bytes.size; left--) {
         count_call();
         calls[fuzz_take_below(&bytes, sizeof calls / sizeof calls[0])](&self);

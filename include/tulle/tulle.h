@@ -4,6 +4,7 @@
 #include "tulle/base.h"
 #include "tulle/check.h"
 #include "tulle/detect.h"
+#include "tulle/live.h"
 #include "tulle/mesh.h"
 #include "tulle/shapes.h"
 #include "tulle/world.h"

@@ -278,8 +278,9 @@ typedef struct tulle_motion {
 typedef struct tulle_pin {
     const uint32_t *vertices; /* vertex_count vertex numbers of the cloth, copied */
     size_t vertex_count;      /* length of `vertices` */
-    tulle_motion motion;      /* key_count 0: the vertices are held where they start */
-    double release_time;      /* [s] when the pin lets go; INFINITY: never */
+    /* key_count 0: the vertices are held, or go where tulle_cloth_set_pin_targets says */
+    tulle_motion motion;
+    double release_time; /* [s] when the pin lets go; INFINITY: never */
 } tulle_pin;
 
 /* A fold that cloth has at rest, along an edge of its mesh. */
@@ -357,8 +358,16 @@ typedef struct tulle_body {
     double sleep_time;  /* [s] > 0 where sleep_speed is */
 } tulle_body;
 
-/* An obstacle to add: static, on keyframes, deforming by a mesh sequence, or a rigid body. Made by
- * tulle_obstacle_def_default. tulle_world_add_obstacle copies all arrays and strings. */
+/* How a host moves an obstacle step by step, by the calls of tulle/live.h. */
+typedef enum tulle_drive {
+    TULLE_DRIVE_NONE,     /* not at all: it stands, follows its script or is a body */
+    TULLE_DRIVE_RIGID,    /* as a whole: tulle_obstacle_set_next_transform */
+    TULLE_DRIVE_DEFORMING /* each vertex by itself: tulle_obstacle_set_next_positions */
+} tulle_drive;
+
+/* An obstacle to add: static, on keyframes, deforming by a mesh sequence, driven by the host, or a
+ * rigid body. Made by tulle_obstacle_def_default. tulle_world_add_obstacle copies all arrays and
+ * strings. */
 typedef struct tulle_obstacle_def {
     uint32_t cookie;         /* set by tulle_obstacle_def_default, checked on use */
     const char *name;        /* for messages; may be null */
@@ -372,6 +381,7 @@ typedef struct tulle_obstacle_def {
     double grain[3];
     const char *contact_material; /* as of tulle_cloth_def */
     tulle_motion motion;          /* rigid keyframes; key_count 0: static */
+    tulle_drive drive;            /* not beside keyframes, a sequence or a body */
     /* null: no sequence. Else vertices follow the frames, linearly in between. */
     tulle_frame_reader read_frame;
     void *frame_context; /* handed to read_frame; lives as long as the world */
@@ -414,9 +424,10 @@ typedef struct tulle_contact_law {
     double dynamic_friction; /* of contacts that slide, 0 .. static_friction; negative: the same */
     double restitution;      /* part of an impact's speed that comes back, 0 .. 1 */
 } tulle_contact_law;
-/* Sets the law of two cloths. Only before the start; a later call for the same pair replaces an
- * earlier one. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, the same cloth twice, a
- * value, a world that has started), TULLE_ERROR_OUT_OF_MEMORY. */
+/* Sets the law of two cloths; a later call for the same pair replaces an earlier one. After the
+ * start it holds from the next step on, is part of the state, and wakes bodies if it changes.
+ * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, the same cloth twice, a value),
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_set_cloth_cloth_law(tulle_world *world, tulle_cloth_id a,
                                                        tulle_cloth_id b,
                                                        const tulle_contact_law *law,
@@ -555,7 +566,7 @@ typedef struct tulle_step_report {
 
 /* Moves the world on by `time_step` [s], 0 < time_step <= 1. `report` and `error` may be null.
  * After an error the world is as it was; only tulle_world_last_message and
- * tulle_world_get_intersections may differ. Errors:
+ * tulle_world_get_intersections may differ, and what tulle/live.h was given is gone. Errors:
  *
  * - those of tulle_world_start, when the caller has not called that;
  * - TULLE_ERROR_INVALID_ARGUMENT (null, a time step out of range), TULLE_ERROR_OUT_OF_MEMORY;

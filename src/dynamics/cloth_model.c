@@ -103,14 +103,6 @@ static membrane_curve make_curve(const tulle_curve *curve) {
                             .guess_room = has_knee ? GUESS_SHARE * curve->knee : (double)INFINITY};
 }
 
-static membrane_fabric make_fabric(const tulle_material *material) {
-    return (membrane_fabric){.yarns = {make_curve(&material->warp), make_curve(&material->weft)},
-                             .shear = make_curve(&material->shear),
-                             .coupling = material->poisson *
-                                         sqrt(material->warp.stiffness * material->weft.stiffness),
-                             .damping = material->stretch_damping};
-}
-
 static bool build_elements(memory *heap, const cloth_model_def *def, cloth_model *model,
                            const double *areas) {
     const topology *const surface = def->surface;
@@ -120,8 +112,14 @@ static bool build_elements(memory *heap, const cloth_model_def *def, cloth_model
     model->fabrics = memory_allocate_zeroed(heap, model->fabric_count, sizeof *model->fabrics);
     model->edge_places = memory_allocate(heap, 2 * model->edge_count * sizeof(uint32_t));
     if (!model->elements || !model->fabrics || !model->edge_places) return false;
-    for (size_t i = 0; i < model->fabric_count; i++)
-        model->fabrics[i] = make_fabric(&def->materials[i]);
+    for (size_t i = 0; i < model->fabric_count; i++) {
+        const tulle_material *const m = &def->materials[i];
+        double const mean_stiffness = sqrt(m->warp.stiffness * m->weft.stiffness);
+        model->fabrics[i] = (membrane_fabric){.yarns = {make_curve(&m->warp), make_curve(&m->weft)},
+                                              .shear = make_curve(&m->shear),
+                                              .coupling = m->poisson * mean_stiffness,
+                                              .damping = m->stretch_damping};
+    }
     uint32_t const none = (uint32_t)cloth_count_places(model);
     for (size_t i = 0; i < 2 * model->edge_count; i++) model->edge_places[i] = none;
     for (size_t t = 0; t < triangles; t++) {

@@ -16,10 +16,6 @@ enum { TRIANGLES_PER_CHUNK = 1024, HINGES_PER_CHUNK = 1024 };
 
 /* ---- constants ---- */
 
-static slider_law make_law(double width, double stiffness) {
-    return (slider_law){STIFFNESS_RATIO * stiffness, 0.5 * width};
-}
-
 bool hysteresis_begin(memory *heap, const cloth_model_def *def, cloth_model *model) {
     bool has_bend = false, has_shear = false;
     for (size_t i = 0; i < def->material_count; i++) {
@@ -44,9 +40,10 @@ bool hysteresis_begin(memory *heap, const cloth_model_def *def, cloth_model *mod
     if (!sliders->fabrics || (has_bend && !sliders->part_begin)) return false;
     for (size_t i = 0; i < def->material_count; i++) {
         const tulle_material *const m = &def->materials[i];
-        sliders->fabrics[i] = (slider_fabric){{make_law(m->bend_hysteresis_warp, m->bend_warp),
-                                               make_law(m->bend_hysteresis_weft, m->bend_weft),
-                                               make_law(m->shear_hysteresis, m->shear.stiffness)}};
+        sliders->fabrics[i] =
+            (slider_fabric){{{STIFFNESS_RATIO * m->bend_warp, 0.5 * m->bend_hysteresis_warp},
+                             {STIFFNESS_RATIO * m->bend_weft, 0.5 * m->bend_hysteresis_weft},
+                             {STIFFNESS_RATIO * m->shear.stiffness, 0.5 * m->shear_hysteresis}}};
     }
     return true;
 }

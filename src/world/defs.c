@@ -442,6 +442,12 @@ tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner
                              "%s: has both keyframes and a mesh sequence; give one", owner);
         }
     }
+    if (def->drive != TULLE_DRIVE_NONE &&
+        (def->motion.key_count > 0 || def->read_frame || def->body.is_dynamic))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the host drives it, so it can have no keyframes, no mesh sequence "
+                         "and no body",
+                         owner);
     if (isnan(def->appear_time) || isnan(def->disappear_time) ||
         def->disappear_time <= def->appear_time) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -452,6 +458,7 @@ tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner
         {"friction", "", def->friction, 0.0, 10.0},
         {"friction across", "", def->friction_across, 0.0, 10.0},
         {"restitution", "", def->restitution, 0.0, 1.0},
+        {"drive", "", ENUM_VALUE(def->drive), 0.0, (double)TULLE_DRIVE_DEFORMING},
     };
     status = CHECK_RANGES(checks, owner, error);
     grained_surface const surface = {def->mesh, def->grain, def->friction_across, "obstacle"};

@@ -1,8 +1,9 @@
-/* world/kinematics.c - scripted motion: where obstacles and pinned vertices go, which are there.
+/* world/kinematics.c - scripted and given motion: where obstacles and pinned vertices go, which are
+ * there.
  *
- * Takes the defs and a time; gives `targets`, the positions that scripted vertices reach at that
- * time, the mask of pinned vertices and inverse masses that are zero for them. Poses are made from
- * the defs' own positions each time, so nothing drifts. */
+ * Takes the defs, what the host gave (given.c) and a time; gives `targets`, the positions that
+ * scripted vertices reach at that time, the mask of pinned vertices and inverse masses that are
+ * zero for them. Poses are made from the defs' own positions each time, so nothing drifts. */
 #include "base/error.h"
 #include "math/vec3.h"
 #include "world/bodies/bodies.h"
@@ -10,6 +11,7 @@
 #include "world/start/inside.h"
 #include "world/surface_box.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -41,11 +43,16 @@ static tulle_status load_frame(world_obstacle *obstacle, uint32_t number, int ke
 }
 
 /* Positions of a mesh sequence at `time`, linear between its frames, still outside them. */
-static tulle_status sample_sequence(world_obstacle *obstacle, double time, double *target,
-                                    tulle_error *error) {
+static tulle_status sample_sequence(world_obstacle *obstacle, uint64_t step_count, double time,
+                                    double *target, tulle_error *error) {
     double const last = (double)(obstacle->frame_count - 1);
     double const position = (time - obstacle->frame_start_time) / obstacle->frame_interval;
-    double const clamped = fmin(fmax(position, 0.0), last);
+    /* What is off a frame only by the rounding that the sum of the steps has gathered is that
+     * frame. A live reader may not have the next one yet. */
+    double const whole = round(position), share = (double)(step_count + 8) * DBL_EPSILON;
+    double const rounding = share * (fabs(time) / obstacle->frame_interval + fabs(position));
+    bool const is_whole = fabs(position - whole) <= rounding;
+    double const clamped = fmin(fmax(is_whole ? whole : position, 0.0), last);
     uint32_t const from = (uint32_t)clamped;
     double const fraction = clamped - (double)from;
     int slot_from, slot_to;
@@ -65,8 +72,18 @@ static tulle_status sample_sequence(world_obstacle *obstacle, double time, doubl
     return TULLE_OK;
 }
 
+/* Part of the way of `count` numbers. All of it leads to `to` without rounding. */
+static void go_towards(const double *from, const double *to, double share, size_t count,
+                       double *target) {
+    for (size_t i = 0; i < count; i++)
+        target[i] = share < 1.0 ? from[i] + share * (to[i] - from[i]) : to[i];
+}
+
 tulle_status world_script_targets(tulle_world *world, double time, double end_time,
                                   tulle_error *error) {
+    double const length =
+        world->step_end - world->now.time; /* of the step that runs, or the last */
+    double const share = length > 0.0 ? (end_time - world->now.time) / length : 0.0;
     memset(world->is_fixed, 0, world->cloth_vertex_count);
     memcpy(world->active_inverse_masses, world->inverse_masses,
            world->vertex_count * sizeof(double));
@@ -79,8 +96,15 @@ tulle_status world_script_targets(tulle_world *world, double time, double end_ti
                 size_t const local = pin->vertices[k], vertex = cloth->vertex_begin + local;
                 world->is_fixed[vertex] = 1;
                 world->active_inverse_masses[vertex] = 0.0;
-                motion_apply(&pin->motion, end_time, cloth->mesh.positions + 3 * local, 1,
-                             world->targets + 3 * vertex);
+                double *const target = world->targets + 3 * vertex;
+                const double *const start = cloth->mesh.positions + 3 * local;
+                const double *const from =
+                    world->is_started ? world->now.positions + 3 * vertex : start;
+                if (pin->motion.key_count > 0)
+                    motion_apply(&pin->motion, end_time, start, 1, target);
+                else
+                    go_towards(from, pin->has_targets ? pin->targets + 3 * k : from, share, 3,
+                               target);
             }
         }
     }
@@ -88,8 +112,16 @@ tulle_status world_script_targets(tulle_world *world, double time, double end_ti
         world_obstacle *const obstacle = &world->obstacles.data[i];
         double *const target = world->targets + 3 * (size_t)obstacle->vertex_begin;
         if (obstacle->read_frame) {
-            tulle_status const status = sample_sequence(obstacle, end_time, target, error);
+            tulle_status const status =
+                sample_sequence(obstacle, world->step_count, end_time, target, error);
             if (status != TULLE_OK) return status;
+        } else if (obstacle->drive == TULLE_DRIVE_DEFORMING) {
+            const double *const from =
+                world->is_started ? world->now.positions + 3 * (size_t)obstacle->vertex_begin
+                                  : obstacle->mesh.positions;
+            bool const moves = obstacle->given == GIVEN_MOVE;
+            go_towards(from, moves ? obstacle->given_positions : from, share,
+                       3 * obstacle->mesh.vertex_count, target);
         } else {
             motion_apply(&obstacle->motion, end_time, obstacle->mesh.positions,
                          obstacle->mesh.vertex_count, target);

@@ -12,9 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-/* A quaternion may be off unit length by this much before it is refused; copies are normalised. */
-static const double QUATERNION_TOLERANCE = 1e-6;
-
 /* Under this sine of the angle between two rotations the linear blend is exact to rounding. */
 static const double SLERP_LINEAR_SINE = 1e-8;
 

@@ -6,6 +6,9 @@
 #include "math/quaternion.h"
 #include "tulle/world.h"
 
+/* A quaternion may be off unit length by this much before it is refused; copies are normalised. */
+static const double QUATERNION_TOLERANCE = 1e-6;
+
 /* An owned copy of a tulle_motion. */
 typedef struct world_motion {
     tulle_keyframe *keys;

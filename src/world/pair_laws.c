@@ -68,17 +68,20 @@ static tulle_status refuse(tulle_error *error, const char *why) {
     return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "law of a pair: %s", why);
 }
 
-static tulle_status check_law(const tulle_world *world, const tulle_contact_law *law,
-                              tulle_error *error) {
-    if (world->is_started) return refuse(error, "the world has started; set it before");
+static tulle_status check_law(const tulle_contact_law *law, tulle_error *error) {
     if (!law) return refuse(error, "the law is null");
     return contact_law_check(law, "law of a pair", error);
 }
 
 static tulle_status set_law(tulle_world *world, world_pair_law entry, const tulle_contact_law *law,
                             tulle_error *error) {
-    tulle_status const status = check_law(world, law, error);
+    tulle_status const status = check_law(law, error);
     if (status != TULLE_OK) return status;
+    size_t const cloth_count = world->cloths.count;
+    if (world->is_started)
+        return world_change_law(world, entry.first + (entry.obstacle_count > 1 ? cloth_count : 0),
+                                entry.second + (entry.obstacle_count > 0 ? cloth_count : 0), law,
+                                error);
     entry.law = *law;
     world_pair_law *const earlier = find_entry(world, &entry);
     if (earlier) {
@@ -169,7 +172,8 @@ tulle_status tulle_world_set_material_law(tulle_world *world, const char *a, con
                                           const tulle_contact_law *law, tulle_error *error) {
     if (!world) return refuse(error, "the world is null");
     if (!a || !b) return refuse(error, "the name of a contact material is null");
-    tulle_status const status = check_law(world, law, error);
+    if (world->is_started) return refuse(error, "the world has started; set it before");
+    tulle_status const status = check_law(law, error);
     if (status != TULLE_OK) return status;
     const char *const names[2] = {a, b};
     for (int i = 0; i < 2; i++)

@@ -2,9 +2,10 @@
  *
  * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
- * impulses, ignored pairs, plastic parts where cloth has hysteresis. It also holds the patches:
- * they decide how fast later steps are and what reports say, but no position. Little-endian,
- * doubles as they are. */
+ * impulses, ignored pairs, plastic parts where cloth has hysteresis, poses of obstacles that the
+ * host drives as a whole, gravity, wind and laws where the host has changed them. What the host
+ * gave for the next step is input and no state. It also holds the patches: they decide how fast
+ * later steps are and what reports say, but no position. Little-endian, doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
 #include "world/bodies/bodies.h"
@@ -14,7 +15,9 @@
 #include <stddef.h>
 #include <string.h>
 
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '7'}; /* 7: version */
+/* 7: version; 8: the same with settings at the end, where they differ from those at the start. */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '7'};
+enum { WITH_SETTINGS = '8' };
 
 typedef struct state_header {
     char magic[8];
@@ -64,38 +67,45 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     hash = hash_bytes(hash, now->is_released, world->obstacles.count);
     hash = hash_bytes(hash, now->particles, world->particle_count);
     hash = hash_bytes(hash, now->rests, world->body_count * sizeof *now->rests);
+    hash = hash_bytes(hash, now->poses, world->pose_count * sizeof *now->poses);
     if (now->hold_count > 0)
         hash = hash_bytes(hash, now->holds, now->hold_count * sizeof *now->holds);
     if (world->body_count > 0) hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
+    hash = world_hash_settings(world, hash);
     return contact_store_hash(&now->contacts, hash);
 }
 
 /* The variable parts of a state. */
 typedef struct part_sizes {
-    size_t contact_bytes, patch_bytes, ignored_count, hold_count;
+    size_t contact_bytes, patch_bytes, ignored_count, hold_count, setting_bytes;
 } part_sizes;
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
     return sizeof(state_header) + 12 * world->vertex_count * sizeof(double) +
            world->plastic_count * sizeof(double) + 2 * world->obstacles.count +
            world->particle_count + world->body_count * sizeof(body_rest) +
-           parts.hold_count * sizeof(world_hold) + parts.contact_bytes + parts.patch_bytes +
-           parts.ignored_count * sizeof(tulle_intersection);
+           world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
+           parts.contact_bytes + parts.patch_bytes +
+           parts.ignored_count * sizeof(tulle_intersection) + parts.setting_bytes;
 }
 
-/* The parts that a header names. Each of its counts has been checked to fit into the saved bytes.
- */
-static part_sizes read_parts(const state_header *header) {
-    return (part_sizes){(size_t)header->contact_bytes, (size_t)header->patch_bytes,
-                        (size_t)header->ignored_count, (size_t)header->hold_count};
+/* The parts that a header names, and what is left for settings. Each of its counts has been checked
+ * to fit into the saved bytes. */
+static part_sizes read_parts(const tulle_world *world, const state_header *header) {
+    part_sizes parts = {(size_t)header->contact_bytes, (size_t)header->patch_bytes,
+                        (size_t)header->ignored_count, (size_t)header->hold_count, 0};
+    size_t const size = state_size(world, parts), all = (size_t)header->byte_count;
+    if (header->magic[7] == WITH_SETTINGS && all > size) parts.setting_bytes = all - size;
+    return parts;
 }
 
 static part_sizes measure_parts(const tulle_world *world) {
     return (part_sizes){.contact_bytes = contact_store_get_size(&world->now.contacts),
                         .patch_bytes = world->patches ? kept_patches_save(world->patches, NULL) : 0,
                         .ignored_count = world->ignored.count,
-                        .hold_count = world->now.hold_count};
+                        .hold_count = world->now.hold_count,
+                        .setting_bytes = world_get_settings_size(world)};
 }
 
 /* All but the header. */
@@ -111,12 +121,15 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     put(cursor, now->is_released, world->obstacles.count);
     put(cursor, now->particles, world->particle_count);
     put(cursor, now->rests, world->body_count * sizeof *now->rests);
+    put(cursor, now->poses, world->pose_count * sizeof *now->poses);
     put(cursor, now->holds, parts.hold_count * sizeof *now->holds);
     put(cursor, world->ignored.data, parts.ignored_count * sizeof(tulle_intersection));
     contact_store_save(&now->contacts, cursor->bytes + cursor->used);
     cursor->used += parts.contact_bytes;
     if (parts.patch_bytes > 0) kept_patches_save(world->patches, cursor->bytes + cursor->used);
     cursor->used += parts.patch_bytes;
+    if (parts.setting_bytes > 0) world_put_settings(world, cursor->bytes + cursor->used);
+    cursor->used += parts.setting_bytes;
 }
 
 tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size_t *byte_count,
@@ -147,6 +160,7 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
                            .previous_time_step = now->previous_time_step,
                            .lost_energy = now->lost_energy};
     memcpy(header.magic, STATE_MAGIC, sizeof header.magic);
+    if (parts.setting_bytes > 0) header.magic[7] = WITH_SETTINGS;
     memcpy(cursor.bytes, &header, sizeof header);
     header.hash = compute_hash(cursor.bytes, size);
     memcpy(cursor.bytes, &header, sizeof header);
@@ -168,13 +182,13 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     if (memcmp(header->magic, STATE_MAGIC, sizeof header->magic - 1) != 0) {
         return error_set(error, TULLE_ERROR_PARSE, "these bytes are not a saved state");
     }
-    if (memcmp(header->magic, STATE_MAGIC, sizeof header->magic) != 0) {
+    if (header->magic[7] != STATE_MAGIC[7] && header->magic[7] != WITH_SETTINGS) {
         return error_set(error, TULLE_ERROR_PARSE,
                          "the saved state is of another version of Tulle (format %c, this one "
-                         "reads %c): start the run anew",
+                         "reads %c and %c): start the run anew",
                          header->magic[7] >= ' ' && header->magic[7] <= '~' ? header->magic[7]
                                                                             : '?',
-                         STATE_MAGIC[7]);
+                         STATE_MAGIC[7], WITH_SETTINGS);
     }
     uint64_t const left = byte_count / sizeof(tulle_intersection);
     if (header->byte_count != byte_count || header->contact_bytes > byte_count ||
@@ -184,7 +198,7 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     }
     if (header->def_hash != world->def_hash || header->vertex_count != world->vertex_count ||
         header->obstacle_count != world->obstacles.count ||
-        state_size(world, read_parts(header)) != byte_count) {
+        state_size(world, read_parts(world, header)) != byte_count) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the saved state belongs to another scene");
     }
@@ -250,7 +264,9 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     status = check_header(world, &header, bytes, byte_count, error);
     if (status != TULLE_OK) return status;
 
-    part_sizes const parts = read_parts(&header);
+    part_sizes const parts = read_parts(world, &header);
+    const unsigned char *const settings =
+        (const unsigned char *)bytes + byte_count - parts.setting_bytes;
 
     /* into the spare state first, so that a failure changes nothing */
     world_motion_state *const next = &world->next;
@@ -265,13 +281,15 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->is_released, world->obstacles.count);
     take(&cursor, next->particles, world->particle_count);
     take(&cursor, next->rests, world->body_count * sizeof *next->rests);
+    take(&cursor, next->poses, world->pose_count * sizeof *next->poses);
     next->elastic.is_known = false;
     next->hold_count = parts.hold_count;
     take(&cursor, next->holds, parts.hold_count * sizeof *next->holds);
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;
     next->lost_energy = header.lost_energy;
-    status = world_check_state(world, next, error);
+    status = world_check_settings(world, settings, parts.setting_bytes, error);
+    if (status == TULLE_OK) status = world_check_state(world, next, error);
     if (status == TULLE_OK) status = take_ignored(world, &cursor, parts.ignored_count, error);
     if (status != TULLE_OK) return status;
     status = contact_store_load(&next->contacts, &world->heap, cursor.bytes + cursor.used,
@@ -286,6 +304,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     if (status != TULLE_OK) return status;
 
     world_restore_ignored(world); /* as read */
+    world_take_settings(world, settings, parts.setting_bytes);
     world->intersections.count = world->overlaps.count = 0;
     world_motion_state const old = world->now;
     world->now = *next;
@@ -294,8 +313,12 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     world->accepted_rows.rows.count = 0; /* a saved state has no rows */
     world->has_contacts = false;
     for (size_t i = 0; i < world->obstacles.count; i++) {
+        world_obstacle *const obstacle = &world->obstacles.data[i];
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
+        /* a live reader gives what belongs to the state from here on */
+        obstacle->frame_numbers[0] = obstacle->frame_numbers[1] = TULLE_NONE;
     }
+    world_end_given(world, true);
     world_mark_bodies(world, &world->now);
     return TULLE_OK;
 }

@@ -44,6 +44,16 @@ static bool rests_are_valid(const tulle_world *world, const body_rest *rests) {
     return true;
 }
 
+static bool poses_are_valid(const tulle_world *world, const motion_pose *poses) {
+    for (size_t i = 0; i < world->pose_count; i++) {
+        const vec3 *const t = &poses[i].translation;
+        if (!isfinite(t->x + t->y + t->z) ||
+            !(fabs(quaternion_norm(poses[i].rotation) - 1.0) <= QUATERNION_TOLERANCE))
+            return false;
+    }
+    return true;
+}
+
 /* Trees over static obstacles are fitted once, so they must be where the start put them. */
 static bool statics_stand_still(const tulle_world *world, const double *positions) {
     for (size_t s = world->cloths.count; s < world->set.surface_count; s++) {
@@ -76,6 +86,8 @@ tulle_status world_check_state(const tulle_world *world, const world_motion_stat
         what = "flags of obstacles or vertices that mean nothing";
     else if (!rests_are_valid(world, state->rests))
         what = "rigid bodies in a state that no body has";
+    else if (!poses_are_valid(world, state->poses))
+        what = "obstacles in a pose that is none";
     else if (!world_holds_are_valid(world, state))
         what = "obstacles held back that are not there";
     else if (!statics_stand_still(world, state->positions))

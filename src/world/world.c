@@ -61,6 +61,7 @@ static void destroy_cloth(memory *heap, world_cloth *cloth) {
     for (size_t i = 0; cloth->pins && i < cloth->pin_count; i++) {
         world_pin *const pin = &cloth->pins[i];
         memory_release(heap, pin->vertices, pin->vertex_count * sizeof *pin->vertices);
+        memory_release(heap, pin->targets, 3 * pin->vertex_count * sizeof(double));
         motion_destroy(heap, &pin->motion);
     }
     memory_release(heap, cloth->pins, cloth->pin_count * sizeof *cloth->pins);
@@ -72,6 +73,7 @@ static void destroy_obstacle(memory *heap, world_obstacle *obstacle) {
     memory_release(heap, obstacle->frames[0], vector_bytes);
     memory_release(heap, obstacle->frames[1], vector_bytes);
     if (obstacle->points) memory_release(heap, obstacle->points, vector_bytes);
+    memory_release(heap, obstacle->given_positions, vector_bytes);
     motion_destroy(heap, &obstacle->motion);
     destroy_mesh(heap, &obstacle->mesh);
 }
@@ -129,6 +131,9 @@ static tulle_status copy_pins(memory *heap, const tulle_cloth_def *def, world_cl
         if (motion_copy(heap, &source->motion, &pin->motion) != TULLE_OK) {
             return TULLE_ERROR_OUT_OF_MEMORY;
         }
+        if (source->motion.key_count > 0) continue;
+        pin->targets = memory_allocate(heap, 3 * source->vertex_count * sizeof(double));
+        if (!pin->targets) return TULLE_ERROR_OUT_OF_MEMORY;
     }
     return TULLE_OK;
 }
@@ -204,11 +209,25 @@ static tulle_status copy_obstacle(memory *heap, const tulle_obstacle_def *def,
     obstacle->disappear_time = def->disappear_time;
     obstacle->body = def->body;
     obstacle->frame_numbers[0] = obstacle->frame_numbers[1] = TULLE_NONE;
+    obstacle->drive = def->drive;
+    /* what is driven as a whole stands still until it is given a pose */
+    static tulle_keyframe const still[2] = {{.rotation = {1.0, 0.0, 0.0, 0.0}},
+                                            {.rotation = {1.0, 0.0, 0.0, 0.0}}};
+    tulle_motion motion = def->motion;
+    if (def->drive == TULLE_DRIVE_RIGID) {
+        motion.keys = still;
+        motion.key_count = 2;
+        motion.is_eased = 0;
+    }
     if (copy_mesh(heap, def->mesh, &obstacle->mesh) != TULLE_OK ||
-        motion_copy(heap, &def->motion, &obstacle->motion) != TULLE_OK) {
+        motion_copy(heap, &motion, &obstacle->motion) != TULLE_OK) {
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
     size_t const vector_bytes = 3 * def->mesh.vertex_count * sizeof(double);
+    if (def->drive != TULLE_DRIVE_NONE) {
+        obstacle->given_positions = memory_allocate(heap, vector_bytes);
+        if (!obstacle->given_positions) return TULLE_ERROR_OUT_OF_MEMORY;
+    }
     for (int i = 0; i < 2 && def->read_frame; i++) {
         obstacle->frames[i] = memory_allocate(heap, vector_bytes);
         if (!obstacle->frames[i]) return TULLE_ERROR_OUT_OF_MEMORY;

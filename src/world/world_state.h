@@ -31,7 +31,12 @@ typedef struct world_pin {
     size_t vertex_count;
     world_motion motion;
     double release_time; /* [s] */
+    double *targets;     /* [m] 3 * vertex_count, for the next step; null: it has keyframes */
+    bool has_targets;    /* they were given */
 } world_pin;
+
+/* What the host gave a driven obstacle for the next step. */
+typedef enum given_move { GIVEN_NOTHING, GIVEN_MOVE, GIVEN_JUMP } given_move;
 
 /* Owned positions and triangles, in the object's own numbering. Once the world has started there
  * are no positions of cloth that is not pinned. */
@@ -66,7 +71,14 @@ typedef struct world_obstacle {
     double friction, dynamic_friction, restitution; /* as the def said */
     double friction_across, grain[3];
     uint32_t contact_material; /* as of a cloth */
-    world_motion motion;
+    world_motion motion; /* TULLE_DRIVE_RIGID: from the pose at the start of the step to that at its
+                            end */
+    tulle_drive drive;
+    given_move given;
+    motion_pose given_pose;  /* TULLE_DRIVE_RIGID: the pose that was given */
+    double *given_positions; /* [m] 3 * vertex_count: where they are to be, or jump to; while a step
+                                with a jump runs, where they were. Null: not driven */
+    bool has_jumped, was_present; /* in the step that runs; before that */
     tulle_frame_reader read_frame;
     void *frame_context;
     uint32_t frame_count;
@@ -136,6 +148,7 @@ typedef struct world_motion_state {
     uint8_t *is_present;         /* per obstacle */
     uint8_t *particles;          /* particle_state of particle_count vertices */
     body_rest *rests;            /* per body */
+    motion_pose *poses;          /* of pose_count obstacles: those driven as a whole */
     world_hold holds[HOLDS_MAX];
     size_t hold_count;
     contact_store contacts;
@@ -159,6 +172,13 @@ typedef struct world_material_law {
     tulle_contact_law law;
 } world_material_law;
 
+/* What a host may change while the world runs. Plain data without padding: saved and hashed as
+ * bytes. */
+typedef struct world_settings {
+    double gravity[3]; /* [m/s^2] */
+    tulle_wind wind;
+} world_settings;
+
 typedef ARRAY(tulle_intersection) intersection_list;
 
 struct tulle_world {
@@ -180,6 +200,7 @@ struct tulle_world {
     size_t particle_count; /* cloth vertices whose particle_state the response keeps: all or none */
     uint32_t cloth_edge_count; /* edges of all cloths come first */
     size_t plastic_count;      /* of sliders; 0 where no cloth has hysteresis */
+    size_t pose_count;         /* all obstacles where one is driven as a whole, else 0 */
     size_t body_count;         /* each has two slots after the cloth vertices, see bodies.h */
     uint32_t *surface_bodies;  /* number of each surface's body, or TULLE_NONE; null: no bodies */
     uint32_t *body_obstacles;  /* obstacle of each body */
@@ -202,10 +223,13 @@ struct tulle_world {
     patch_rules patch_rules; /* set by the start, but for keeps_all */
     double hold_reach;       /* [m] with which patches hold for the paths of stages 8 and 9 */
     uint64_t def_hash;       /* of all defs; guards loaded states */
+    world_settings first_settings;
+    contact_law *first_laws; /* surface_count^2; null: no law has changed since the start */
 
     /* changed by steps */
     world_motion_state now, next;
     uint64_t step_count;
+    double step_end;               /* [s] time at the end of the step that runs */
     uint8_t *is_fixed;             /* cloth vertices: pinned in this step */
     double *active_inverse_masses; /* [1/kg] 0 where pinned */
     double *targets;               /* [m] where scripted vertices go in this step */
@@ -255,6 +279,26 @@ tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error)
 void world_release_start(tulle_world *world);
 /* start_arrays.c: releases what cloths were at first, of which the start made its own. */
 void world_release_first_cloth(tulle_world *world);
+
+/* settings.c: gravity, wind and laws, as a state has them where they are not as at the start: the
+ * laws that differ, then the settings. How many bytes that is; the bytes; their hash. */
+size_t world_get_settings_size(const tulle_world *world);
+void world_put_settings(const tulle_world *world, void *bytes);
+uint64_t world_hash_settings(const tulle_world *world, uint64_t hash);
+/* settings.c: checks such bytes and makes room; then puts them in force, or what was at the start
+ * where there are none, which cannot fail. */
+tulle_status world_check_settings(tulle_world *world, const void *bytes, size_t size,
+                                  tulle_error *error);
+void world_take_settings(tulle_world *world, const void *bytes, size_t size);
+/* settings.c: the law of two surfaces from the next step on. */
+tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tulle_contact_law *law,
+                              tulle_error *error);
+
+/* given.c: before a step, obstacles that jump do so in world->now, where they count as absent, so
+ * that they are judged as what appears. At its end, or when a state is loaded, what was given is
+ * used up; after a step that failed nothing has jumped. */
+void world_begin_given(tulle_world *world);
+void world_end_given(tulle_world *world, bool has_failed);
 
 /* state_check.c: whether a state that was read may be one of this world, which has started; an
  * error says why not. */

@@ -385,7 +385,7 @@ ARGUMENTS_OF(tulle_world_set_cloth_obstacle_law) {
     tulle_world *const w = fresh;
     REFUSED(tulle_world_set_cloth_obstacle_law(NULL, cloth, obstacle, &good_law, &error));
     REFUSED(tulle_world_set_cloth_obstacle_law(w, cloth, obstacle, NULL, &error));
-    REFUSED(tulle_world_set_cloth_obstacle_law(started, cloth, obstacle, &good_law, &error));
+    REFUSED(tulle_world_set_cloth_obstacle_law(started, cloth, obstacle, &bad_laws[0], &error));
     for (int i = 0; i < 4; i++) {
         REFUSED(tulle_world_set_cloth_obstacle_law(w, bad_cloths[i], obstacle, &good_law, &error));
         REFUSED(tulle_world_set_cloth_obstacle_law(w, cloth, bad_obstacles[i], &good_law, &error));

@@ -62,6 +62,15 @@ static size_t count_contacts(tulle_world *world, tulle_status *status) {
     return count;
 }
 
+/* What the host drives jumps to and fro. */
+static void make_jump(tulle_world *world, const tulle_obstacle_def *obstacle, int i) {
+    if (obstacle->drive == TULLE_DRIVE_NONE) return;
+    double const place[3] = {i % 2 == 0 ? 1.0 : 0.0, 0.0, -0.1}, turn[4] = {1.0, 0.0, 0.0, 0.0};
+    assert_int_equal(tulle_obstacle_set_next_transform(world, (tulle_obstacle_id){0, 1}, place,
+                                                       turn, TULLE_TRAVEL_JUMP, NULL),
+                     TULLE_OK);
+}
+
 /* One world from the first call to the last of `step_count` steps, while allocation number
  * heap->fail_at fails; a step that fails changes nothing, nor the contacts of the one before. */
 static tulle_status run_world(const tulle_world_def *def, const tulle_cloth_def *cloth,
@@ -81,6 +90,7 @@ static tulle_status run_world(const tulle_world_def *def, const tulle_cloth_def 
         tulle_error error = {0};
         size_t const contact_count = count_contacts(world, &status);
         if (status != TULLE_OK) break;
+        make_jump(world, obstacle, i);
         status = tulle_world_step(world, STEP, NULL, &error);
         if (status == TULLE_OK) continue;
         tulle_status counted = TULLE_OK;
@@ -89,6 +99,7 @@ static tulle_status run_world(const tulle_world_def *def, const tulle_cloth_def 
         assert_true(tulle_world_get_state_hash(world) == hash);
         assert_int_equal(error.status, status);
         /* the same step goes well once there is memory */
+        make_jump(world, obstacle, i);
         assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
     }
     tulle_world_destroy(world);
@@ -125,6 +136,25 @@ static void check_failed_allocations(unsigned side, int step_count, tulle_membra
         cloth.material.shear_hysteresis = 1.0;
     }
     fail_every_allocation(def, &heap, &cloth, &obstacle, step_count);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&sphere);
+}
+
+/* The step in which it fails leaves what was to jump where it was. */
+static void failed_allocation_undoes_a_jump(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(0.3, 4, 0.2062), sphere = make_sphere(0.2, 4);
+    uint32_t const corner = 0;
+    tulle_pin const pin = {.vertices = &corner, .vertex_count = 1, .release_time = 1.0};
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    cloth.pins = &pin;
+    cloth.pin_count = 1;
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = tulle_mesh_get_view(&sphere);
+    obstacle.drive = TULLE_DRIVE_RIGID;
+    failing_heap heap = {0};
+    fail_every_allocation(make_def(&heap), &heap, &cloth, &obstacle, 3);
     tulle_mesh_destroy(&sheet);
     tulle_mesh_destroy(&sphere);
 }
@@ -315,6 +345,7 @@ int main(void) {
         cmocka_unit_test(failed_allocation_leaves_bodies_as_they_were),
         cmocka_unit_test(failed_allocation_of_untangling_is_told),
         cmocka_unit_test(failed_allocation_undoes_an_appearance),
+        cmocka_unit_test(failed_allocation_undoes_a_jump),
         cmocka_unit_test(steady_step_makes_no_heap_call),
         cmocka_unit_test(stage_times_add_up),
         cmocka_unit_test(half_an_allocator_is_refused),

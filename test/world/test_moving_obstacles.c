@@ -162,6 +162,104 @@ static void a_bad_frame_fails_the_step(void **state) {
     }
 }
 
+/* ---- frames that are made while the world runs ---- */
+
+/* A host that moves a floor: what it has shown so far, and what it shows next. */
+typedef struct live_floor {
+    const tulle_mesh *mesh;
+    double heights[1024]; /* [m] by which each frame is raised */
+    uint32_t shown;       /* frames up to this one are known */
+    uint32_t early_count; /* how often an unknown one was asked for */
+} live_floor;
+
+static tulle_status read_live_frame(void *context, uint32_t frame, double *positions,
+                                    tulle_error *error) {
+    (void)error;
+    live_floor *const live = context;
+    live->early_count += frame > live->shown;
+    for (size_t i = 0; i < 3 * live->mesh->vertex_count; i++)
+        positions[i] = live->mesh->positions[i] + (i % 3 == 2 ? live->heights[frame] : 0.0);
+    return TULLE_OK;
+}
+
+static tulle_obstacle_id add_live_floor(tulle_world *world, live_floor *live, double interval) {
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    def.mesh = tulle_mesh_get_view(live->mesh);
+    def.read_frame = read_live_frame;
+    def.frame_context = live;
+    def.frame_count = 1024;
+    def.frame_interval = interval;
+    tulle_obstacle_id id;
+    assert_int_equal(tulle_world_add_obstacle(world, &def, &id, NULL), TULLE_OK);
+    return id;
+}
+
+/* Steps that end with frames ask for no frame beyond, however the time is rounded, and end exactly
+ * where the frame is. */
+static void live_frames_do_not_lag(void **state) {
+    (void)state;
+    static const double RATES[] = {60.0, 90.0, 1000.0 / 7.0}; /* [1/s] */
+    tulle_mesh sheet = small_sheet(0.1, 3, 5.0), floor = make_floor(-0.01);
+    for (size_t r = 0; r < sizeof RATES / sizeof *RATES; r++) {
+        static live_floor live;
+        live = (live_floor){.mesh = &floor};
+        double const step = 1.0 / RATES[r];
+        tulle_world_def def = tulle_world_def_default();
+        def.gravity[2] = 0.0;
+        tulle_world *world = NULL;
+        assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+        small_add_cloth(world, &sheet);
+        tulle_obstacle_id const id = add_live_floor(world, &live, step);
+        for (uint32_t i = 1; i <= 600; i++) {
+            live.shown = i; /* the host has made the frame in which the step ends */
+            live.heights[i] = 0.001 * (i % 7);
+            assert_int_equal(tulle_world_step(world, step, NULL, NULL), TULLE_OK);
+            double const z = tulle_obstacle_get_positions(world, id, NULL)[2];
+            if (z != floor.positions[2] + live.heights[i] || live.early_count > 0)
+                fail_msg("%g Hz, step %u: at %.17g, %u frames asked too early", RATES[r], i,
+                         z - floor.positions[2], live.early_count);
+        }
+        tulle_world_destroy(world);
+    }
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&floor);
+}
+
+/* After a state was loaded, and after a step that failed, the host may show something else. */
+static void live_frames_are_asked_for_again(void **state) {
+    (void)state;
+    static live_floor live, other;
+    tulle_mesh sheet = small_sheet(0.1, 3, 5.0), floor = make_floor(-0.01);
+    live = other = (live_floor){.mesh = &floor, .shown = 1024};
+    tulle_world *const world = make_world();
+    small_add_cloth(world, &sheet);
+    tulle_obstacle_id const id = add_live_floor(world, &live, STEP);
+    (void)add_live_floor(world, &other, STEP);
+    void *bytes = NULL;
+    size_t byte_count = 0;
+    assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
+    assert_int_equal(tulle_world_save_state(world, &bytes, &byte_count, NULL), TULLE_OK);
+    for (int i = 0; i < 4; i++) {
+        live.heights[2] = 0.002 * i;
+        assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
+        double const z = tulle_obstacle_get_positions(world, id, NULL)[2];
+        assert_true(z == floor.positions[2] + live.heights[2]);
+        assert_int_equal(tulle_world_load_state(world, bytes, byte_count, NULL), TULLE_OK);
+    }
+    tulle_world_free_state(world, bytes, byte_count);
+    live.heights[2] = 0.5; /* is read, then the other one fails */
+    other.heights[2] = (double)NAN;
+    assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_ERROR_INVALID_MESH);
+    live.heights[2] = 0.001;
+    other.heights[2] = 0.0;
+    assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
+    double const z = tulle_obstacle_get_positions(world, id, NULL)[2];
+    assert_true(z == floor.positions[2] + live.heights[2]);
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&floor);
+}
+
 /* A long box that turns half around in 0.05 s through cloth that lies on it. */
 typedef struct flip {
     size_t axis;   /* of the turn */
@@ -288,6 +386,8 @@ int main(void) {
         cmocka_unit_test(one_that_appears_in_the_cloth_is_refused),
         cmocka_unit_test(a_sequence_carries_the_cloth),
         cmocka_unit_test(a_bad_frame_fails_the_step),
+        cmocka_unit_test(live_frames_do_not_lag),
+        cmocka_unit_test(live_frames_are_asked_for_again),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

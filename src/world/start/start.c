@@ -47,7 +47,8 @@ static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
             world_obstacle *const obstacle = &world->obstacles.data[s - world->cloths.count];
             obstacle->vertex_begin = range->vertex_begin;
             range->is_static = obstacle->motion.key_count == 0 && !obstacle->read_frame &&
-                               !obstacle->body.is_dynamic;
+                               !obstacle->body.is_dynamic && obstacle->drive == TULLE_DRIVE_NONE;
+            if (obstacle->drive == TULLE_DRIVE_RIGID) world->pose_count = world->obstacles.count;
         }
     }
     world->vertex_count = vertex_count;
@@ -305,7 +306,10 @@ static uint64_t hash_defs(const tulle_world *world) {
     hash = hash_bytes(hash, choices, sizeof choices);
     for (size_t i = 0; i < world->obstacles.count; i++) {
         const world_obstacle *const o = &world->obstacles.data[i];
-        hash = hash_bytes(hash, o->motion.keys, o->motion.key_count * sizeof *o->motion.keys);
+        if (o->drive == TULLE_DRIVE_NONE)
+            hash = hash_bytes(hash, o->motion.keys, o->motion.key_count * sizeof *o->motion.keys);
+        else
+            hash = hash_bytes(hash, &o->drive, sizeof o->drive);
         hash = hash_bytes(hash, &o->appear_time, sizeof o->appear_time);
         if (o->body.is_dynamic) {
             hash = hash_bytes(hash, &o->rigid, sizeof o->rigid);
@@ -375,6 +379,8 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error
         return error_set(error, status, "the meshes have positions that are not finite");
     arena_reserve(&world->scratch, SCRATCH_BYTES * world->cloth_vertex_count);
     world->def_hash = hash_defs(world);
+    memcpy(world->first_settings.gravity, world->def.gravity, sizeof world->def.gravity);
+    world->first_settings.wind = world->def.wind;
     return TULLE_OK;
 }
 

@@ -29,9 +29,12 @@ bool world_allocate_start(tulle_world *world) {
         state->is_present = memory_allocate_zeroed(heap, world->obstacles.count, 1);
         state->particles = memory_allocate_zeroed(heap, world->particle_count, 1);
         state->rests = memory_allocate_zeroed(heap, world->body_count, sizeof *state->rests);
+        state->poses = memory_allocate(heap, world->pose_count * sizeof *state->poses);
+        for (size_t k = 0; state->poses && k < world->pose_count; k++)
+            state->poses[k] = motion_compute_pose(&world->obstacles.data[k].motion, 0.0);
         has_all = has_all && state->positions && state->velocities && state->previous_mean &&
                   state->previous_velocities && state->is_released && state->is_present &&
-                  state->particles && state->rests;
+                  state->particles && state->rests && state->poses;
     }
     return has_all;
 }
@@ -75,6 +78,7 @@ void world_release_start(tulle_world *world) {
         memory_release(heap, state->is_present, world->obstacles.count);
         memory_release(heap, state->particles, world->particle_count);
         memory_release(heap, state->rests, world->body_count * sizeof *state->rests);
+        memory_release(heap, state->poses, world->pose_count * sizeof *state->poses);
         ARRAY_FREE(heap, &state->contacts.contacts);
         memset(state, 0, sizeof *state);
     }
@@ -89,6 +93,7 @@ void world_release_start(tulle_world *world) {
     memory_release(heap, world->is_fixed, n);
     memory_release(heap, world->vertex_surface, n * sizeof(uint32_t));
     memory_release(heap, world->laws, surface_count * surface_count * sizeof(contact_law));
+    memory_release(heap, world->first_laws, surface_count * surface_count * sizeof(contact_law));
     if (world->grains) memory_release(heap, world->grains, surface_count * sizeof *world->grains);
     row_list_destroy(&world->rows, heap);
     row_list_destroy(&world->accepted_rows, heap);
@@ -103,11 +108,11 @@ void world_release_start(tulle_world *world) {
     world->rest = world->targets = world->inverse_masses = world->active_inverse_masses = NULL;
     world->is_fixed = NULL;
     world->vertex_surface = NULL;
-    world->laws = NULL;
+    world->laws = world->first_laws = NULL;
     world->grains = NULL;
     world->vertex_count = world->cloth_vertex_count = world->particle_count = 0;
     world->body_count = 0;
-    world->plastic_count = 0;
+    world->plastic_count = world->pose_count = 0;
     world->cloth_edge_count = 0;
     world->contact_distance = world->separation_distance = 0.0;
     world->is_started = false;

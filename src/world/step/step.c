@@ -185,8 +185,13 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     world->message[0] = '\0';
     atomic_store(&world->stop.is_stopped, false);
     arena_mark const mark = arena_get_mark(&world->scratch);
+    world->step_end = world->now.time + time_step;
     status = world_keep_start(world, error);
-    if (status != TULLE_OK) return status;
+    if (status != TULLE_OK) {
+        world_end_given(world, true);
+        return status;
+    }
+    world_begin_given(world);
     status = run_step(&context);
     if (status == TULLE_OK) status = world_end_pinch(&context);
     arena_release(&world->scratch, mark);
@@ -196,6 +201,7 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
             error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted in step %llu, which is undone",
                       (unsigned long long)world->step_count);
     if (status == TULLE_OK) status = world_swap_states(world, error);
+    world_end_given(world, status != TULLE_OK);
     if (status != TULLE_OK) world_undo_step(world);
 
     local.time = world->now.time;

@@ -17,7 +17,10 @@ tulle_status world_keep_start(tulle_world *world, tulle_error *error) {
 
 void world_undo_step(tulle_world *world) {
     for (size_t i = 0; i < world->obstacles.count; i++) {
+        world_obstacle *const obstacle = &world->obstacles.data[i];
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
+        /* a live reader may give other frames when the step is tried again */
+        obstacle->frame_numbers[0] = obstacle->frame_numbers[1] = TULLE_NONE;
     }
     world_mark_bodies(world, &world->now);
     world_restore_ignored(world);
@@ -40,6 +43,14 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
         memcpy(target->particles, source->particles, world->particle_count);
     if (world->body_count > 0)
         memcpy(target->rests, source->rests, world->body_count * sizeof *target->rests);
+    if (world->pose_count > 0)
+        memcpy(target->poses, source->poses, world->pose_count * sizeof *target->poses);
+    for (size_t i = 0; i < world->obstacles.count; i++) { /* a jump is no velocity */
+        const world_obstacle *const obstacle = &world->obstacles.data[i];
+        if (obstacle->given == GIVEN_JUMP)
+            memset(target->velocities + 3 * (size_t)obstacle->vertex_begin, 0,
+                   3 * obstacle->mesh.vertex_count * sizeof(double));
+    }
     if (world->plastic_count > 0)
         memcpy(target->plastic, source->plastic, world->plastic_count * sizeof(double));
     target->previous_time_step = source->previous_time_step;

@@ -1,0 +1,83 @@
+/* tulle/live.h - what a host gives and changes while the world runs: motion step by step, for
+ * engines and editors that learn the next pose of a character, a gripper or a hand only before they
+ * step; gravity and wind.
+ *
+ * Each step goes on from where things are to what was given for its end. Within the step rigid
+ * obstacles move as between two keyframes, all else on straight lines. Friction and impacts see the
+ * velocity of that motion, as on a script. What is given nothing stands still: an obstacle at its
+ * last pose, pins where they are. on_pinch: slow holds back what is given as it does scripts.
+ *
+ * What was given is for one step. That step uses it up, also when it fails, and so does
+ * tulle_world_load_state when it succeeds. (A call that is refused for its time step is no step.) A
+ * saved state holds where things are, not what they are to do next; to roll back, load a state and
+ * give the same again. Poses and targets are refused before the start, and where something was
+ * given already. examples/live_character.c is a whole program; docs/guide/embed.md tells more. */
+#ifndef TULLE_LIVE_H
+#define TULLE_LIVE_H
+
+#include "tulle/world.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- motion ---- */
+
+/* How an obstacle gets to what is given. */
+typedef enum tulle_travel {
+    /* it moves there during the step, and pushes cloth before it */
+    TULLE_TRAVEL_MOVE,
+    /* It jumps there before the step, and stands still during it. Cloth in between feels nothing.
+     * What the obstacle lands in is treated as by one that appears: the step is refused with
+     * TULLE_ERROR_INTERSECTING_START, and nothing has jumped, unless start_intersections is
+     * `ignore`. Jumps cost one judgement of the whole world by tulle_check_intersections. */
+    TULLE_TRAVEL_JUMP
+} tulle_travel;
+
+/* Tells where an obstacle of TULLE_DRIVE_RIGID is at the end of the next step: vertex x of its mesh
+ * at translation [m] + R (x - pivot) + pivot, with the unit quaternion `rotation` (w, x, y, z) as R
+ * and the pivot of the obstacle's `motion`. Turns take the shorter way. Costs the same for any
+ * mesh. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not started, an
+ * obstacle that is not driven so or was given a pose already, numbers that are not finite or above
+ * 1e100, a length of the quaternion that differs from 1 by over 1e-6); nothing is given then. */
+TULLE_API tulle_status tulle_obstacle_set_next_transform(tulle_world *world, tulle_obstacle_id id,
+                                                         const double translation[3],
+                                                         const double rotation[4],
+                                                         tulle_travel travel, tulle_error *error);
+/* Tells where the vertices of an obstacle of TULLE_DRIVE_DEFORMING are at the end of the next step:
+ * 3 * `vertex_count` `positions` [m], copied, for all vertices of its mesh in their order. Errors
+ * as of tulle_obstacle_set_next_transform, and for another count. */
+TULLE_API tulle_status tulle_obstacle_set_next_positions(tulle_world *world, tulle_obstacle_id id,
+                                                         const double *positions,
+                                                         size_t vertex_count, tulle_travel travel,
+                                                         tulle_error *error);
+
+/* Tells where the vertices of a pin are at the end of the next step: 3 * `vertex_count` `positions`
+ * [m], copied, in the order of tulle_pin.vertices. `pin` is the number of the pin in its cloth's
+ * def; it must have no keyframes. Of two pins that hold a vertex the later one counts. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not started, a pin that is not
+ * there, follows keyframes, has let go or was given targets already, another count, numbers that
+ * are not finite or above 1e100); nothing is given then. */
+TULLE_API tulle_status tulle_cloth_set_pin_targets(tulle_world *world, tulle_cloth_id id,
+                                                   size_t pin, const double *positions,
+                                                   size_t vertex_count, tulle_error *error);
+
+/* ---- settings ---- */
+
+/* Changes `gravity` [m/s^2], -1e6 .. 1e6 along each axis, from the next step on; before the start
+ * as if the def had it. Bodies wake. It is part of the state from then on: saved, put back by
+ * tulle_world_load_state, and in the hash unless it is as at the start. Costs nothing where it
+ * stays as it is. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a number out of range); gravity is as
+ * before then. */
+TULLE_API tulle_status tulle_world_set_gravity(tulle_world *world, const double gravity[3],
+                                               tulle_error *error);
+/* Changes `wind`, as tulle_world_set_gravity does gravity; ranges as of tulle_wind. Bodies wake
+ * when cloth presses on them otherwise. Gusts go on by the time of the world: the same seed gives
+ * the same gust at the same time, whenever it was set. */
+TULLE_API tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind,
+                                            tulle_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,313 @@
+/* Arguments of the public functions of tulle/live.h, against a world that has started, with a
+ * cloth on three pins and obstacles of each kind, and against one that has not. */
+#include "api/arguments.h"
+#include "support/small_world.h"
+
+static const double STEP = 1.0 / 64.0;
+
+static tulle_mesh sheet, plate;
+static tulle_world *started, *fresh;
+static tulle_cloth_id cloth, free_cloth;
+static tulle_obstacle_id fixed, on_keys, rigid, deforming, body;
+
+enum { HELD, ON_KEYS, LETS_GO, PIN_COUNT };
+
+static tulle_status read_frame(void *context, uint32_t frame, double *positions,
+                               tulle_error *unused) {
+    (void)context, (void)frame, (void)unused;
+    memcpy(positions, plate.positions, 3 * plate.vertex_count * sizeof *positions);
+    return TULLE_OK;
+}
+
+static tulle_obstacle_def make_obstacle_def(void) {
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    def.mesh = tulle_mesh_get_view(&plate);
+    return def;
+}
+
+static tulle_world *make_world(void) {
+    tulle_world_def world_def = tulle_world_def_default();
+    world_def.threads = 1;
+    tulle_world *world = NULL;
+    FINE(tulle_world_create(&world_def, &world, &error));
+    static const uint32_t vertices[PIN_COUNT][2] = {{0, 1}, {12, 13}, {3, 2}};
+    tulle_keyframe const key = {.rotation = {1.0, 0.0, 0.0, 0.0}};
+    tulle_pin pins[PIN_COUNT];
+    for (int k = 0; k < PIN_COUNT; k++)
+        pins[k] = (tulle_pin){.vertices = vertices[k],
+                              .vertex_count = 2,
+                              .motion = {.keys = &key, .key_count = k == ON_KEYS},
+                              .release_time = k == LETS_GO ? 0.0 : (double)INFINITY};
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.mesh = tulle_mesh_get_view(&sheet);
+    def.pins = pins;
+    def.pin_count = PIN_COUNT;
+    FINE(tulle_world_add_cloth(world, &def, &cloth, &error));
+    tulle_mesh aside = small_sheet(0.3, 4, 2.0);
+    free_cloth = small_add_cloth(world, &aside);
+    tulle_mesh_destroy(&aside);
+    fixed = small_add_obstacle(world, &plate);
+    tulle_obstacle_def obstacle = make_obstacle_def();
+    obstacle.motion = (tulle_motion){.keys = &key, .key_count = 1};
+    FINE(tulle_world_add_obstacle(world, &obstacle, &on_keys, &error));
+    obstacle = make_obstacle_def();
+    obstacle.drive = TULLE_DRIVE_RIGID;
+    FINE(tulle_world_add_obstacle(world, &obstacle, &rigid, &error));
+    obstacle.drive = TULLE_DRIVE_DEFORMING;
+    FINE(tulle_world_add_obstacle(world, &obstacle, &deforming, &error));
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    shape.size[0] = shape.size[1] = shape.size[2] = 0.2;
+    tulle_mesh box = small_shape(shape, 4.0, 0.0, 0.0);
+    obstacle = make_obstacle_def();
+    obstacle.mesh = tulle_mesh_get_view(&box);
+    obstacle.body = (tulle_body){.is_dynamic = 1, .density = 300.0};
+    FINE(tulle_world_add_obstacle(world, &obstacle, &body, &error));
+    tulle_mesh_destroy(&box);
+    return world;
+}
+
+static int set_up(void **unused) {
+    (void)unused;
+    tulle_shape_def const shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    sheet = small_sheet(0.3, 4, 0.1);
+    plate = small_shape(shape, 0.0, 0.0, -3.0);
+    started = make_world();
+    fresh = make_world();
+    FINE(tulle_world_step(started, STEP, NULL, &error));
+    return 0;
+}
+
+/* Nothing that was refused has changed the worlds, and nothing is waiting in them. */
+static int tear_down(void **unused) {
+    (void)unused;
+    tulle_world *const other = make_world();
+    FINE(tulle_world_step(fresh, STEP, NULL, &error));
+    FINE(tulle_world_step(other, STEP, NULL, &error));
+    assert_true(tulle_world_get_state_hash(fresh) == tulle_world_get_state_hash(other));
+    FINE(tulle_world_step(started, STEP, NULL, &error));
+    FINE(tulle_world_step(other, STEP, NULL, &error));
+    assert_true(tulle_world_get_state_hash(started) == tulle_world_get_state_hash(other));
+    tulle_world_destroy(started);
+    tulle_world_destroy(fresh);
+    tulle_world_destroy(other);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&plate);
+    return 0;
+}
+
+static const tulle_cloth_id bad_cloths[] = {{0, 0}, {0, 2}, {2, 1}, {UINT32_MAX, 1}};
+static const tulle_obstacle_id bad_obstacles[] = {{2, 0}, {2, 2}, {3, 0}, {5, 1}, {UINT32_MAX, 1}};
+enum { BAD_OBSTACLE_COUNT = sizeof bad_obstacles / sizeof bad_obstacles[0] };
+
+/* What a step or a load has used up may be given anew. */
+static void let_go(void) {
+    void *bytes = NULL;
+    size_t count = 0;
+    FINE(tulle_world_save_state(started, &bytes, &count, &error));
+    FINE(tulle_world_load_state(started, bytes, count, &error));
+    tulle_world_free_state(started, bytes, count);
+}
+
+static double const here[3] = {0.0, 0.0, 0.0}, no_turn[4] = {1.0, 0.0, 0.0, 0.0};
+
+static tulle_status move(tulle_world *world, tulle_obstacle_id id, const double *translation,
+                         const double *rotation) {
+    return tulle_obstacle_set_next_transform(world, id, translation, rotation, TULLE_TRAVEL_MOVE,
+                                             &error);
+}
+
+ARGUMENTS_OF(tulle_obstacle_set_next_transform) {
+    (void)unused;
+    REFUSED(move(NULL, rigid, here, no_turn));
+    REFUSED(move(fresh, rigid, here, no_turn));
+    REFUSED(move(started, rigid, NULL, no_turn));
+    REFUSED(move(started, rigid, here, NULL));
+    for (int i = 0; i < BAD_OBSTACLE_COUNT; i++)
+        REFUSED(move(started, bad_obstacles[i], here, no_turn));
+    tulle_obstacle_id const others[] = {fixed, on_keys, deforming, body};
+    for (int i = 0; i < 4; i++) REFUSED(move(started, others[i], here, no_turn));
+    for (int i = 0; i < NO_NUMBER_COUNT; i++)
+        for (int k = 0; k < 7; k++) {
+            double numbers[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
+            numbers[k] = no_numbers[i];
+            REFUSED(move(started, rigid, numbers, numbers + 3));
+        }
+    static const double no_rotations[][4] = {
+        {0.0, 0.0, 0.0, 0.0}, {0.0, 2.0, 0.0, 0.0}, {1.0, 2e-3, 0.0, 0.0}, {1e-300, 0.0, 0.0, 0.0}};
+    for (int i = 0; i < 4; i++) REFUSED(move(started, rigid, here, no_rotations[i]));
+    for (int i = 0; i < NO_CHOICE_COUNT; i++) {
+        tulle_travel travel;
+        SET_CHOICE(travel, no_choices[i]);
+        REFUSED(tulle_obstacle_set_next_transform(started, rigid, here, no_turn, travel, &error));
+    }
+    assert_int_equal(
+        tulle_obstacle_set_next_transform(NULL, rigid, NULL, NULL, TULLE_TRAVEL_MOVE, NULL),
+        TULLE_ERROR_INVALID_ARGUMENT);
+    FINE(move(started, rigid, here, no_turn));
+    REFUSED(move(started, rigid, here, no_turn));
+    REFUSED(tulle_world_step(started, -1.0, NULL, &error)); /* no step: it waits on */
+    REFUSED(move(started, rigid, here, no_turn));
+    let_go();
+    FINE(move(started, rigid, here, no_turn));
+    let_go();
+}
+
+static tulle_status deform(tulle_world *world, tulle_obstacle_id id, const double *positions,
+                           size_t count) {
+    return tulle_obstacle_set_next_positions(world, id, positions, count, TULLE_TRAVEL_MOVE,
+                                             &error);
+}
+
+ARGUMENTS_OF(tulle_obstacle_set_next_positions) {
+    (void)unused;
+    size_t const count = plate.vertex_count;
+    REFUSED(deform(NULL, deforming, plate.positions, count));
+    REFUSED(deform(fresh, deforming, plate.positions, count));
+    REFUSED(deform(started, deforming, NULL, count));
+    for (int i = 0; i < BAD_OBSTACLE_COUNT; i++)
+        REFUSED(deform(started, bad_obstacles[i], plate.positions, count));
+    tulle_obstacle_id const others[] = {fixed, on_keys, rigid, body};
+    for (int i = 0; i < 4; i++) REFUSED(deform(started, others[i], plate.positions, count));
+    size_t const counts[] = {0, 1, count - 1, count + 1, SIZE_MAX};
+    for (int i = 0; i < 5; i++) REFUSED(deform(started, deforming, plate.positions, counts[i]));
+    size_t const places[] = {0, 1, 3 * count - 1};
+    for (int i = 0; i < NO_NUMBER_COUNT; i++)
+        for (int k = 0; k < 3; k++) {
+            double const kept = plate.positions[places[k]];
+            plate.positions[places[k]] = no_numbers[i];
+            REFUSED(deform(started, deforming, plate.positions, count));
+            plate.positions[places[k]] = kept;
+        }
+    for (int i = 0; i < NO_CHOICE_COUNT; i++) {
+        tulle_travel travel;
+        SET_CHOICE(travel, no_choices[i]);
+        REFUSED(tulle_obstacle_set_next_positions(started, deforming, plate.positions, count,
+                                                  travel, &error));
+    }
+    assert_int_equal(
+        tulle_obstacle_set_next_positions(NULL, deforming, NULL, 0, TULLE_TRAVEL_MOVE, NULL),
+        TULLE_ERROR_INVALID_ARGUMENT);
+    FINE(deform(started, deforming, plate.positions, count));
+    REFUSED(deform(started, deforming, plate.positions, count));
+    let_go();
+    FINE(deform(started, deforming, plate.positions, count));
+    let_go();
+}
+
+static tulle_status pull(tulle_world *world, tulle_cloth_id id, size_t pin, const double *positions,
+                         size_t count) {
+    return tulle_cloth_set_pin_targets(world, id, pin, positions, count, &error);
+}
+
+ARGUMENTS_OF(tulle_cloth_set_pin_targets) {
+    (void)unused;
+    double targets[6];
+    memcpy(targets, sheet.positions, sizeof targets);
+    REFUSED(pull(NULL, cloth, HELD, targets, 2));
+    REFUSED(pull(fresh, cloth, HELD, targets, 2));
+    REFUSED(pull(started, cloth, HELD, NULL, 2));
+    for (int i = 0; i < 4; i++) REFUSED(pull(started, bad_cloths[i], HELD, targets, 2));
+    REFUSED(pull(started, free_cloth, 0, targets, 2));
+    size_t const no_pins[] = {ON_KEYS, LETS_GO, PIN_COUNT, SIZE_MAX};
+    for (int i = 0; i < 4; i++) REFUSED(pull(started, cloth, no_pins[i], targets, 2));
+    size_t const counts[] = {0, 1, 3, SIZE_MAX};
+    for (int i = 0; i < 4; i++) REFUSED(pull(started, cloth, HELD, targets, counts[i]));
+    for (int i = 0; i < NO_NUMBER_COUNT; i++)
+        for (int k = 0; k < 6; k++) {
+            double const kept = targets[k];
+            targets[k] = no_numbers[i];
+            REFUSED(pull(started, cloth, HELD, targets, 2));
+            targets[k] = kept;
+        }
+    assert_int_equal(tulle_cloth_set_pin_targets(NULL, cloth, 0, NULL, 0, NULL),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    FINE(pull(started, cloth, HELD, targets, 2));
+    REFUSED(pull(started, cloth, HELD, targets, 2));
+    let_go();
+    FINE(pull(started, cloth, HELD, targets, 2));
+    let_go();
+}
+
+ARGUMENTS_OF(tulle_world_set_gravity) {
+    (void)unused;
+    double const good[3] = {0.0, 0.0, -9.81};
+    REFUSED(tulle_world_set_gravity(NULL, good, &error));
+    REFUSED(tulle_world_set_gravity(started, NULL, &error));
+    REFUSED(tulle_world_set_gravity(fresh, NULL, &error));
+    assert_int_equal(tulle_world_set_gravity(NULL, NULL, NULL), TULLE_ERROR_INVALID_ARGUMENT);
+    for (int i = 0; i < NO_NUMBER_COUNT; i++)
+        for (int k = 0; k < 3; k++) {
+            double gravity[3] = {0.0, 0.0, -9.81};
+            gravity[k] = no_numbers[i];
+            REFUSED(tulle_world_set_gravity(started, gravity, &error));
+            REFUSED(tulle_world_set_gravity(fresh, gravity, &error));
+        }
+    FINE(tulle_world_set_gravity(started, good, &error));
+    FINE(tulle_world_set_gravity(fresh, good, NULL));
+}
+
+ARGUMENTS_OF(tulle_world_set_wind) {
+    (void)unused;
+    tulle_wind const good = tulle_world_def_default().wind;
+    REFUSED(tulle_world_set_wind(NULL, &good, &error));
+    REFUSED(tulle_world_set_wind(started, NULL, &error));
+    assert_int_equal(tulle_world_set_wind(NULL, NULL, NULL), TULLE_ERROR_INVALID_ARGUMENT);
+    tulle_wind wind;
+    double *const numbers[] = {&wind.velocity[0],     &wind.velocity[1], &wind.velocity[2],
+                               &wind.gust_length,     &wind.gust_time,   &wind.gust_strength,
+                               &wind.drag_coefficient};
+    for (int i = 0; i < NO_NUMBER_COUNT; i++)
+        for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++) {
+            wind = good;
+            *numbers[k] = no_numbers[i];
+            REFUSED(tulle_world_set_wind(started, &wind, &error));
+            REFUSED(tulle_world_set_wind(fresh, &wind, &error));
+        }
+    FINE(tulle_world_set_wind(started, &good, &error));
+    FINE(tulle_world_set_wind(fresh, &good, NULL));
+}
+
+/* What the host drives has nothing else that moves it. */
+static void one_thing_moves_an_obstacle(void **unused) {
+    (void)unused;
+    tulle_keyframe const key = {.rotation = {1.0, 0.0, 0.0, 0.0}};
+    for (int drive = TULLE_DRIVE_RIGID; drive <= TULLE_DRIVE_DEFORMING; drive++) {
+        tulle_obstacle_def defs[4];
+        for (int k = 0; k < 4; k++) {
+            defs[k] = make_obstacle_def();
+            defs[k].drive = (tulle_drive)drive;
+        }
+        defs[0].motion = (tulle_motion){.keys = &key, .key_count = 1};
+        defs[1].read_frame = read_frame;
+        defs[1].frame_count = 1;
+        defs[2].body = (tulle_body){.is_dynamic = 1, .density = 300.0};
+        for (int k = 0; k < 3; k++)
+            REFUSED(tulle_world_add_obstacle(fresh, &defs[k], NULL, &error));
+        for (int i = 0; i < NO_CHOICE_COUNT; i++) {
+            SET_CHOICE(defs[3].drive, no_choices[i]);
+            REFUSED(tulle_world_add_obstacle(fresh, &defs[3], NULL, &error));
+        }
+    }
+}
+
+static const struct CMUnitTest table[] = {
+    TABLE_LINE(tulle_obstacle_set_next_transform),
+    TABLE_LINE(tulle_obstacle_set_next_positions),
+    TABLE_LINE(tulle_cloth_set_pin_targets),
+    TABLE_LINE(tulle_world_set_gravity),
+    TABLE_LINE(tulle_world_set_wind),
+};
+
+static void every_function_has_its_test(void **unused) {
+    (void)unused;
+    static const char *const headers[] = {"tulle/live.h"};
+    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
+}
+
+int main(void) {
+    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
+    const struct CMUnitTest adding[] = {cmocka_unit_test(one_thing_moves_an_obstacle)};
+    int failed = cmocka_run_group_tests(table, set_up, NULL);
+    failed += cmocka_run_group_tests(adding, NULL, tear_down);
+    return cmocka_run_group_tests(others, NULL, NULL) + failed;
+}
