@@ -155,49 +155,32 @@ tulle_status world_solve_motion(step_context *context) {
 
 /* ---- 8 ---- */
 
-/* Counts what stage 8 did. */
-static void count_impacts(step_context *context) {
+tulle_status world_resolve_impacts(step_context *context) {
+    row_list *const rows = &context->world->rows;
     tulle_step_report *const report = context->report;
+    const double *const start = context->state->positions;
+    set_body_lifts(&context->scene, rows);
+    propose_paths(&context->scene, context->mean_velocity, context->end);
+    context->end_elastic.is_known = false; /* impacts move the ends on */
+    tulle_status status;
+    if (context->retry.is_rough) { /* others follow */
+        double expected2 = 0.0, found2 = 0.0;
+        for (size_t v = 0; v < context->scene.vertex_count; v++) {
+            vec3 const x0 = vec3_load(start, v);
+            expected2 = fmax(expected2, vec3_norm2(vec3_sub(vec3_load(context->predicted, v), x0)));
+            found2 = fmax(found2, vec3_norm2(vec3_sub(vec3_load(context->end, v), x0)));
+        }
+        if (found2 > LEAP * LEAP * expected2) return TULLE_OK;
+        status = foresee_impacts(&context->scene, &context->source, rows, context->gathered_count,
+                                 context->end, &context->impacts);
+        if (context->impacts.impact_count > 0) context->has_settled = false;
+    } else {
+        status = resolve_impacts(&context->scene, &context->source, rows, context->mean_velocity,
+                                 context->end, &context->impacts);
+    }
     report->impact_rounds += context->impacts.rounds;
     report->tested_pairs += context->impacts.tested_pairs;
     report->turning_pairs += context->impacts.turning_pairs;
-}
-
-/* Longest way [m^2] of vertices begin .. end - 1 to their ends. */
-static double find_longest_way(const step_context *context, const double *ends, size_t end) {
-    double longest2 = 0.0;
-    for (size_t v = 0; v < end; v++)
-        longest2 =
-            fmax(longest2,
-                 vec3_norm2(vec3_sub(vec3_load(ends, v), vec3_load(context->state->positions, v))));
-    return longest2;
-}
-
-tulle_status world_foresee_impacts(step_context *context) {
-    row_list *const rows = &context->world->rows;
-    set_body_lifts(&context->scene, rows);
-    propose_paths(&context->scene, context->mean_velocity, context->end);
-    double const expected2 =
-        find_longest_way(context, context->predicted, context->scene.vertex_count);
-    double const found2 =
-        find_longest_way(context, context->end, context->world->cloth_vertex_count);
-    if (found2 > LEAP * LEAP * expected2) return TULLE_OK;
-    tulle_status const status =
-        foresee_impacts(&context->scene, &context->source, rows, context->gathered_count,
-                        context->end, &context->impacts);
-    if (context->impacts.impact_count > 0) context->has_settled = false;
-    count_impacts(context);
-    return world_end_stage(context, STAGE_RESOLVE_IMPACTS, status);
-}
-
-tulle_status world_resolve_impacts(step_context *context) {
-    set_body_lifts(&context->scene, &context->world->rows);
-    propose_paths(&context->scene, context->mean_velocity, context->end);
-    context->end_elastic.is_known = false; /* impacts move the ends on */
-    tulle_status const status =
-        resolve_impacts(&context->scene, &context->source, &context->world->rows,
-                        context->mean_velocity, context->end, &context->impacts);
-    count_impacts(context);
     return world_end_stage(context, STAGE_RESOLVE_IMPACTS, status);
 }
 

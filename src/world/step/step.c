@@ -58,7 +58,7 @@ static tulle_status run_substep(step_context *context) {
         do {
             if (status == TULLE_OK) status = world_solve_motion(context); /* 7 */
             if (status == TULLE_OK && context->retry.is_rough && context->world->aggregates)
-                status = world_foresee_impacts(context); /* 8, for the solves that follow */
+                status = world_resolve_impacts(context); /* 8, for the solves that follow */
         } while (world_retry_solve(context, &status));
         if (status == TULLE_OK) status = world_resolve_impacts(context); /* 8 */
     } while (world_retry_balance(context, &status));

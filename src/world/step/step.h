@@ -147,7 +147,6 @@ tulle_status world_find_pairs(step_context *context, const double *bounds);
 tulle_status world_gather_rows(step_context *context);
 tulle_status world_compute_forces(step_context *context);
 tulle_status world_solve_motion(step_context *context);
-tulle_status world_foresee_impacts(step_context *context);
 tulle_status world_resolve_impacts(step_context *context);
 tulle_status world_commit_safely(step_context *context);
 
