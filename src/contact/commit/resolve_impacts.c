@@ -12,7 +12,6 @@
 #include "contact/pairs/path_test.h"
 #include "contact/response.h"
 #include "contact/rows/contact_rows.h"
-#include "contact/rows/row_motion.h"
 
 #include <string.h>
 
@@ -80,43 +79,6 @@ static tulle_status append_rows(const contact_scene *scene, const pair_events *e
     return drop_hits_from_behind(scene, list, first_new, hits);
 }
 
-/* All hits on the paths to x1, tested first where the end of a vertex has changed; null: tested all
- * at once. */
-static tulle_status search_hits(const contact_scene *scene, pair_source *source, const double *x1,
-                                const bool *has_changed, impact_report *report, pair_events *hits) {
-    tulle_status status = ensure_pairs_cover(scene, source, x1);
-    /* Pairs that were found anew need no full test: what was tested on paths that are still the
-     * same was complete for them. So hits do not depend on when pairs are searched. */
-    for (const bool *vertices = has_changed; status == TULLE_OK; vertices = NULL) {
-        status = find_hits(scene, source, x1, vertices, hits);
-        report->tested_pairs += hits->measured_count;
-        report->turning_pairs += hits->turning_count;
-        if (!vertices || hits->count > 0) break;
-    }
-    report->is_clean = status == TULLE_OK && hits->count == 0;
-    return status;
-}
-
-tulle_status foresee_impacts(const contact_scene *scene, pair_source *source, row_list *list,
-                             size_t first, const double *x1, impact_report *report) {
-    *report = (impact_report){0};
-    arena_mark const mark = arena_get_mark(scene->scratch);
-    size_t kept = first;
-    bool const are_many = list->rows.count > 2 * first;
-    for (size_t i = first; i < list->rows.count; i++) {
-        const contact_row *const row = &list->rows.data[i];
-        bool const is_loaded = row->solve.is_hard || get_normal_impulse(row) > 0.0;
-        if (is_loaded || !are_many) list->rows.data[kept++] = *row;
-    }
-    size_t const row_count = list->rows.count = kept;
-    pair_events hits = {0};
-    tulle_status status = search_hits(scene, source, x1, NULL, report, &hits);
-    if (status == TULLE_OK && hits.count > 0) status = append_rows(scene, &hits, x1, list);
-    report->impact_count = list->rows.count - row_count;
-    arena_release(scene->scratch, mark);
-    return status;
-}
-
 tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, row_list *list,
                              double *u, double *x1, impact_report *report) {
     *report = (impact_report){0};
@@ -127,15 +89,27 @@ tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, ro
     tulle_status status = has_changed && tested ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
     for (int round = 0; status == TULLE_OK; round++) {
         arena_mark const round_mark = arena_get_mark(scene->scratch);
+        /* Later rounds test only pairs with a changed vertex. If that finds no hit, all pairs are
+         * tested. Pairs that were found anew need no full test: what was tested on paths that are
+         * still the same was complete for them. So hits do not depend on when pairs are searched.
+         */
         pair_events hits = {0};
-        status = search_hits(scene, source, x1, round > 0 ? has_changed : NULL, report, &hits);
+        status = ensure_pairs_cover(scene, source, x1);
+        for (bool is_partial = round > 0; status == TULLE_OK; is_partial = false) {
+            status = find_hits(scene, source, x1, is_partial ? has_changed : NULL, &hits);
+            report->tested_pairs += hits.measured_count;
+            report->turning_pairs += hits.turning_count;
+            if (!is_partial || hits.count > 0) break;
+        }
+        report->is_clean = status == TULLE_OK && hits.count == 0;
         size_t const row_count = list->rows.count;
         bool const is_last = hits.count == 0 || round >= scene->settings.impact_rounds;
         if (status == TULLE_OK && !is_last) status = append_rows(scene, &hits, x1, list);
         arena_release(scene->scratch, round_mark);
         if (status != TULLE_OK || is_last) break;
-        report->rounds++;
         report->impact_count += list->rows.count - row_count;
+        if (!u) break;
+        report->rounds++;
         status = scene->response->answer_impacts(scene, list, row_count, u);
         if (status != TULLE_OK) break;
         /* new paths, and which vertices they move */

@@ -14,15 +14,9 @@ typedef struct impact_report {
 
 /* Tests all candidates along x0 -> x1 with the minimum gaps of the pairs, adds a row for each hit,
  * and lets the response answer; all of this at most settings.impact_rounds times. In: u of stage 7
- * and its paths x1. Out: both after the impacts; x1 is always propose_paths of u. */
+ * and its paths x1. Out: both after the impacts; x1 is always propose_paths of u. Where u is null,
+ * rows are added and nothing answers to them: a later solve will. */
 tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, row_list *list,
                              double *u, double *x1, impact_report *report);
-
-/* Adds a row for each hit on the paths x1 of a solve that others follow, and lets nothing answer to
- * it. The solves that follow know of it. Where rows of earlier hits, from `first` on, are more than
- * others, those without load are dropped: rough paths may hit much that later ones never come near.
- */
-tulle_status foresee_impacts(const contact_scene *scene, pair_source *source, row_list *list,
-                             size_t first, const double *x1, impact_report *report);
 
 #endif

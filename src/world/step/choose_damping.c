@@ -14,14 +14,12 @@
 
 #include <math.h>
 
-/* [1/s] Least rate with which cloth that hangs free gains no energy at steps of 1/90 s. */
-static const double FREE_RATE = 10.0;
+/* [1/s] Least rates with which cloth that hangs free gains no energy at steps of 1/90 s. */
+static const double FREE_RATES[] = {[TULLE_INTEGRATOR_IMPLICIT_EULER] = 0.0,
+                                    [TULLE_INTEGRATOR_CRANK_NICOLSON] = 10.0,
+                                    [TULLE_INTEGRATOR_BDF2] = 0.0};
 /* [1/s] With this rate cloth on needles comes to rest about as well as by implicit Euler. */
 static const double CONTACT_RATE = 40.0;
-
-static double get_free_rate(tulle_integrator integrator) {
-    return integrator == TULLE_INTEGRATOR_CRANK_NICOLSON ? FREE_RATE : 0.0;
-}
 
 double world_choose_damping(const step_context *context) {
     const tulle_world *const world = context->world;
@@ -33,7 +31,7 @@ double world_choose_damping(const step_context *context) {
         bool const is_faster = row->law.approach + row->law.fall < row->law.bias;
         if (is_faster && row_is_impact(&context->scene, row)) return 1.0;
     }
-    double rate = get_free_rate(integrator);
+    double rate = FREE_RATES[integrator];
     if (world->rows.rows.count > 0) rate = CONTACT_RATE;
     return fmin(rate * context->time_step, 1.0);
 }
@@ -66,7 +64,7 @@ double tulle_world_get_numerical_damping(const tulle_world *world, double time_s
         isfinite(time_step) && isfinite(period) && time_step > 0.0 && period > 0.0;
     if (!world || !is_given) return 0.0;
     tulle_integrator const integrator = world->def.integrator;
-    double const damping = fmin(get_free_rate(integrator) * time_step, 1.0);
+    double const damping = fmin(FREE_RATES[integrator] * time_step, 1.0);
     double share = 1.0;
     if (integrator == TULLE_INTEGRATOR_CRANK_NICOLSON) share = 0.5 + 0.5 * damping;
     if (integrator == TULLE_INTEGRATOR_BDF2) share = (2.0 + damping) / 3.0;
