@@ -3,11 +3,11 @@
 #include "contact/contact_types.h"
 
 /* Solves of small cloth take some 30 iterations; with a patience of 16 it creeps where it should
- * stick. A larger factor damps flutter. A looseness of 4 slows sliding cloth by half a percent, 10
- * by one and a half. */
+ * stick. A larger factor damps flutter. A looseness of 4.5 slows sliding cloth by half a percent,
+ * 10 by one and a half. */
 const solve_effort solve_efforts[] = {
     [TULLE_QUALITY_DRAFT] = {100.0, 16, 0, 100.0, 0.1},
-    [TULLE_QUALITY_NORMAL] = {100.0, 48, 32, 4.0, 0.01},
+    [TULLE_QUALITY_NORMAL] = {100.0, 48, 32, 4.5, 0.01},
     [TULLE_QUALITY_EXACT] = {0.0, 0, 32, 1.0, 0.0},
 };
 
