@@ -59,6 +59,9 @@ def run_case(program, name, threads, limit, folder):
         messages.append((check.stdout + check.stderr).strip().splitlines()[-1])
     with open(out / "report.csv") as file:
         steps = list(csv.DictReader(file))
+    if not steps:
+        row.update(steps=0, not_converged=0, most_of_median="inf", message="; ".join([*messages, "no step ended"]))
+        return row
     times = sorted(1000.0 * float(step["total_seconds"]) for step in steps)
     count = len(times)
     mean = lambda column: sum(float(step[column]) for step in steps) / count

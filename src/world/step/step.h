@@ -60,7 +60,7 @@ typedef struct retry_state {
     int shorter_count;      /* how often a step that was stuck went on with shorter substeps */
 
     int solves;         /* of the substep so far */
-    bool is_costly;     /* one of them outlasted its patience: those after it have none */
+    bool is_costly;     /* one of them outlasted its patience: those after it have less */
     bool is_rough;      /* the next solve need only be rough: springs are linearised about it */
     int linearisations; /* of the springs anew, since the last balance */
     int balances;       /* solves anew with more rounds, for a gain of energy */
