@@ -1,6 +1,7 @@
 /* tulle/tulle.h - all public headers of libtulle. */
 #ifndef TULLE_TULLE_H
 #define TULLE_TULLE_H
+#include "tulle/attach.h"
 #include "tulle/base.h"
 #include "tulle/check.h"
 #include "tulle/detect.h"

@@ -105,13 +105,14 @@ typedef struct contact_body {
     const double *points;              /* [m] of its vertices, in the body's coordinates */
     uint32_t vertex_begin, vertex_end; /* its surface's vertices */
     bool is_free;                      /* else scripted or absent: its slots are no unknowns */
+    bool is_tied;                      /* a spring pulls it */
     rigid_state start;                 /* at x0 */
     mat3 inertia, inverse_inertia;     /* about the centre, in the world's axes at x0 */
     vec3 momentum, spin; /* [N s], [N m s] right-hand sides: those of the start, with gravity */
     mat3 turn;           /* predicted for the step */
     vec3 turn_vector;    /* [rad] h w of the prediction */
     vec3 fall;           /* [m/s] its mean velocity less V while nothing holds it */
-    vec3 lift;           /* [m/s] the same in this step: `fall`, or zero where a row holds it */
+    vec3 lift; /* [m/s] the same in this step: `fall`, or zero where a row or a spring holds it */
 } contact_body;
 
 typedef struct contact_response contact_response;
@@ -140,6 +141,8 @@ typedef struct contact_scene {
     const uint64_t *ignored;           /* triangle pairs that may intersect, ascending, see
                                           ignored_pair_key; null: none */
     size_t ignored_count;
+    const uint32_t *tied_surfaces;    /* cloth_vertex_count: surface at which each vertex is held
+                                         rigidly, or TULLE_NONE; null: none is */
     double time_step;                 /* [s] h > 0 */
     const contact_response *response; /* how contact answers, see response.h */
     const paper_rules *paper;         /* read by the paper's response alone; else null */
@@ -250,6 +253,14 @@ typedef struct contact_row {
     row_solve solve;
     row_law law;
 } contact_row;
+
+/* A spring that pulls a vertex of cloth to its place over a triangle or to a point. */
+typedef struct tie_spring {
+    contact_row row;  /* its frame: vertex and triangle, and their bodies */
+    vec3 away;        /* [m] from the place to the vertex at x0, and what turns of bodies add */
+    double stiffness; /* [N/m] INFINITY: so stiff that the cloth beside it gives instead */
+    double pull;      /* [kg] impulse against a velocity, set by the solve */
+} tie_spring;
 
 /* A pair that starts nearer than the scene's largest separation distance, or that stage 5 found to
  * come within its contact distance. */

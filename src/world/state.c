@@ -15,16 +15,15 @@
 #include <stddef.h>
 #include <string.h>
 
-/* 7: version; 8: the same with settings at the end, where they differ from those at the start. */
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '7'};
-enum { WITH_SETTINGS = '8' };
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '9'}; /* 9: version */
 
 typedef struct state_header {
     char magic[8];
     uint64_t hash; /* of all bytes behind it */
     uint64_t byte_count, def_hash;
     uint64_t vertex_count, obstacle_count, step_count;
-    uint64_t contact_bytes, patch_bytes, ignored_count, hold_count;
+    uint64_t contact_bytes, patch_bytes, setting_bytes, ignored_count, hold_count;
+    uint64_t tie_count, attachment_count;
     double time, previous_time_step, lost_energy;
 } state_header;
 
@@ -73,12 +72,16 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     if (world->body_count > 0) hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
     hash = world_hash_settings(world, hash);
+    if (now->attachment_count > 0) {
+        hash = hash_bytes(hash, &now->attachment_count, sizeof now->attachment_count);
+        hash = hash_bytes(hash, now->ties.data, now->ties.count * sizeof *now->ties.data);
+    }
     return contact_store_hash(&now->contacts, hash);
 }
 
 /* The variable parts of a state. */
 typedef struct part_sizes {
-    size_t contact_bytes, patch_bytes, ignored_count, hold_count, setting_bytes;
+    size_t contact_bytes, patch_bytes, ignored_count, hold_count, setting_bytes, tie_count;
 } part_sizes;
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
@@ -86,18 +89,16 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
            world->plastic_count * sizeof(double) + 2 * world->obstacles.count +
            world->particle_count + world->body_count * sizeof(body_rest) +
            world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
-           parts.contact_bytes + parts.patch_bytes +
+           parts.tie_count * sizeof(world_tie) + parts.contact_bytes + parts.patch_bytes +
            parts.ignored_count * sizeof(tulle_intersection) + parts.setting_bytes;
 }
 
-/* The parts that a header names, and what is left for settings. Each of its counts has been checked
- * to fit into the saved bytes. */
-static part_sizes read_parts(const tulle_world *world, const state_header *header) {
-    part_sizes parts = {(size_t)header->contact_bytes, (size_t)header->patch_bytes,
-                        (size_t)header->ignored_count, (size_t)header->hold_count, 0};
-    size_t const size = state_size(world, parts), all = (size_t)header->byte_count;
-    if (header->magic[7] == WITH_SETTINGS && all > size) parts.setting_bytes = all - size;
-    return parts;
+/* The parts that a header names. Each of its counts has been checked to fit into the saved bytes.
+ */
+static part_sizes read_parts(const state_header *header) {
+    return (part_sizes){(size_t)header->contact_bytes, (size_t)header->patch_bytes,
+                        (size_t)header->ignored_count, (size_t)header->hold_count,
+                        (size_t)header->setting_bytes, (size_t)header->tie_count};
 }
 
 static part_sizes measure_parts(const tulle_world *world) {
@@ -105,7 +106,8 @@ static part_sizes measure_parts(const tulle_world *world) {
                         .patch_bytes = world->patches ? kept_patches_save(world->patches, NULL) : 0,
                         .ignored_count = world->ignored.count,
                         .hold_count = world->now.hold_count,
-                        .setting_bytes = world_get_settings_size(world)};
+                        .setting_bytes = world_get_settings_size(world),
+                        .tie_count = world->now.ties.count};
 }
 
 /* All but the header. */
@@ -123,6 +125,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     put(cursor, now->rests, world->body_count * sizeof *now->rests);
     put(cursor, now->poses, world->pose_count * sizeof *now->poses);
     put(cursor, now->holds, parts.hold_count * sizeof *now->holds);
+    put(cursor, now->ties.data, parts.tie_count * sizeof *now->ties.data);
     put(cursor, world->ignored.data, parts.ignored_count * sizeof(tulle_intersection));
     contact_store_save(&now->contacts, cursor->bytes + cursor->used);
     cursor->used += parts.contact_bytes;
@@ -154,13 +157,15 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
                            .step_count = world->step_count,
                            .contact_bytes = parts.contact_bytes,
                            .patch_bytes = parts.patch_bytes,
+                           .setting_bytes = parts.setting_bytes,
                            .ignored_count = parts.ignored_count,
                            .hold_count = parts.hold_count,
+                           .tie_count = parts.tie_count,
+                           .attachment_count = now->attachment_count,
                            .time = now->time,
                            .previous_time_step = now->previous_time_step,
                            .lost_energy = now->lost_energy};
     memcpy(header.magic, STATE_MAGIC, sizeof header.magic);
-    if (parts.setting_bytes > 0) header.magic[7] = WITH_SETTINGS;
     memcpy(cursor.bytes, &header, sizeof header);
     header.hash = compute_hash(cursor.bytes, size);
     memcpy(cursor.bytes, &header, sizeof header);
@@ -182,23 +187,25 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     if (memcmp(header->magic, STATE_MAGIC, sizeof header->magic - 1) != 0) {
         return error_set(error, TULLE_ERROR_PARSE, "these bytes are not a saved state");
     }
-    if (header->magic[7] != STATE_MAGIC[7] && header->magic[7] != WITH_SETTINGS) {
+    if (header->magic[7] != STATE_MAGIC[7]) {
         return error_set(error, TULLE_ERROR_PARSE,
                          "the saved state is of another version of Tulle (format %c, this one "
-                         "reads %c and %c): start the run anew",
+                         "reads %c): start the run anew",
                          header->magic[7] >= ' ' && header->magic[7] <= '~' ? header->magic[7]
                                                                             : '?',
-                         STATE_MAGIC[7], WITH_SETTINGS);
+                         STATE_MAGIC[7]);
     }
     uint64_t const left = byte_count / sizeof(tulle_intersection);
     if (header->byte_count != byte_count || header->contact_bytes > byte_count ||
         header->patch_bytes > byte_count || header->ignored_count > left ||
-        header->hold_count > HOLDS_MAX || header->hash != compute_hash(bytes, byte_count)) {
+        header->hold_count > HOLDS_MAX || header->setting_bytes > byte_count ||
+        header->tie_count > byte_count / sizeof(world_tie) ||
+        header->attachment_count > UINT32_MAX || header->hash != compute_hash(bytes, byte_count)) {
         return error_set(error, TULLE_ERROR_PARSE, "the saved state is damaged or cut off");
     }
     if (header->def_hash != world->def_hash || header->vertex_count != world->vertex_count ||
         header->obstacle_count != world->obstacles.count ||
-        state_size(world, read_parts(world, header)) != byte_count) {
+        state_size(world, read_parts(header)) != byte_count) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the saved state belongs to another scene");
     }
@@ -264,7 +271,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     status = check_header(world, &header, bytes, byte_count, error);
     if (status != TULLE_OK) return status;
 
-    part_sizes const parts = read_parts(world, &header);
+    part_sizes const parts = read_parts(&header);
     const unsigned char *const settings =
         (const unsigned char *)bytes + byte_count - parts.setting_bytes;
 
@@ -285,6 +292,13 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     next->elastic.is_known = false;
     next->hold_count = parts.hold_count;
     take(&cursor, next->holds, parts.hold_count * sizeof *next->holds);
+    next->ties.count = 0;
+    if (!ARRAY_RESERVE(&world->heap, &next->ties, parts.tie_count) ||
+        !ARRAY_MATCH(&world->heap, &next->ties, &world->now.ties))
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to load the state");
+    next->ties.count = parts.tie_count;
+    take(&cursor, next->ties.data, parts.tie_count * sizeof *next->ties.data);
+    next->attachment_count = (uint32_t)header.attachment_count;
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;
     next->lost_energy = header.lost_energy;

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "world/bodies/bodies.h"
 #include "world/pinch/holds.h"
+#include "world/ties/ties.h"
 
 #include <math.h>
 #include <string.h>
@@ -90,6 +91,8 @@ tulle_status world_check_state(const tulle_world *world, const world_motion_stat
         what = "obstacles in a pose that is none";
     else if (!world_holds_are_valid(world, state))
         what = "obstacles held back that are not there";
+    else if (!world_ties_are_valid(world, state))
+        what = "attachments of what is not there";
     else if (!statics_stand_still(world, state->positions))
         what = "obstacles elsewhere that never move";
     if (!what) return TULLE_OK;

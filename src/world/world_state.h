@@ -25,6 +25,7 @@ enum { WORLD_NAME_BYTES = 64, WORLD_MESSAGE_BYTES = 1024 };
 #define WORLD_DEF_COOKIE UINT32_C(0x7411e001)
 #define CLOTH_DEF_COOKIE UINT32_C(0x7411e002)
 #define OBSTACLE_DEF_COOKIE UINT32_C(0x7411e003)
+#define ATTACHMENT_DEF_COOKIE UINT32_C(0x7411e004)
 
 typedef struct world_pin {
     uint32_t *vertices; /* in the cloth's own numbering */
@@ -127,6 +128,23 @@ typedef struct world_hold {
 } world_hold;
 enum { HOLDS_MAX = 16 };
 
+/* A vertex of cloth that an attachment holds (ties.h). Plain data without padding: saved and hashed
+ * as bytes. Of what holds a vertex it has two descriptions: a place over the triangle of `corners`,
+ * or, where these are TULLE_NONE, `point`. */
+typedef struct world_tie {
+    uint32_t number;             /* of the attachment, from 1 */
+    uint32_t order, order_count; /* of the vertex in its def, of how many */
+    uint32_t vertex;             /* in the world's numbering, as corners are */
+    uint32_t corners[3];         /* of a triangle of another surface or of the same cloth */
+    uint32_t reserved;           /* 0 */
+    double weights[3];           /* barycentric coordinates of the vertex' foot */
+    double height;               /* [m] over the triangle */
+    double point[3];             /* [m] */
+    double stiffness;            /* [N/m] INFINITY: rigid */
+    double break_force;          /* [N] */
+    double force[3];             /* [N] on the vertex in the last substep */
+} world_tie;
+
 /* Elastic energies of the cloths, measured once for the same positions. */
 typedef struct known_elastic {
     elastic_energies energies;
@@ -151,6 +169,8 @@ typedef struct world_motion_state {
     motion_pose *poses;          /* of pose_count obstacles: those driven as a whole */
     world_hold holds[HOLDS_MAX];
     size_t hold_count;
+    ARRAY(world_tie) ties;     /* by number of attachment, then order */
+    uint32_t attachment_count; /* that the world ever had */
     contact_store contacts;
 } world_motion_state;
 

@@ -19,7 +19,11 @@ quaternion unpack_orientation(vec3 p) {
 }
 
 void set_body_lifts(const contact_scene *scene, const row_list *list) {
-    for (size_t b = 0; b < scene->body_count; b++) scene->bodies[b].lift = scene->bodies[b].fall;
+    vec3 const zero = {0.0, 0.0, 0.0};
+    for (size_t b = 0; b < scene->body_count; b++) {
+        contact_body *const body = &scene->bodies[b];
+        body->lift = body->is_tied ? zero : body->fall;
+    }
     for (size_t i = 0; scene->body_count > 0 && i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
         if (!row->frame.has_body || !(vec3_norm2(row->solve.impulse) > 0.0)) continue;

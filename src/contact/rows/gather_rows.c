@@ -22,6 +22,23 @@ typedef struct gathering {
     double largest_contact, largest_separation; /* [m] with rounding slack */
 } gathering;
 
+/* Whether one side of a pair is held rigidly at the surface of the other: the tie keeps their
+ * distance, and a row would pull against it for ever. */
+static bool pair_is_tied(const contact_scene *scene, feature_kind kind, feature_pair pair) {
+    if (!scene->tied_surfaces) return false;
+    uint32_t vertices[4];
+    feature_pair_vertices(scene->set->topo, kind, pair, vertices);
+    int const first_count = kind == FEATURE_EDGE_EDGE ? 2 : 1;
+    bool is_tied[2] = {true, true};
+    for (int k = 0; k < 4; k++) {
+        int const side = k < first_count ? 0 : 1;
+        uint32_t const other = scene->vertex_surface[vertices[side == 0 ? 3 : 0]];
+        is_tied[side] = is_tied[side] && vertices[k] < scene->cloth_vertex_count &&
+                        scene->tied_surfaces[vertices[k]] == other;
+    }
+    return is_tied[0] || is_tied[1];
+}
+
 /* The time of an event is 0 for a pair that is near at the start. For another one it is when the
  * pair's path first comes within the contact distance. Two edges that touch at an end are no event:
  * their contact is left to the vertex's own rows (admissible_rows.h). */
@@ -104,9 +121,13 @@ static void measure_touches(const void *context, feature_kind kind, pair_event *
         events[i].time = result.lower_bound;
         if (result.state != TOI_SEPARATED) verdicts[i] = SCAN_EVENT;
     }
-    for (size_t k = 0; k < kept_count; k++)
-        if (verdicts[kept[k]] != SCAN_DROP && pair_is_ignored(scene, kind, pairs[kept[k]]))
-            verdicts[kept[k]] = SCAN_DROP;
+    for (size_t k = 0; k < kept_count; k++) {
+        size_t const i = kept[k];
+        if (verdicts[i] != SCAN_DROP && pair_is_ignored(scene, kind, pairs[i]))
+            verdicts[i] = SCAN_DROP;
+        if (verdicts[i] == SCAN_EVENT && pair_is_tied(scene, kind, pairs[i]))
+            verdicts[i] = distances[i] < work->largest_separation ? SCAN_DROP_NEAR : SCAN_DROP;
+    }
 }
 
 tulle_status gather_rows(const contact_scene *scene, const contact_store *store,

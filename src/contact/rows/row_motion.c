@@ -217,21 +217,28 @@ bool set_row_mobility(const contact_scene *scene, contact_row *row) {
     return row->solve.inverse_mass > 0.0;
 }
 
+/* [m] What the predicted turn of a side's body adds to the row's vector beyond h w x arm. */
+static vec3 get_side_curvature(const contact_scene *scene, const contact_row *row, int side) {
+    const contact_body *const body = find_side_body(scene, row, side);
+    if (!body) return vec3_make(0.0, 0.0, 0.0);
+    vec3 const arm = row->frame.arms[side];
+    const double *const m = body->turn.m;
+    vec3 const before = {m[0] * arm.x + m[3] * arm.y + m[6] * arm.z, /* turn^T arm */
+                         m[1] * arm.x + m[4] * arm.y + m[7] * arm.z,
+                         m[2] * arm.x + m[5] * arm.y + m[8] * arm.z};
+    vec3 const way = row->frame.has_end_arms ? vec3_sub(arm, before)
+                                             : vec3_sub(mat3_multiply_vec3(&body->turn, arm), arm);
+    return vec3_sub(way, vec3_cross(body->turn_vector, arm));
+}
+
+vec3 get_row_curvature(const contact_scene *scene, const contact_row *row) {
+    return vec3_add(get_side_curvature(scene, row, 0), get_side_curvature(scene, row, 1));
+}
+
 double compute_row_curvature(const contact_scene *scene, const contact_row *row) {
     double sum = 0.0;
-    for (int side = 0; side < 2; side++) {
-        const contact_body *const body = find_side_body(scene, row, side);
-        if (!body) continue;
-        vec3 const arm = row->frame.arms[side];
-        const double *const m = body->turn.m;
-        vec3 const before = {m[0] * arm.x + m[3] * arm.y + m[6] * arm.z, /* turn^T arm */
-                             m[1] * arm.x + m[4] * arm.y + m[7] * arm.z,
-                             m[2] * arm.x + m[5] * arm.y + m[8] * arm.z};
-        vec3 const way = row->frame.has_end_arms
-                             ? vec3_sub(arm, before)
-                             : vec3_sub(mat3_multiply_vec3(&body->turn, arm), arm);
-        vec3 const linear = vec3_cross(body->turn_vector, arm);
-        sum += vec3_dot(row->frame.normal, vec3_sub(way, linear));
-    }
+    for (int side = 0; side < 2; side++)
+        if (find_side_body(scene, row, side))
+            sum += vec3_dot(row->frame.normal, get_side_curvature(scene, row, side));
     return sum;
 }

@@ -79,7 +79,8 @@ void set_row_bodies(const contact_scene *scene, contact_row *row);
  * impulses. False when the row acts on too little to move it. */
 bool set_row_mobility(const contact_scene *scene, contact_row *row);
 
-/* [m] What predicted turns of bodies add to the row's gap beyond h w x arm. */
+/* [m] What predicted turns of bodies add to the row's vector, and to its gap, beyond h w x arm. */
+vec3 get_row_curvature(const contact_scene *scene, const contact_row *row);
 double compute_row_curvature(const contact_scene *scene, const contact_row *row);
 
 #endif

@@ -21,6 +21,7 @@
 #include "contact/solve/solve_bodies.h"
 #include "contact/solve/solve_in_phases.h"
 
+#include <math.h>
 #include <string.h>
 
 /* The reference of residuals is at least this part of the momentum's norm: free flight has no force
@@ -43,6 +44,9 @@ static const double LATE_NET_SHARE = 0.1;
 enum { LATER_PATIENCE = 3 };
 /* It must also get below this tolerance, however large the given one is. */
 static const double LATE_MOST = 0.01;
+/* A rigid tie pulls so many times as hard as the matrix gives there. With more, conjugate gradients
+ * take longer, and nobody sees the difference. */
+static const double RIGID_PULL = 30.0;
 /* A net impulse below this part of the force impulse counts as none. */
 static const double LEAST_NET = 1e-9;
 /* So does one below this part of all impulses, which is far over what rounding leaves of their sum.
@@ -88,6 +92,42 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
     }
 }
 
+/* Adds the springs of ties to the right-hand side and to the rows of the round. */
+static void add_springs(motion_solve *solve) {
+    const contact_scene *const scene = solve->scene;
+    size_t const cloth_count = scene->cloth_vertex_count;
+    for (size_t i = 0; i < solve->system->spring_count; i++) {
+        tie_spring *const spring = &solve->system->springs[i];
+        contact_row *const row = &spring->row;
+        vec3 const led = vec3_sub(get_relative_velocity(row, solve->u),
+                                  get_solved_velocity(row, cloth_count, solve->u));
+        vec3 const wanted = vec3_scale(spring->away, -1.0 / scene->time_step);
+        vec3 const impulse = vec3_scale(vec3_sub(wanted, led), spring->pull);
+        add_row_blocks(row, cloth_count, &row->solve.pull, solve->diagonal);
+        add_row_impulse(row, cloth_count, impulse, solve->right_hand_side);
+        solve->rows_apart[solve->apart_count++] = row;
+        solve->hard_rows[solve->hard_count++] = row;
+    }
+}
+
+/* Sets how hard the springs of ties pull: as they are told, or so hard that the matrix, of which
+ * these are the diagonal blocks, gives. */
+static void set_springs(motion_solve *solve) {
+    const contact_scene *const scene = solve->scene;
+    for (size_t i = 0; i < solve->system->spring_count; i++) {
+        tie_spring *const spring = &solve->system->springs[i];
+        double mobility = (double)INFINITY; /* [1/kg] least along the axes */
+        for (int axis = 0; axis < 3 && !isfinite(spring->stiffness); axis++) {
+            spring->row.frame.normal = vec3_make(axis == 0, axis == 1, axis == 2);
+            mobility = fmin(mobility, measure_row_mobility(scene, &spring->row, solve->diagonal));
+        }
+        spring->pull = spring->stiffness * solve->system->force_time * scene->time_step;
+        if (!isfinite(spring->stiffness))
+            spring->pull = mobility > 0.0 ? RIGID_PULL / mobility : 0.0;
+        spring->row.solve.pull = mat3_identity(spring->pull);
+    }
+}
+
 /* Makes right-hand side, diagonal and hard rows of a round. A hard row takes part only while it
  * carries load or is violated; else it would pull. */
 static void prepare_round(motion_solve *solve, bool is_first) {
@@ -100,6 +140,7 @@ static void prepare_round(motion_solve *solve, bool is_first) {
         block_matrix_get_diagonal(system->matrix, solve->diagonal, scene->threads);
     fill_body_system(scene, right_hand_side, solve->diagonal);
     solve->hard_count = solve->apart_count = 0;
+    add_springs(solve);
     bool const has_own_numbers = solve->matrix.values != system->matrix->values;
     if (has_own_numbers)
         memcpy(solve->matrix.values, system->matrix->values,
@@ -376,6 +417,7 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
     arena *const scratch = scene->scratch;
     arena_mark const mark = arena_get_mark(scratch);
     size_t const cloth_count = scene->cloth_vertex_count, count = get_solved_count(scene);
+    size_t const row_most = list->rows.count + system->spring_count;
     motion_solve solve = {.scene = scene,
                           .system = system,
                           .list = list,
@@ -384,9 +426,9 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                           .right_hand_side = ARENA_NEW(scratch, double, 3 * count),
                           .diagonal = ARENA_NEW(scratch, double, 9 * count),
                           .is_fixed = ARENA_NEW(scratch, uint8_t, count),
-                          .hard_rows = ARENA_NEW(scratch, contact_row *, list->rows.count),
+                          .hard_rows = ARENA_NEW(scratch, contact_row *, row_most),
                           .matrix = *system->matrix,
-                          .rows_apart = ARENA_NEW(scratch, contact_row *, list->rows.count),
+                          .rows_apart = ARENA_NEW(scratch, contact_row *, row_most),
                           .sums = ARENA_NEW(scratch, friction_sums, scene->set->surface_count),
                           .net_of_cloth = -1.0,
                           .net_of_all = -1.0,
@@ -412,6 +454,7 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
     const contact_settings *const settings = &scene->settings;
     contact_row *const rows = list->rows.data;
     size_t const row_count = list->rows.count;
+    if (status == TULLE_OK) set_springs(&solve);
     if (status == TULLE_OK) prepare_hard_rows(scene, solve.diagonal, rows, row_count, u);
     for (int round = 0; round < settings->solve_rounds_landing && status == TULLE_OK; round++) {
         uint32_t const before = report->cg_iterations;

@@ -19,6 +19,8 @@ typedef struct motion_system {
     nested_aggregates *aggregates; /* of A, to precondition a solve in single precision; null: the
                                       solve is in double precision */
     bool is_costly;                /* an earlier solve of the substep outlasted its patience */
+    tie_spring *springs;           /* spring_count that pull at x0 + h u; their pull is set */
+    size_t spring_count;
 } motion_system;
 
 /* What the solve did, for tulle_step_report. */

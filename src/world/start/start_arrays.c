@@ -80,6 +80,7 @@ void world_release_start(tulle_world *world) {
         memory_release(heap, state->rests, world->body_count * sizeof *state->rests);
         memory_release(heap, state->poses, world->pose_count * sizeof *state->poses);
         ARRAY_FREE(heap, &state->contacts.contacts);
+        ARRAY_FREE(heap, &state->ties);
         memset(state, 0, sizeof *state);
     }
     memory_release(heap, world->surface_bodies, surface_count * sizeof *world->surface_bodies);

@@ -8,6 +8,7 @@
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/step/step.h"
+#include "world/ties/ties.h"
 
 #include <string.h>
 
@@ -77,7 +78,8 @@ static tulle_status accept_velocities(step_context *context) {
 tulle_status world_accept_state(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
-    tulle_status status = accept_velocities(context);
+    tulle_status status = world_break_ties(context);
+    if (status == TULLE_OK) status = accept_velocities(context);
     if (status == TULLE_OK)
         context->scene.response->keep_contacts(&context->scene, context->end, &world->rows);
     /* impulses belong to the whole substep that was solved for, even if less of it passed */

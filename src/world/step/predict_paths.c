@@ -10,6 +10,7 @@
 #include "world/bodies/bodies_sleep.h"
 #include "world/pinch/holds.h"
 #include "world/step/search.h"
+#include "world/ties/ties.h"
 
 #include <math.h>
 #include <string.h>
@@ -91,12 +92,14 @@ tulle_status world_predict_paths(step_context *context) {
         world_script_targets(world, state->time, state->time + advance, context->error);
     if (status != TULLE_OK) return status;
     world_hold_targets(context);
+    world_lead_ties(context);
     if (context->is_script_frozen)
         memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
     world_wake_near_script(context);
     world_compute_carriers(context);
     context->scene = world_make_scene(context);
     status = world_prepare_bodies(context);
+    if (status == TULLE_OK) status = world_make_ties(context);
     context->dynamics = (motion_state){.positions = state->positions,
                                        .velocities = state->velocities,
                                        .previous_mean = state->previous_mean,

@@ -119,7 +119,9 @@ tulle_status world_solve_motion(step_context *context) {
                                   .force_time = world->system.force_time,
                                   .start = is_first ? NULL : context->state->velocities,
                                   .aggregates = world->aggregates,
-                                  .is_costly = context->retry.is_costly};
+                                  .is_costly = context->retry.is_costly,
+                                  .springs = context->springs,
+                                  .spring_count = context->spring_count};
     if (is_first) { /* velocities and impulses from which the solves of a substep start */
         world_scale_impulses(context, world->system.force_time / context->time_step);
         if (world_keeps_balance(context)) world_share_room(context);

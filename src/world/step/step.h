@@ -85,6 +85,8 @@ typedef struct step_context {
 
     /* what the stages read */
     contact_scene scene;
+    tie_spring *springs; /* ties that pull, in the order of the state's ties */
+    size_t spring_count;
     paper_rules paper; /* of the scene, by the paper's response */
     motion_state dynamics;
     force_terms terms; /* of `dynamics`, where there is room for them */

@@ -58,6 +58,10 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
     target->elastic = source->elastic;
     memcpy(target->holds, source->holds, source->hold_count * sizeof *source->holds);
     target->hold_count = source->hold_count;
+    if (source->ties.count > 0) /* there is room: tulle_world_attach */
+        memcpy(target->ties.data, source->ties.data, source->ties.count * sizeof(world_tie));
+    target->ties.count = source->ties.count;
+    target->attachment_count = source->attachment_count;
     target->time = source->time;
 
     size_t const count = source->contacts.contacts.count;

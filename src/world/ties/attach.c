@@ -1,0 +1,301 @@
+/* world/ties/attach.c - the calls of tulle/attach.h: attachments come, move and go between steps.
+ *
+ * An attachment is the ties of its number in the state; nothing else knows of it. */
+#include "tulle/attach.h"
+
+#include "base/error.h"
+#include "world/defs.h"
+#include "world/ties/ties.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double POINT_MAX = 1e100;    /* [m] as for meshes */
+static const double STIFFNESS_MAX = 1e12; /* [N/m] */
+static const double WEIGHT_MAX = 1e6;     /* of barycentric coordinates */
+static const double SUM_TOLERANCE = 1e-6; /* of their sum */
+
+tulle_attachment_def tulle_attachment_def_default(void) {
+    return (tulle_attachment_def){.cookie = ATTACHMENT_DEF_COOKIE,
+                                  .max_distance = (double)INFINITY,
+                                  .stiffness = (double)INFINITY,
+                                  .break_force = (double)INFINITY};
+}
+
+/* ---- checks ---- */
+
+static tulle_status refuse(tulle_error *error, const char *reason) {
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "an attachment %s", reason);
+}
+
+/* The surface of what holds, or TULLE_NONE for points. */
+static tulle_status find_holder(const tulle_world *world, const tulle_attachment_def *def,
+                                uint32_t *surface, tulle_error *error) {
+    bool const is_obstacle = def->obstacle.generation != 0;
+    bool const is_cloth = def->other_cloth.generation != 0;
+    *surface = TULLE_NONE;
+    if (is_obstacle + is_cloth + (def->points != NULL) != 1)
+        return refuse(error, "is to one thing: an obstacle, another cloth or points");
+    if (is_obstacle &&
+        (def->obstacle.generation != 1 || def->obstacle.index >= world->obstacles.count))
+        return refuse(error, "names an obstacle that the world does not have");
+    if (is_cloth &&
+        (def->other_cloth.generation != 1 || def->other_cloth.index >= world->cloths.count))
+        return refuse(error, "names another cloth that the world does not have");
+    if (is_cloth) *surface = def->other_cloth.index;
+    if (is_obstacle) *surface = (uint32_t)world->cloths.count + def->obstacle.index;
+    if (is_obstacle && !world->now.is_present[def->obstacle.index])
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "an attachment is to '%s', which is not in the scene now",
+                         world_surface_name(world, *surface));
+    return TULLE_OK;
+}
+
+static tulle_status check_numbers(const tulle_attachment_def *def, tulle_error *error) {
+    if (!(def->max_distance > 0.0)) return refuse(error, "has a max_distance that is not over 0");
+    if (!(def->stiffness > 0.0) || (isfinite(def->stiffness) && !(def->stiffness <= STIFFNESS_MAX)))
+        return refuse(error, "has a stiffness that is not over 0 and at most 1e12 N/m, nor "
+                             "INFINITY");
+    if (!(def->break_force > 0.0)) return refuse(error, "has a break_force that is not over 0");
+    return TULLE_OK;
+}
+
+static tulle_status check_points(const double *points, size_t count, tulle_error *error) {
+    for (size_t i = 0; i < 3 * count; i++)
+        if (!(fabs(points[i]) <= POINT_MAX))
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "coordinate %zu of point %zu is %g; it must be a number of at most %g "
+                             "m",
+                             i % 3, i / 3, points[i], POINT_MAX);
+    return TULLE_OK;
+}
+
+/* The places that the def gives: triangles of the surface, without the vertex itself, and weights.
+ */
+static tulle_status check_places(const tulle_world *world, const tulle_attachment_def *def,
+                                 uint32_t surface, tulle_error *error) {
+    if ((def->triangles != NULL) != (def->weights != NULL))
+        return refuse(error, "gives triangles and weights together, or none of them");
+    if (!def->triangles) return TULLE_OK;
+    if (surface == TULLE_NONE) return refuse(error, "to points has no triangles");
+    const surface_range *const range = &world->surfaces[surface];
+    size_t const triangle_count = range->triangle_end - range->triangle_begin;
+    uint32_t const begin = world->surfaces[def->cloth.index].vertex_begin;
+    for (size_t i = 0; i < def->vertex_count; i++) {
+        if (def->triangles[i] >= triangle_count)
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "an attachment names triangle %u of '%s', which has %zu",
+                             def->triangles[i], world_surface_name(world, surface), triangle_count);
+        const uint32_t *const corners =
+            world->topo.triangles + 3 * ((size_t)range->triangle_begin + def->triangles[i]);
+        double sum = 0.0;
+        for (size_t k = 0; k < 3; k++) {
+            double const weight = def->weights[3 * i + k];
+            if (!(fabs(weight) <= WEIGHT_MAX)) sum = (double)NAN;
+            sum += weight;
+            if (corners[k] == begin + def->vertices[i])
+                return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                                 "an attachment holds vertex %u at a triangle of its own",
+                                 def->vertices[i]);
+        }
+        if (!(fabs(sum - 1.0) <= SUM_TOLERANCE))
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "the weights number %zu of an attachment have the sum %g; it must be "
+                             "1",
+                             i, sum);
+    }
+    return TULLE_OK;
+}
+
+/* Marks the vertices that the def names in `marks`, one a vertex of the cloth; refuses those that
+ * it may not name. */
+static tulle_status check_vertices(const tulle_world *world, const tulle_attachment_def *def,
+                                   uint8_t *marks, tulle_error *error) {
+    const world_cloth *const cloth = &world->cloths.data[def->cloth.index];
+    size_t const count = cloth->mesh.vertex_count;
+    enum { PINNED = 1, TIED = 2, NAMED = 4 };
+    for (size_t p = 0; p < cloth->pin_count; p++) {
+        const world_pin *const pin = &cloth->pins[p];
+        if (world->now.time >= pin->release_time) continue;
+        for (size_t k = 0; k < pin->vertex_count; k++) marks[pin->vertices[k]] |= PINNED;
+    }
+    for (size_t i = 0; i < world->now.ties.count; i++) {
+        const world_tie *const tie = &world->now.ties.data[i];
+        if (isfinite(tie->stiffness) || world->vertex_surface[tie->vertex] != def->cloth.index)
+            continue;
+        marks[tie->vertex - cloth->vertex_begin] |= TIED;
+    }
+    bool const is_rigid = !isfinite(def->stiffness);
+    for (size_t i = 0; i < def->vertex_count; i++) {
+        uint32_t const vertex = def->vertices[i];
+        const char *reason = NULL;
+        if (vertex >= count)
+            reason = "is not there";
+        else if (marks[vertex] & NAMED)
+            reason = "is named twice";
+        else if (marks[vertex] & PINNED)
+            reason = "is held by a pin";
+        else if (is_rigid && (marks[vertex] & TIED))
+            reason = "is held rigidly by another attachment";
+        if (reason)
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "%s: an attachment names vertex %u, which %s", cloth->name, vertex,
+                             reason);
+        marks[vertex] |= NAMED;
+    }
+    return TULLE_OK;
+}
+
+/* ---- calls ---- */
+
+/* Adds the ties of the def, of which there is room for, and returns how many. */
+static size_t add_ties(tulle_world *world, const tulle_attachment_def *def, uint32_t surface) {
+    world_motion_state *const now = &world->now;
+    uint32_t const begin = world->surfaces[def->cloth.index].vertex_begin;
+    size_t const before = now->ties.count;
+    for (size_t i = 0; i < def->vertex_count; i++) {
+        world_tie tie = {.number = now->attachment_count + 1,
+                         .order = (uint32_t)i,
+                         .order_count = (uint32_t)def->vertex_count,
+                         .vertex = begin + def->vertices[i],
+                         .corners = {TULLE_NONE, TULLE_NONE, TULLE_NONE},
+                         .stiffness = def->stiffness,
+                         .break_force = def->break_force};
+        if (surface == TULLE_NONE)
+            memcpy(tie.point, def->points + 3 * i, sizeof tie.point);
+        else if (def->triangles)
+            world_set_tie_place(world, tie.vertex,
+                                world->surfaces[surface].triangle_begin + def->triangles[i],
+                                def->weights + 3 * i, &tie);
+        else if (!world_find_tie_place(world, tie.vertex, surface, def->max_distance, &tie))
+            continue;
+        now->ties.data[now->ties.count++] = tie;
+    }
+    return now->ties.count - before;
+}
+
+tulle_status tulle_world_attach(tulle_world *world, const tulle_attachment_def *def,
+                                tulle_attachment_id *id, tulle_error *error) {
+    if (!world || !def || !id) return refuse(error, "needs a world, a def and an id");
+    if (def->cookie != ATTACHMENT_DEF_COOKIE)
+        return refuse(error, "needs a def made by tulle_attachment_def_default");
+    if (!world->is_started) return refuse(error, "needs a world that has started");
+    if (world->def.response != TULLE_RESPONSE_COUPLED)
+        return refuse(error, "needs TULLE_RESPONSE_COUPLED");
+    if (def->cloth.generation != 1 || def->cloth.index >= world->cloths.count)
+        return refuse(error, "names a cloth that the world does not have");
+    if (!def->vertices || def->vertex_count == 0) return refuse(error, "needs vertices");
+    size_t const count = world->cloths.data[def->cloth.index].mesh.vertex_count;
+    if (def->vertex_count > count) return refuse(error, "names more vertices than the cloth has");
+    uint32_t surface;
+    tulle_status status = find_holder(world, def, &surface, error);
+    if (status == TULLE_OK) status = check_numbers(def, error);
+    if (status == TULLE_OK && def->points)
+        status = check_points(def->points, def->vertex_count, error);
+    if (status != TULLE_OK) return status;
+    uint8_t *const marks = memory_allocate_zeroed(&world->heap, count, 1);
+    if (!marks || world->now.attachment_count == UINT32_MAX ||
+        !ARRAY_RESERVE(&world->heap, &world->now.ties, def->vertex_count) ||
+        !ARRAY_MATCH(&world->heap, &world->now.ties, &world->next.ties))
+        status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for an attachment");
+    if (status == TULLE_OK) status = check_vertices(world, def, marks, error);
+    memory_release(&world->heap, marks, count);
+    if (status == TULLE_OK) status = check_places(world, def, surface, error);
+    if (status != TULLE_OK) return status;
+    if (add_ties(world, def, surface) == 0)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "no vertex of an attachment is within %g m of '%s'", def->max_distance,
+                         world_surface_name(world, surface));
+    *id = ++world->now.attachment_count;
+    return TULLE_OK;
+}
+
+/* Whether the world ever gave this id. */
+static bool is_known(const tulle_world *world, tulle_attachment_id id) {
+    return world && world->is_started && id >= 1 && id <= world->now.attachment_count;
+}
+
+tulle_status tulle_attachment_set_points(tulle_world *world, tulle_attachment_id id,
+                                         const double *points, size_t point_count,
+                                         tulle_error *error) {
+    if (!points || !is_known(world, id)) return refuse(error, "is not there, or has null points");
+    tulle_status const status = check_points(points, point_count, error);
+    if (status != TULLE_OK) return status;
+    world_motion_state *const now = &world->now;
+    for (size_t i = 0; i < now->ties.count; i++) {
+        world_tie *const tie = &now->ties.data[i];
+        if (tie->number != id) continue;
+        if (tie->corners[0] != TULLE_NONE) return refuse(error, "is to no points");
+        if (point_count != tie->order_count)
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "attachment %u has %u points and was given %zu", id, tie->order_count,
+                             point_count);
+        memcpy(tie->point, points + 3 * (size_t)tie->order, sizeof tie->point);
+    }
+    return TULLE_OK;
+}
+
+tulle_status tulle_attachment_release(tulle_world *world, tulle_attachment_id id,
+                                      tulle_error *error) {
+    if (!is_known(world, id)) return refuse(error, "is not there");
+    world_motion_state *const now = &world->now;
+    size_t kept = 0;
+    for (size_t i = 0; i < now->ties.count; i++)
+        if (now->ties.data[i].number != id) now->ties.data[kept++] = now->ties.data[i];
+    now->ties.count = kept;
+    return TULLE_OK;
+}
+
+tulle_attachment_report tulle_attachment_get_report(const tulle_world *world,
+                                                    tulle_attachment_id id) {
+    tulle_attachment_report report = {0};
+    if (!is_known(world, id)) return report;
+    for (size_t i = 0; i < world->now.ties.count; i++) {
+        const world_tie *const tie = &world->now.ties.data[i];
+        if (tie->number != id) continue;
+        report.held_count++;
+        for (int k = 0; k < 3; k++) report.force[k] += tie->force[k];
+        report.largest_force = fmax(report.largest_force, vec3_norm(vec3_load(tie->force, 0)));
+    }
+    return report;
+}
+
+int tulle_attachment_holds(const tulle_world *world, tulle_attachment_id id, uint32_t vertex) {
+    if (!is_known(world, id)) return 0;
+    for (size_t i = 0; i < world->now.ties.count; i++) {
+        const world_tie *const tie = &world->now.ties.data[i];
+        uint32_t const cloth = world->vertex_surface[tie->vertex];
+        if (tie->number == id && tie->vertex - world->surfaces[cloth].vertex_begin == vertex)
+            return 1;
+    }
+    return 0;
+}
+
+/* ---- a state that was read ---- */
+
+bool world_ties_are_valid(const tulle_world *world, const world_motion_state *state) {
+    for (size_t i = 0; i < state->ties.count; i++) {
+        const world_tie *const tie = &state->ties.data[i];
+        if (tie->number < 1 || tie->number > state->attachment_count ||
+            tie->order >= tie->order_count || tie->vertex >= world->cloth_vertex_count)
+            return false;
+        bool is_point = true;
+        for (int k = 0; k < 3; k++) is_point &= tie->corners[k] == TULLE_NONE;
+        for (int k = 0; k < 3; k++) {
+            bool const is_corner =
+                !is_point && tie->corners[k] < world->vertex_count &&
+                (tie->corners[k] < world->cloth_vertex_count ||
+                 tie->corners[k] >= world->cloth_vertex_count + 2 * world->body_count) &&
+                world->vertex_surface[tie->corners[k]] == world->vertex_surface[tie->corners[0]] &&
+                tie->corners[k] != tie->vertex;
+            if (!is_point && !is_corner) return false;
+            if (!(fabs(tie->weights[k]) <= 2.0 * POINT_MAX) ||
+                !(fabs(tie->point[k]) <= POINT_MAX) || !isfinite(tie->force[k]))
+                return false;
+        }
+        if (!isfinite(tie->height) || !(tie->stiffness > 0.0) || !(tie->break_force > 0.0) ||
+            (isfinite(tie->stiffness) && tie->stiffness > STIFFNESS_MAX))
+            return false;
+    }
+    return true;
+}

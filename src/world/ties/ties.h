@@ -1,0 +1,42 @@
+/* world/ties/ties.h - ties: single vertices of cloth that attachments hold (tulle/attach.h).
+ *
+ * A rigid tie to a point or to what follows a script makes its vertex go where it says, as a pin
+ * does. Every other tie is a spring in the solve of stage 7; a rigid one is so stiff that the cloth
+ * beside it gives instead. */
+#ifndef TULLE_WORLD_TIES_TIES_H
+#define TULLE_WORLD_TIES_TIES_H
+
+#include "world/step/step.h"
+
+/* [m] Where the tie has its vertex, with its object at `positions`. */
+vec3 world_get_tie_place(const world_tie *tie, const double *positions);
+
+/* The surface that holds a tie, or TULLE_NONE. */
+static inline uint32_t get_tie_surface(const tulle_world *world, const world_tie *tie) {
+    return tie->corners[0] == TULLE_NONE ? TULLE_NONE : world->vertex_surface[tie->corners[0]];
+}
+
+/* place_ties.c: fills place and height of a tie of this vertex to the nearest triangle of a surface
+ * that does not own the vertex. False where none is within `distance` [m]. */
+bool world_find_tie_place(const tulle_world *world, uint32_t vertex, uint32_t surface,
+                          double distance, world_tie *tie);
+/* place_ties.c: the same in a triangle that is given, at `weights`. */
+void world_set_tie_place(const tulle_world *world, uint32_t vertex, uint32_t triangle,
+                         const double weights[3], world_tie *tie);
+
+/* Stage 1, once targets are set: drops ties to what has left the scene, keeps bodies that are tied
+ * awake and sets targets of vertices that are led. */
+void world_lead_ties(step_context *context);
+/* Stage 1, once the scene is made: springs as rows for stage 7, and what the scene must know. */
+tulle_status world_make_ties(step_context *context);
+/* Energy balance [J]: what springs give from the start to context->end, and the work of what leads
+ * their other ends. */
+double world_measure_tie_work(const step_context *context);
+/* Stage 10, while the rows still have the impulses of the solve: forces of all ties; those that
+ * are too large break. */
+tulle_status world_break_ties(step_context *context);
+
+/* Whether ties that were read may be of this world. */
+bool world_ties_are_valid(const tulle_world *world, const world_motion_state *state);
+
+#endif
