@@ -480,6 +480,56 @@ static void change_law(session *self) {
         self->is_on_the_way = false;
 }
 
+/* Attaches vertices of a cloth to this or that, moves what it attached, or lets go. */
+static void attach(session *self) {
+    fuzz_bytes *const bytes = self->bytes;
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    uint32_t const kind = fuzz_take_below(bytes, 8);
+    tulle_attachment_id const id = fuzz_take_below(bytes, 4);
+    double points[9];
+    for (int k = 0; k < 9; k++) points[k] = fuzz_take_between(bytes, -0.6, 0.6);
+    if (fuzz_take_below(bytes, 16) == 15) points[4] = (double)NAN;
+    tulle_error error = {0};
+    tulle_status status;
+    if (kind == 0) {
+        status = tulle_attachment_release(self->world, id, &error);
+    } else if (kind == 1) {
+        status = tulle_attachment_set_points(self->world, id, points, 3, &error);
+    } else {
+        tulle_attachment_def def = tulle_attachment_def_default();
+        def.cloth = (tulle_cloth_id){fuzz_take_below(bytes, self->cloth_count + 1), 1};
+        uint32_t const first = fuzz_take_below(bytes, 12);
+        uint32_t const vertices[3] = {first, first + 1, first + 2};
+        def.vertices = vertices;
+        def.vertex_count = 3;
+        uint32_t const triangles[3] = {fuzz_take_below(bytes, 16), 0, 1};
+        double const weights[9] = {0.2, 0.3, 0.5, 1.0, 0.0, 0.0, 1.2, -0.1, -0.1};
+        if (kind < 4) def.points = points;
+        if (kind == 4 || kind == 5) def.obstacle.index = fuzz_take_below(bytes, OBSTACLES_MAX);
+        if (kind == 4 || kind == 5) def.obstacle.generation = 1;
+        if (kind > 5) def.other_cloth = (tulle_cloth_id){fuzz_take_below(bytes, CLOTHS_MAX), 1};
+        if (kind == 5 || kind == 7) {
+            def.triangles = triangles;
+            def.weights = weights;
+        }
+        uint32_t const law = fuzz_take_below(bytes, 8);
+        if (law % 2) def.stiffness = law > 3 ? 1e4 : 5.0;
+        if (law % 4 > 1) def.break_force = fuzz_take_between(bytes, 0.0, 5.0);
+        if (law == 7) def.max_distance = 0.2;
+        tulle_attachment_id made;
+        status = tulle_world_attach(self->world, &def, &made, &error);
+        FUZZ_CHECK(status != TULLE_OK ||
+                   tulle_attachment_get_report(self->world, made).held_count > 0);
+    }
+    say("attach", status, &error);
+    if (status) {
+        fuzz_check_error(status, &error);
+        FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+        return;
+    }
+    self->is_on_the_way = false;
+}
+
 static void push_body(session *self) {
     tulle_obstacle_id const id = {fuzz_take_below(self->bytes, OBSTACLES_MAX + 1), 1};
     double const impulse[3] = {fuzz_take_between(self->bytes, -1, 1), 0.0,
@@ -573,9 +623,9 @@ static run_end run(fuzz_bytes bytes, int threads, bool is_stopped_at_times) {
     count_call();
     start(&self);
     static void (*const calls[])(session *) = {
-        step,      step, step,       step, step, save, go_back,
-        push_body, look, be_refused, give, give, give, change_settings,
-        change_law};
+        step,       step,  step,       step, step, save, go_back,
+        push_body,  look,  be_refused, give, give, give, change_settings,
+        change_law, attach};
     for (int left = CALLS_MAX; left > 0 && self.is_started && bytes.used < bytes.size; left--) {
         count_call();
         calls[fuzz_take_below(&bytes, sizeof calls / sizeof calls[0])](&self);

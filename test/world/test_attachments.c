@@ -2,6 +2,7 @@
 #include "tulle/attach.h"
 #include "tulle/live.h"
 
+#include "base/hash.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
 
@@ -418,7 +419,8 @@ static void contact_leaves_ties_alone(void **state) {
     expect(TULLE_OK, tulle_obstacle_get_transform(world, body, &pose, &error), &error);
     /* a second of springs of first order takes some hundredths of it */
     expect_near("spin", 3.0, pose.angular_velocity[0], 0.12);
-    double const *const q = pose.rotation, *const x = tulle_cloth_get_positions(world, cloth, NULL);
+    const double *const q = pose.rotation;
+    const double *const x = tulle_cloth_get_positions(world, cloth, NULL);
     for (size_t v = 0; v < COUNT; v++) { /* about x alone */
         double const up[2] = {-2.0 * q[0] * q[1], 1.0 - 2.0 * q[1] * q[1]};
         double const d[2] = {x[3 * v + 1] - pose.position[1], x[3 * v + 2] - pose.position[2]};
@@ -540,6 +542,62 @@ static void states_hold_attachments(void **state) {
     tulle_mesh_destroy(&mesh);
 }
 
+/* A state whose tie says what no tie may say is refused, though its hash is right. */
+static void crafted_ties_are_refused(void **state) {
+    (void)state;
+    tulle_mesh mesh = one_triangle(0.0);
+    tulle_world *const world = make_world(1);
+    tulle_cloth_id const cloth = small_add_cloth(world, &mesh);
+    start(world);
+    static const double points[9] = {0.0, 0.0, 0.015625, 0.25, 0.0, 0.0, 0.125, 0.25, 0.0};
+    tulle_attachment_def tie = tulle_attachment_def_default();
+    tie.cloth = cloth;
+    tie.vertices = THREE;
+    tie.vertex_count = 1;
+    tie.points = points;
+    attach(world, &tie);
+    void *bytes;
+    size_t size;
+    tulle_error error = {0};
+    expect(TULLE_OK, tulle_world_save_state(world, &bytes, &size, &error), &error);
+    uint64_t const hash = tulle_world_get_state_hash(world);
+    /* the tie: eight words, four doubles, then its point, stiffness, force at which it breaks */
+    enum { HASHED_FROM = 16, HASH_AT = 8, POINT_IN_TIE = 64, TIE_BYTES = 128 };
+    unsigned char *const saved = bytes, *const made = malloc(size);
+    assert_non_null(made);
+    size_t at = 0;
+    while (at + TIE_BYTES <= size && memcmp(saved + at + POINT_IN_TIE, points, 24) != 0) at++;
+    assert_true(at + TIE_BYTES <= size);
+    struct {
+        size_t offset;
+        uint32_t word;
+        double number;
+        bool is_word;
+    } const wrong[] = {
+        {0, 0, 0.0, true},    {0, 2, 0.0, true},           {4, 1, 0.0, true},
+        {12, 3, 0.0, true},   {16, 0, 0.0, true},          {32, 0, NAN, false},
+        {56, 0, NAN, false},  {64, 0, 1e101, false},       {88, 0, 0.0, false},
+        {88, 0, 1e13, false}, {96, 0, (double)NAN, false}, {104, 0, INFINITY, false}};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        memcpy(made, saved, size);
+        if (wrong[i].is_word)
+            memcpy(made + at + wrong[i].offset, &wrong[i].word, sizeof wrong[i].word);
+        else
+            memcpy(made + at + wrong[i].offset, &wrong[i].number, sizeof wrong[i].number);
+        uint64_t const right = hash_bytes(HASH_SEED, made + HASHED_FROM, size - HASHED_FROM);
+        memcpy(made + HASH_AT, &right, sizeof right);
+        if (tulle_world_load_state(world, made, size, &error) != TULLE_ERROR_PARSE)
+            fail_msg("wrong value %zu was taken", i);
+        assert_non_null(strstr(error.message, "attachments"));
+        assert_true(tulle_world_get_state_hash(world) == hash);
+    }
+    expect(TULLE_OK, tulle_world_load_state(world, saved, size, &error), &error);
+    tulle_world_free_state(world, bytes, size);
+    free(made);
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&mesh);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(springs_swing_as_the_integrator_says),
@@ -551,6 +609,7 @@ int main(void) {
         cmocka_unit_test(contact_leaves_ties_alone),
         cmocka_unit_test(seam_keeps_momenta),
         cmocka_unit_test(states_hold_attachments),
+        cmocka_unit_test(crafted_ties_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

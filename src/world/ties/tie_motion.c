@@ -155,9 +155,9 @@ static void tell_broken(tulle_world *world, const world_tie *first, double force
     uint32_t const cloth = world->vertex_surface[first->vertex];
     if (count == 0 || world->message[0]) return;
     snprintf(world->message, sizeof world->message,
-             "'%s' breaks off at %zu vertices, first at vertex %u of attachment %u, held by %.3g N "
-             "and by at most %.3g N",
-             world_surface_name(world, cloth), count,
+             "'%s' breaks off at %zu %s, first at vertex %u of attachment %u, held by %.3g N and by "
+             "at most %.3g N",
+             world_surface_name(world, cloth), count, count == 1 ? "vertex" : "vertices",
              first->vertex - world->surfaces[cloth].vertex_begin, first->number, force,
              first->break_force);
 }
