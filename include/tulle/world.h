@@ -79,13 +79,13 @@ typedef enum tulle_motion_space {
 
 /* How far the solves of a step go that cost much. The promise is the same for all, and solves that
  * are cheap, as of small cloth at rest, are as exact. Worlds with a rigid body, and those of
- * TULLE_RESPONSE_PAPER, are always exact. A late end is at 100 times cg_tolerance, but at most 0.01
- * and a tenth of the net impulse. docs/guide/performance.md has times. */
+ * TULLE_RESPONSE_PAPER, are always exact. A late end is at so many times cg_tolerance as is said
+ * below, at most 0.01 and a tenth of the net impulse. docs/guide/performance.md has times. */
 typedef enum tulle_quality {
-    /* a solve may end late after 16 iterations, and impulses need hardly settle: friction and
-     * impacts are rough */
+    /* a solve may end late, at 100 times, after 16 iterations, and impulses need hardly settle:
+     * friction and impacts are rough */
     TULLE_QUALITY_DRAFT,
-    /* a solve may end late after 48 iterations; then impulses settle to five times as much */
+    /* a solve may end late, at 30 times, after 48 iterations; then impulses settle to 4.5 times */
     TULLE_QUALITY_NORMAL,
     /* a solve ends at cg_tolerance, and impulses are found until they settle */
     TULLE_QUALITY_EXACT
