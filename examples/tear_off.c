@@ -77,8 +77,8 @@ int main(void) {
         double const time = step * STEP;
         double const place[3] = {0.1 * sin(2.0 * time), 0.0, 0.0};
         double const turn[4] = {1.0, 0.0, 0.0, 0.0};
-        require(tulle_obstacle_set_next_transform(world, bar, place, turn, TULLE_TRAVEL_MOVE,
-                                                  &error));
+        require(
+            tulle_obstacle_set_next_transform(world, bar, place, turn, TULLE_TRAVEL_MOVE, &error));
         tulle_wind wind = world_def.wind;
         wind.velocity[1] = 5.0 * time; /* [m/s] */
         require(tulle_world_set_wind(world, &wind, &error));

@@ -6,9 +6,9 @@
  * and however it deforms: barycentric coordinates in its plane and the height over it.
  *
  * An attachment is part of the state: saved, loaded and in the hash. It acts from the next step on,
- * until it is released, until its vertices have broken off, or until the obstacle leaves the scene
- * for good. The promise holds as everywhere: a vertex that would have to pass through something
- * does not get there. docs/guide/embed.md tells more. */
+ * until it is released, its vertices have broken off or the obstacle leaves the scene for good. The
+ * promise holds as everywhere: a vertex that would have to pass through something does not get
+ * there. docs/guide/embed.md tells more. */
 #ifndef TULLE_ATTACH_H
 #define TULLE_ATTACH_H
 
@@ -45,18 +45,19 @@ typedef struct tulle_attachment_def {
      * obstacles on a script and to points a rigid attachment is exact, as a pin is; to bodies and
      * cloth it gives by some thousandth of what the cloth beside it stretches. */
     double stiffness;
-    double
-        break_force; /* [N] > 0: a vertex held by more breaks off; INFINITY, the default: never */
+    double break_force;  /* [N] > 0: a vertex held by more breaks off; INFINITY, the default: not */
+    double release_time; /* [s] of the world, when it lets go; INFINITY, the default: never */
 } tulle_attachment_def;
 /* A rigid attachment to nothing yet, that does not break. */
 TULLE_API tulle_attachment_def tulle_attachment_def_default(void);
 
 /* Attaches vertices from the next step on. Costs one pass over the triangles of what holds them for
- * each vertex, unless triangles or points are given. `id` gets the attachment's name. The world
- * must have started and have TULLE_RESPONSE_COUPLED. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a
- * stale id, a vertex that is not there, is given twice, is held by a pin or rigidly by another
- * attachment, an obstacle that is not in the scene, values out of range, no vertex within
- * max_distance), TULLE_ERROR_OUT_OF_MEMORY; nothing is attached then. */
+ * each vertex, unless triangles or points are given. `id` gets the attachment's name. Before the
+ * start the def is kept, and what the start does not have is its error. The world must have
+ * TULLE_RESPONSE_COUPLED. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a vertex that is
+ * not there, is given twice, is held by a pin or rigidly by another attachment, an obstacle that is
+ * not in the scene, values out of range, no vertex within max_distance),
+ * TULLE_ERROR_OUT_OF_MEMORY; nothing is attached then. */
 TULLE_API tulle_status tulle_world_attach(tulle_world *world, const tulle_attachment_def *def,
                                           tulle_attachment_id *id, tulle_error *error);
 

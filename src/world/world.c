@@ -91,6 +91,7 @@ void tulle_world_destroy(tulle_world *world) {
     ARRAY_FREE(heap, &world->pair_laws);
     ARRAY_FREE(heap, &world->contact_materials);
     ARRAY_FREE(heap, &world->material_laws);
+    world_release_attachments(world);
     ARRAY_FREE(heap, &world->intersections);
     ARRAY_FREE(heap, &world->overlaps);
     memory last = world->heap;

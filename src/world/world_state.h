@@ -16,7 +16,7 @@
 #include "dynamics/rigid_body.h"
 #include "geom/topology.h"
 #include "math/nested_aggregates.h"
-#include "tulle/world.h"
+#include "tulle/attach.h"
 #include "world/motion.h"
 
 enum { WORLD_NAME_BYTES = 64, WORLD_MESSAGE_BYTES = 1024 };
@@ -142,6 +142,7 @@ typedef struct world_tie {
     double point[3];             /* [m] */
     double stiffness;            /* [N/m] INFINITY: rigid */
     double break_force;          /* [N] */
+    double release_time;         /* [s] */
     double force[3];             /* [N] on the vertex in the last substep */
 } world_tie;
 
@@ -210,6 +211,7 @@ struct tulle_world {
     ARRAY(world_pair_law) pair_laws;
     ARRAY(world_contact_material) contact_materials;
     ARRAY(world_material_law) material_laws;
+    ARRAY(tulle_attachment_def) attachments; /* made before the start, with arrays of their own */
     bool is_started;
     int threads;
     stop_poll stop;               /* of the caller */
@@ -313,6 +315,13 @@ void world_take_settings(tulle_world *world, const void *bytes, size_t size);
 /* settings.c: the law of two surfaces from the next step on. */
 tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tulle_contact_law *law,
                               tulle_error *error);
+
+/* ties/kept_attachments.c: keeps a def until the start; releases all that were kept. */
+tulle_status world_keep_attachment(tulle_world *world, const tulle_attachment_def *def,
+                                   tulle_error *error);
+void world_release_attachments(tulle_world *world);
+/* ties/attach.c: makes those that were kept, at the end of a start. */
+tulle_status world_begin_attachments(tulle_world *world, tulle_error *error);
 
 /* given.c: before a step, obstacles that jump do so in world->now, where they count as absent, so
  * that they are judged as what appears. At its end, or when a state is loaded, what was given is

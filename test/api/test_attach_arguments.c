@@ -103,7 +103,6 @@ ARGUMENTS_OF(tulle_world_attach) {
     REFUSED(tulle_world_attach(NULL, &def, &id, &error));
     REFUSED(tulle_world_attach(started, NULL, &id, &error));
     REFUSED(tulle_world_attach(started, &def, NULL, &error));
-    refuse(fresh, &def, "started");
     refuse(of_paper, &def, "TULLE_RESPONSE_COUPLED");
 #define WITH(member, value, word)                                                                  \
     do {                                                                                           \
@@ -128,6 +127,7 @@ ARGUMENTS_OF(tulle_world_attach) {
     WITH(stiffness, 1e13, "stiffness");
     WITH(break_force, 0.0, "break_force");
     WITH(break_force, (double)NAN, "break_force");
+    WITH(release_time, (double)NAN, "release_time");
     static const uint32_t beyond[3] = {13, 14, 16}, twice[3] = {13, 14, 13}, pinned[3] = {1, 2, 3};
     WITH(vertices, beyond, "not there");
     WITH(vertices, twice, "twice");

@@ -542,6 +542,63 @@ static void states_hold_attachments(void **state) {
     tulle_mesh_destroy(&mesh);
 }
 
+/* An attachment made before the start begins with it, has the same name, and lets go in time. */
+static void made_before_the_start(void **state) {
+    (void)state;
+    uint64_t hashes[2];
+    for (int is_before = 0; is_before < 2; is_before++) {
+        tulle_mesh mesh = one_triangle(0.0);
+        tulle_world *const world = make_world(1);
+        tulle_cloth_id const cloth = small_add_cloth(world, &mesh);
+        double points[9];
+        uint32_t vertices[3] = {0, 1, 2};
+        memcpy(points, mesh.positions, sizeof points);
+        tulle_attachment_def tie = tulle_attachment_def_default();
+        tie.cloth = cloth;
+        tie.vertices = vertices;
+        tie.vertex_count = 3;
+        tie.points = points;
+        tie.release_time = 4.0 * STEP;
+        if (!is_before) start(world);
+        tulle_attachment_id const id = attach(world, &tie);
+        assert_int_equal(id, 1);
+        if (is_before) { /* arrays are copied */
+            memset(points, 0, sizeof points);
+            memset(vertices, 0, sizeof vertices);
+            assert_int_equal(tulle_attachment_get_report(world, id).held_count, 0);
+            start(world);
+        }
+        assert_int_equal(tulle_attachment_get_report(world, id).held_count, 3);
+        for (int i = 0; i < 4; i++) step(world);
+        const double *x = tulle_cloth_get_positions(world, cloth, NULL);
+        for (int k = 0; k < 9; k++) assert_true(x[k] == mesh.positions[k]);
+        step(world);
+        assert_int_equal(tulle_attachment_get_report(world, id).held_count, 0);
+        x = tulle_cloth_get_positions(world, cloth, NULL);
+        assert_true(x[2] < 0.0);
+        hashes[is_before] = tulle_world_get_state_hash(world);
+        tulle_world_destroy(world);
+        tulle_mesh_destroy(&mesh);
+    }
+    assert_true(hashes[0] == hashes[1]);
+    /* what the start does not have is its error, and the world has not started */
+    tulle_mesh mesh = one_triangle(0.0);
+    tulle_world *const world = make_world(1);
+    tulle_attachment_def tie = tulle_attachment_def_default();
+    tie.cloth = small_add_cloth(world, &mesh);
+    tie.vertices = (const uint32_t[]){3};
+    tie.vertex_count = 1;
+    tie.points = mesh.positions;
+    attach(world, &tie);
+    tulle_error error = {0};
+    for (int i = 0; i < 2; i++) {
+        expect(TULLE_ERROR_INVALID_ARGUMENT, tulle_world_start(world, &error), &error);
+        assert_non_null(strstr(error.message, "vertex 3"));
+    }
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&mesh);
+}
+
 /* A state whose tie says what no tie may say is refused, though its hash is right. */
 static void crafted_ties_are_refused(void **state) {
     (void)state;
@@ -562,7 +619,7 @@ static void crafted_ties_are_refused(void **state) {
     expect(TULLE_OK, tulle_world_save_state(world, &bytes, &size, &error), &error);
     uint64_t const hash = tulle_world_get_state_hash(world);
     /* the tie: eight words, four doubles, then its point, stiffness, force at which it breaks */
-    enum { HASHED_FROM = 16, HASH_AT = 8, POINT_IN_TIE = 64, TIE_BYTES = 128 };
+    enum { HASHED_FROM = 16, HASH_AT = 8, POINT_IN_TIE = 64, TIE_BYTES = 136 };
     unsigned char *const saved = bytes, *const made = malloc(size);
     assert_non_null(made);
     size_t at = 0;
@@ -573,11 +630,11 @@ static void crafted_ties_are_refused(void **state) {
         uint32_t word;
         double number;
         bool is_word;
-    } const wrong[] = {
-        {0, 0, 0.0, true},    {0, 2, 0.0, true},           {4, 1, 0.0, true},
-        {12, 3, 0.0, true},   {16, 0, 0.0, true},          {32, 0, NAN, false},
-        {56, 0, NAN, false},  {64, 0, 1e101, false},       {88, 0, 0.0, false},
-        {88, 0, 1e13, false}, {96, 0, (double)NAN, false}, {104, 0, INFINITY, false}};
+    } const wrong[] = {{0, 0, 0.0, true},        {0, 2, 0.0, true},           {4, 1, 0.0, true},
+                       {12, 3, 0.0, true},       {16, 0, 0.0, true},          {32, 0, NAN, false},
+                       {56, 0, NAN, false},      {64, 0, 1e101, false},       {88, 0, 0.0, false},
+                       {88, 0, 1e13, false},     {96, 0, (double)NAN, false}, {104, 0, NAN, false},
+                       {112, 0, INFINITY, false}};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         memcpy(made, saved, size);
         if (wrong[i].is_word)
@@ -609,6 +666,7 @@ int main(void) {
         cmocka_unit_test(contact_leaves_ties_alone),
         cmocka_unit_test(seam_keeps_momenta),
         cmocka_unit_test(states_hold_attachments),
+        cmocka_unit_test(made_before_the_start),
         cmocka_unit_test(crafted_ties_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -406,7 +406,8 @@ tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the world has no cloth and no rigid body; add one before it starts");
     }
-    tulle_status const status = start_stages(world, is_judged, error);
+    tulle_status status = start_stages(world, is_judged, error);
+    if (status == TULLE_OK && is_judged) status = world_begin_attachments(world, error);
     if (status != TULLE_OK) {
         world_release_start(world);
         return status;

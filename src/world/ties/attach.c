@@ -19,7 +19,8 @@ tulle_attachment_def tulle_attachment_def_default(void) {
     return (tulle_attachment_def){.cookie = ATTACHMENT_DEF_COOKIE,
                                   .max_distance = (double)INFINITY,
                                   .stiffness = (double)INFINITY,
-                                  .break_force = (double)INFINITY};
+                                  .break_force = (double)INFINITY,
+                                  .release_time = (double)INFINITY};
 }
 
 /* ---- checks ---- */
@@ -28,12 +29,10 @@ static tulle_status refuse(tulle_error *error, const char *reason) {
     return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "an attachment %s", reason);
 }
 
-/* The surface of what holds, or TULLE_NONE for points. */
-static tulle_status find_holder(const tulle_world *world, const tulle_attachment_def *def,
-                                uint32_t *surface, tulle_error *error) {
+static tulle_status check_holder(const tulle_world *world, const tulle_attachment_def *def,
+                                 tulle_error *error) {
     bool const is_obstacle = def->obstacle.generation != 0;
     bool const is_cloth = def->other_cloth.generation != 0;
-    *surface = TULLE_NONE;
     if (is_obstacle + is_cloth + (def->points != NULL) != 1)
         return refuse(error, "is to one thing: an obstacle, another cloth or points");
     if (is_obstacle &&
@@ -42,13 +41,14 @@ static tulle_status find_holder(const tulle_world *world, const tulle_attachment
     if (is_cloth &&
         (def->other_cloth.generation != 1 || def->other_cloth.index >= world->cloths.count))
         return refuse(error, "names another cloth that the world does not have");
-    if (is_cloth) *surface = def->other_cloth.index;
-    if (is_obstacle) *surface = (uint32_t)world->cloths.count + def->obstacle.index;
-    if (is_obstacle && !world->now.is_present[def->obstacle.index])
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "an attachment is to '%s', which is not in the scene now",
-                         world_surface_name(world, *surface));
     return TULLE_OK;
+}
+
+/* The surface of what holds, or TULLE_NONE for points. */
+static uint32_t find_holder(const tulle_world *world, const tulle_attachment_def *def) {
+    if (def->points) return TULLE_NONE;
+    bool const is_cloth = def->other_cloth.generation != 0;
+    return is_cloth ? def->other_cloth.index : (uint32_t)world->cloths.count + def->obstacle.index;
 }
 
 static tulle_status check_numbers(const tulle_attachment_def *def, tulle_error *error) {
@@ -57,6 +57,7 @@ static tulle_status check_numbers(const tulle_attachment_def *def, tulle_error *
         return refuse(error, "has a stiffness that is not over 0 and at most 1e12 N/m, nor "
                              "INFINITY");
     if (!(def->break_force > 0.0)) return refuse(error, "has a break_force that is not over 0");
+    if (isnan(def->release_time)) return refuse(error, "has a release_time that is no number");
     return TULLE_OK;
 }
 
@@ -74,8 +75,6 @@ static tulle_status check_points(const double *points, size_t count, tulle_error
  */
 static tulle_status check_places(const tulle_world *world, const tulle_attachment_def *def,
                                  uint32_t surface, tulle_error *error) {
-    if ((def->triangles != NULL) != (def->weights != NULL))
-        return refuse(error, "gives triangles and weights together, or none of them");
     if (!def->triangles) return TULLE_OK;
     if (surface == TULLE_NONE) return refuse(error, "to points has no triangles");
     const surface_range *const range = &world->surfaces[surface];
@@ -160,7 +159,8 @@ static size_t add_ties(tulle_world *world, const tulle_attachment_def *def, uint
                          .vertex = begin + def->vertices[i],
                          .corners = {TULLE_NONE, TULLE_NONE, TULLE_NONE},
                          .stiffness = def->stiffness,
-                         .break_force = def->break_force};
+                         .break_force = def->break_force,
+                         .release_time = def->release_time};
         if (surface == TULLE_NONE)
             memcpy(tie.point, def->points + 3 * i, sizeof tie.point);
         else if (def->triangles)
@@ -174,12 +174,11 @@ static size_t add_ties(tulle_world *world, const tulle_attachment_def *def, uint
     return now->ties.count - before;
 }
 
-tulle_status tulle_world_attach(tulle_world *world, const tulle_attachment_def *def,
-                                tulle_attachment_id *id, tulle_error *error) {
-    if (!world || !def || !id) return refuse(error, "needs a world, a def and an id");
+/* What can be said of a def before the start, too. */
+static tulle_status check_def(const tulle_world *world, const tulle_attachment_def *def,
+                              tulle_error *error) {
     if (def->cookie != ATTACHMENT_DEF_COOKIE)
         return refuse(error, "needs a def made by tulle_attachment_def_default");
-    if (!world->is_started) return refuse(error, "needs a world that has started");
     if (world->def.response != TULLE_RESPONSE_COUPLED)
         return refuse(error, "needs TULLE_RESPONSE_COUPLED");
     if (def->cloth.generation != 1 || def->cloth.index >= world->cloths.count)
@@ -187,12 +186,25 @@ tulle_status tulle_world_attach(tulle_world *world, const tulle_attachment_def *
     if (!def->vertices || def->vertex_count == 0) return refuse(error, "needs vertices");
     size_t const count = world->cloths.data[def->cloth.index].mesh.vertex_count;
     if (def->vertex_count > count) return refuse(error, "names more vertices than the cloth has");
-    uint32_t surface;
-    tulle_status status = find_holder(world, def, &surface, error);
+    if ((def->triangles != NULL) != (def->weights != NULL))
+        return refuse(error, "gives triangles and weights together, or none of them");
+    tulle_status status = check_holder(world, def, error);
     if (status == TULLE_OK) status = check_numbers(def, error);
     if (status == TULLE_OK && def->points)
         status = check_points(def->points, def->vertex_count, error);
-    if (status != TULLE_OK) return status;
+    return status;
+}
+
+/* Attaches to the world as it is; `def` has passed check_def. */
+static tulle_status attach_now(tulle_world *world, const tulle_attachment_def *def,
+                               tulle_error *error) {
+    uint32_t const surface = find_holder(world, def);
+    size_t const count = world->cloths.data[def->cloth.index].mesh.vertex_count;
+    tulle_status status = TULLE_OK;
+    if (def->obstacle.generation != 0 && !world->now.is_present[def->obstacle.index])
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "an attachment is to '%s', which is not in the scene now",
+                         world_surface_name(world, surface));
     uint8_t *const marks = memory_allocate_zeroed(&world->heap, count, 1);
     if (!marks || world->now.attachment_count == UINT32_MAX ||
         !ARRAY_RESERVE(&world->heap, &world->now.ties, def->vertex_count) ||
@@ -206,8 +218,27 @@ tulle_status tulle_world_attach(tulle_world *world, const tulle_attachment_def *
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "no vertex of an attachment is within %g m of '%s'", def->max_distance,
                          world_surface_name(world, surface));
-    *id = ++world->now.attachment_count;
+    world->now.attachment_count++;
     return TULLE_OK;
+}
+
+tulle_status tulle_world_attach(tulle_world *world, const tulle_attachment_def *def,
+                                tulle_attachment_id *id, tulle_error *error) {
+    if (!world || !def || !id) return refuse(error, "needs a world, a def and an id");
+    tulle_status status = check_def(world, def, error);
+    if (status == TULLE_OK)
+        status = world->is_started ? attach_now(world, def, error)
+                                   : world_keep_attachment(world, def, error);
+    if (status != TULLE_OK) return status;
+    *id = world->is_started ? world->now.attachment_count : (uint32_t)world->attachments.count;
+    return TULLE_OK;
+}
+
+tulle_status world_begin_attachments(tulle_world *world, tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; status == TULLE_OK && i < world->attachments.count; i++)
+        status = attach_now(world, &world->attachments.data[i], error);
+    return status;
 }
 
 /* Whether the world ever gave this id. */
@@ -293,7 +324,8 @@ bool world_ties_are_valid(const tulle_world *world, const world_motion_state *st
                 !(fabs(tie->point[k]) <= POINT_MAX) || !isfinite(tie->force[k]))
                 return false;
         }
-        if (!isfinite(tie->height) || !(tie->stiffness > 0.0) || !(tie->break_force > 0.0) ||
+        if (!isfinite(tie->height) || isnan(tie->release_time) || !(tie->stiffness > 0.0) ||
+            !(tie->break_force > 0.0) ||
             (isfinite(tie->stiffness) && tie->stiffness > STIFFNESS_MAX))
             return false;
     }

@@ -37,9 +37,10 @@ void world_lead_ties(step_context *context) {
         world_tie const tie = state->ties.data[i];
         uint32_t const surface = get_tie_surface(world, &tie);
         bool const is_on_obstacle = surface != TULLE_NONE && surface >= cloth_count;
-        if (is_on_obstacle &&
-            state->time >= world->obstacles.data[surface - cloth_count].disappear_time)
-            continue;
+        bool const has_left =
+            is_on_obstacle &&
+            state->time >= world->obstacles.data[surface - cloth_count].disappear_time;
+        if (has_left || state->time >= tie.release_time) continue;
         state->ties.data[kept++] = tie;
         if (is_on_obstacle && world->body_count > 0 && world->surface_bodies[surface] != TULLE_NONE)
             world_wake_body(world, state, world->surface_bodies[surface]);
@@ -154,12 +155,13 @@ static double *measure_leads(const step_context *context) {
 static void tell_broken(tulle_world *world, const world_tie *first, double force, size_t count) {
     uint32_t const cloth = world->vertex_surface[first->vertex];
     if (count == 0 || world->message[0]) return;
-    snprintf(world->message, sizeof world->message,
-             "'%s' breaks off at %zu %s, first at vertex %u of attachment %u, held by %.3g N and by "
-             "at most %.3g N",
-             world_surface_name(world, cloth), count, count == 1 ? "vertex" : "vertices",
-             first->vertex - world->surfaces[cloth].vertex_begin, first->number, force,
-             first->break_force);
+    snprintf(
+        world->message, sizeof world->message,
+        "'%s' breaks off at %zu %s, first at vertex %u of attachment %u, held by %.3g N and by "
+        "at most %.3g N",
+        world_surface_name(world, cloth), count, count == 1 ? "vertex" : "vertices",
+        first->vertex - world->surfaces[cloth].vertex_begin, first->number, force,
+        first->break_force);
 }
 
 tulle_status world_break_ties(step_context *context) {
