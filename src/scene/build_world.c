@@ -1,6 +1,8 @@
 /* scene/build_world.c - a world made from a loaded scene, through the public headers. */
 #include "scene/scene_data.h"
 
+#include "tulle/attach.h"
+
 #include "base/error.h"
 
 #include <string.h>
@@ -174,6 +176,31 @@ static tulle_status set_laws(const tulle_scene *loaded, const tulle_scene_world 
     return TULLE_OK;
 }
 
+static tulle_status add_attachments(const tulle_scene *loaded, const tulle_scene_world *built,
+                                    size_t index, tulle_error *error) {
+    const scene_cloth *const cloth = &loaded->cloths[index];
+    for (size_t i = 0; i < cloth->attachment_count; i++) {
+        const scene_attachment *const attachment = &cloth->attachments[i];
+        const attach_keys *const keys = attachment->keys;
+        tulle_attachment_def def = tulle_attachment_def_default();
+        def.cloth = built->cloths[index];
+        def.vertices = attachment->vertices;
+        def.vertex_count = attachment->vertex_count;
+        if (attachment->object < loaded->cloth_count)
+            def.other_cloth = built->cloths[attachment->object];
+        else
+            def.obstacle = built->obstacles[attachment->object - loaded->cloth_count];
+        def.max_distance = keys->within;
+        def.stiffness = keys->stiffness;
+        def.break_force = keys->breaks_at;
+        def.release_time = keys->release;
+        tulle_attachment_id id;
+        tulle_status const status = tulle_world_attach(built->world, &def, &id, error);
+        if (status != TULLE_OK) return add_place(&keys->head, status, error);
+    }
+    return TULLE_OK;
+}
+
 static tulle_status add_objects(const tulle_scene *loaded, tulle_scene_world *built,
                                 tulle_error *error) {
     memory heap = memory_default();
@@ -189,6 +216,8 @@ static tulle_status add_objects(const tulle_scene *loaded, tulle_scene_world *bu
         status = add_cloth(&loaded->cloths[i], built->world, &built->cloths[i], error);
     for (size_t i = 0; status == TULLE_OK && i < loaded->obstacle_count; i++)
         status = add_obstacle(&loaded->obstacles[i], built->world, &built->obstacles[i], error);
+    for (size_t i = 0; status == TULLE_OK && i < loaded->cloth_count; i++)
+        status = add_attachments(loaded, built, i, error);
     if (status == TULLE_OK) status = set_material_laws(loaded, built->world, error);
     return status == TULLE_OK ? set_laws(loaded, built, error) : status;
 }

@@ -88,6 +88,16 @@ typedef struct pin_keys {
     double release;
 } pin_keys;
 
+typedef struct attach_keys {
+    schema_head head;
+    box_keys box;
+    line_keys line;
+    schema_indices vertices;
+    schema_vector nearest;
+    const char *to;
+    double within, stiffness, breaks_at, release;
+} attach_keys;
+
 typedef struct crease_keys {
     schema_head head;
     box_keys box;
@@ -115,7 +125,7 @@ typedef struct cloth_keys {
     rest_keys rest;
     schema_vector grain, grain_uv;
     double thickness;
-    schema_list regions, pins;
+    schema_list regions, pins, attach;
     schema_vector color, back_color;
     int pattern;
     double pattern_size;
@@ -249,9 +259,9 @@ typedef struct scene_keys {
 } scene_keys;
 
 extern const schema_map scene_map, time_map, wind_map, mesh_map, curve_map, material_map, rest_map,
-    keyframe_map, box_map, line_map, pin_map, region_map, crease_map, cloth_map, sequence_map,
-    motion_map, dynamic_map, row_map, grid_map, ring_map, spiral_map, copies_map, obstacle_map,
-    pair_map, material_pair_map, contact_map, solver_map, camera_map, picture_map;
+    keyframe_map, box_map, line_map, pin_map, attach_map, region_map, crease_map, cloth_map,
+    sequence_map, motion_map, dynamic_map, row_map, grid_map, ring_map, spiral_map, copies_map,
+    obstacle_map, pair_map, material_pair_map, contact_map, solver_map, camera_map, picture_map;
 
 /* An integer that stands for "derived from the scene's seed". */
 #define SEED_AUTO ((uint64_t)1 << 60)

@@ -193,7 +193,8 @@ static bool load(const scene_work *work, const char *const *overrides, size_t ov
     is_good &= check_picture(work);
     is_good &= make_cloths(work);
     is_good &= make_all_obstacles(work);
-    return is_good && check_names(work) && make_pairs(work) && finish(work);
+    return is_good && check_names(work) && make_attachments(work) && make_pairs(work) &&
+           finish(work);
 }
 
 tulle_status tulle_scene_load(const char *path, const char *const *overrides, size_t override_count,

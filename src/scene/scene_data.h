@@ -19,6 +19,13 @@ enum {
 
 typedef struct scene_sequence scene_sequence;
 
+/* Vertices of a cloth and the object that holds them, counted as cloths and obstacles together. */
+typedef struct scene_attachment {
+    const attach_keys *keys;
+    uint32_t *vertices;
+    size_t vertex_count, object;
+} scene_attachment;
+
 typedef struct scene_cloth {
     const cloth_keys *keys;
     const char *name;
@@ -32,6 +39,8 @@ typedef struct scene_cloth {
     size_t crease_count;
     tulle_pin *pins;
     size_t pin_count;
+    scene_attachment *attachments;
+    size_t attachment_count;
 } scene_cloth;
 
 typedef struct scene_obstacle {
@@ -151,6 +160,8 @@ bool check_dynamic_friction(const scene_work *work, const void *keys, double dyn
                             double friction);
 /* The name of a cloth or an obstacle; `object` counts both, cloths first. */
 const char *get_object_name(const tulle_scene *loaded, size_t object);
+/* Attachments of all cloths, after all objects are made. False after a problem. */
+bool make_attachments(const scene_work *work);
 /* Names of contact.pairs resolved and those of contact.materials checked, after all objects are
  * made. False after a problem. */
 bool make_pairs(const scene_work *work);

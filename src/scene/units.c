@@ -78,6 +78,13 @@ static const unit units[] = {
     {UNIT_SPIN, "rad/s", 1.0},
     {UNIT_SPIN, "deg/s", DEGREE},
     {UNIT_SPIN, "turn/s", TURN},
+    {UNIT_FORCE, "N", 1.0},
+    {UNIT_FORCE, "mN", 1e-3},
+    {UNIT_FORCE, "kN", 1e3},
+    {UNIT_FORCE, "gf", GRAM_FORCE},
+    {UNIT_SPRING, "N/m", 1.0},
+    {UNIT_SPRING, "N/cm", 1e2},
+    {UNIT_SPRING, "N/mm", 1e3},
 };
 enum { unit_count = sizeof units / sizeof units[0] };
 
@@ -97,7 +104,9 @@ const char *unit_dimension_name(unit_dimension dimension) {
                                                             "drag",
                                                             "mass",
                                                             "density",
-                                                            "angular velocity"};
+                                                            "angular velocity",
+                                                            "force",
+                                                            "spring stiffness"};
     return names[dimension];
 }
 

@@ -22,6 +22,8 @@ typedef enum unit_dimension {
     UNIT_MASS,
     UNIT_DENSITY,
     UNIT_SPIN,
+    UNIT_FORCE,
+    UNIT_SPRING, /* force per length of a spring */
     UNIT_DIMENSION_COUNT
 } unit_dimension;
 

@@ -216,8 +216,9 @@ static tulle_status attach_now(tulle_world *world, const tulle_attachment_def *d
     if (status != TULLE_OK) return status;
     if (add_ties(world, def, surface) == 0)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "no vertex of an attachment is within %g m of '%s'", def->max_distance,
-                         world_surface_name(world, surface));
+                         "no vertex that '%s' attaches is within %g m of '%s'",
+                         world->cloths.data[def->cloth.index].name, def->max_distance,
+                         surface == TULLE_NONE ? "" : world_surface_name(world, surface));
     world->now.attachment_count++;
     return TULLE_OK;
 }
