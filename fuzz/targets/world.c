@@ -32,7 +32,7 @@ typedef struct session {
     int is_body[OBSTACLES_MAX], is_closed[OBSTACLES_MAX];
     tulle_drive drives[OBSTACLES_MAX];
     bool has_held_pin[CLOTHS_MAX]; /* one that no script moves, and when it lets go */
-    double release_times[CLOTHS_MAX];
+    double release_times[CLOTHS_MAX], saved_releases[CLOTHS_MAX];
     /* What waits for the next step, and a hash of it all. */
     bool waits[OBSTACLES_MAX], pin_waits[CLOTHS_MAX];
     uint64_t given;
@@ -415,6 +415,7 @@ static void save(session *self) {
                   &error);
     say("save", TULLE_OK, NULL);
     self->saved_hash = tulle_world_get_state_hash(self->world);
+    memcpy(self->saved_releases, self->release_times, sizeof self->release_times);
     self->followed_count = self->replayed_count = 0;
     self->is_on_the_way = true;
 }
@@ -426,6 +427,7 @@ static void go_back(session *self) {
                   &error);
     FUZZ_CHECK(tulle_world_get_state_hash(self->world) == self->saved_hash);
     say("go back", TULLE_OK, NULL);
+    memcpy(self->release_times, self->saved_releases, sizeof self->release_times);
     let_go_of_given(self);
     self->replayed_count = 0;
     self->is_on_the_way = true;
@@ -478,6 +480,41 @@ static void change_law(session *self) {
         fuzz_check_error(status, &error);
     else
         self->is_on_the_way = false;
+}
+
+/* Changes what a cloth is made of, how thick it is, or lets go of a pin. */
+static void change_cloth(session *self) {
+    fuzz_bytes *const bytes = self->bytes;
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    tulle_cloth_id const id = {fuzz_take_below(bytes, self->cloth_count + 1), 1};
+    uint32_t const kind = fuzz_take_below(bytes, 3);
+    tulle_error error = {0};
+    tulle_status status;
+    if (kind == 0) {
+        tulle_material material;
+        FUZZ_CHECK(tulle_material_preset(tulle_material_preset_name(fuzz_take_below(bytes, 23)),
+                                         &material) == TULLE_OK);
+        if (self->def.response == TULLE_RESPONSE_PAPER) material.springs.stiffening_strain = 0.0;
+        if (fuzz_take_below(bytes, 8) == 7) material.area_density = (double)NAN;
+        status = tulle_cloth_set_material(self->world, id, &material, &error);
+    } else if (kind == 1) {
+        double contact;
+        tulle_world_get_distances(self->world, &contact, NULL, NULL);
+        double const thickness = contact * fuzz_take_between(bytes, 0.0, 1.2);
+        status = tulle_cloth_set_thickness(self->world, id, thickness, &error);
+    } else {
+        status = tulle_cloth_release_pin(self->world, id, fuzz_take_below(bytes, 2), &error);
+        if (status == TULLE_OK)
+            self->release_times[id.index] =
+                fmin(self->release_times[id.index], tulle_world_get_time(self->world));
+    }
+    say("change cloth", status, &error);
+    if (status) {
+        fuzz_check_error(status, &error);
+        FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+        return;
+    }
+    self->is_on_the_way = false;
 }
 
 /* Attaches vertices of a cloth to this or that, moves what it attached, or lets go. */
@@ -623,9 +660,9 @@ static run_end run(fuzz_bytes bytes, int threads, bool is_stopped_at_times) {
     count_call();
     start(&self);
     static void (*const calls[])(session *) = {
-        step,       step,  step,       step, step, save, go_back,
-        push_body,  look,  be_refused, give, give, give, change_settings,
-        change_law, attach};
+        step,       step,   step,        step, step, save, go_back,
+        push_body,  look,   be_refused,  give, give, give, change_settings,
+        change_law, attach, change_cloth};
     for (int left = CALLS_MAX; left > 0 && self.is_started && bytes.used < bytes.size; left--) {
         count_call();
         calls[fuzz_take_below(&bytes, sizeof calls / sizeof calls[0])](&self);

@@ -1,6 +1,6 @@
 /* tulle/live.h - what a host gives and changes while the world runs: motion step by step, for
  * engines and editors that learn the next pose of a character, a gripper or a hand only before they
- * step; gravity and wind.
+ * step; gravity and wind; materials, thickness and pins of cloth.
  *
  * Each step goes on from where things are to what was given for its end. Within the step rigid
  * obstacles move as between two keyframes, all else on straight lines. Friction and impacts see the
@@ -76,6 +76,29 @@ TULLE_API tulle_status tulle_world_set_gravity(tulle_world *world, const double 
  * the same gust at the same time, whenever it was set. */
 TULLE_API tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind,
                                             tulle_error *error);
+
+/* Changes what a cloth is made of, from the next step on: weight, stiffness, bending and damping.
+ * What contact takes from a material stays: friction, its direction and restitution are laws of
+ * pairs. Costs what the start of the cloth took; nothing where the material stays as it is. It is
+ * part of the state, as gravity is. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world
+ * that has not started, values out of range, hysteresis that comes or goes),
+ * TULLE_ERROR_OUT_OF_MEMORY; the cloth is as before then. */
+TULLE_API tulle_status tulle_cloth_set_material(tulle_world *world, tulle_cloth_id id,
+                                                const tulle_material *material, tulle_error *error);
+/* Changes the distance [m] at which contact of a cloth acts, from the next step on: from twice the
+ * minimum gap up to the largest contact distance of the start. Between two cloths the mean of both
+ * counts. What is nearer is pushed out, no faster than 5 cm/s. It is part of the state. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (a stale id, a world that has not started, out of range),
+ * TULLE_ERROR_OUT_OF_MEMORY; the thickness is as before then. */
+TULLE_API tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id,
+                                                 double thickness, tulle_error *error);
+/* Lets go of a pin for good, from the next step on; nothing happens where it has let go. `pin` is
+ * its number in the cloth's def. It is part of the state. Cloth bends again where a pin clamped it;
+ * that costs what the start of the cloth took. What is to be held and let go again and again is an
+ * attachment (tulle/attach.h). Errors: TULLE_ERROR_INVALID_ARGUMENT (a stale id, a world that has
+ * not started, a pin that is not there), TULLE_ERROR_OUT_OF_MEMORY; the pin holds on then. */
+TULLE_API tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_id id, size_t pin,
+                                               tulle_error *error);
 
 #ifdef __cplusplus
 }

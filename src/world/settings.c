@@ -1,8 +1,9 @@
-/* world/settings.c - what a host may change while the world runs: gravity and wind (tulle/live.h),
- * laws of pairs.
+/* world/settings.c - what a host may change while the world runs: gravity and wind, materials,
+ * thickness and pins (tulle/live.h), laws of pairs.
  *
- * In: the calls of the host, checked as the defs are. Out: world->def and world->laws, which steps
- * read. What differs from what was in force at the start is part of the state (state.c). */
+ * In: the calls of the host, checked as the defs are. Out: world->def, world->laws, the materials
+ * and pins of cloths and the machinery made of them, which steps read. What differs from what was
+ * in force at the start is part of the state (state.c). */
 #include "tulle/live.h"
 
 #include "base/error.h"
@@ -10,6 +11,7 @@
 #include "world/bodies/bodies_sleep.h"
 #include "world/defs.h"
 
+#include <math.h>
 #include <string.h>
 
 /* ---- in force ---- */
@@ -51,6 +53,83 @@ static tulle_status keep_first_laws(tulle_world *world, tulle_error *error) {
     return TULLE_OK;
 }
 
+static size_t get_materials_size(const tulle_world *world) {
+    return world->cloths.count * sizeof(tulle_material);
+}
+
+static size_t get_releases_size(const tulle_world *world) {
+    return world->pin_count * sizeof(double);
+}
+
+static void list_materials(const tulle_world *world, tulle_material *materials) {
+    for (size_t i = 0; i < world->cloths.count; i++) materials[i] = world->cloths.data[i].material;
+}
+
+static void list_releases(const tulle_world *world, double *releases) {
+    for (size_t i = 0; i < world->cloths.count; i++)
+        for (size_t p = 0; p < world->cloths.data[i].pin_count; p++)
+            *releases++ = world->cloths.data[i].pins[p].release_time;
+}
+
+/* Keeps materials and pins of the start before one of them changes. */
+static tulle_status keep_first_cloths(tulle_world *world, tulle_error *error) {
+    if (world->first_materials) return TULLE_OK;
+    world->first_materials = memory_allocate(&world->heap, get_materials_size(world));
+    world->first_releases = memory_allocate(&world->heap, get_releases_size(world));
+    if (!world->first_materials || !world->first_releases) {
+        memory_release(&world->heap, world->first_materials, get_materials_size(world));
+        memory_release(&world->heap, world->first_releases, get_releases_size(world));
+        world->first_materials = NULL;
+        world->first_releases = NULL;
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for materials");
+    }
+    list_materials(world, world->first_materials);
+    list_releases(world, world->first_releases);
+    return TULLE_OK;
+}
+
+void world_release_first_settings(tulle_world *world) {
+    memory_release(&world->heap, world->first_laws, get_laws_size(world));
+    memory_release(&world->heap, world->first_materials, get_materials_size(world));
+    memory_release(&world->heap, world->first_releases, get_releases_size(world));
+    world->first_laws = NULL;
+    world->first_materials = NULL;
+    world->first_releases = NULL;
+}
+
+static bool materials_differ(const tulle_world *world) {
+    bool differ = false;
+    for (size_t i = 0; world->first_materials && i < world->cloths.count; i++)
+        differ |= memcmp(&world->cloths.data[i].material, &world->first_materials[i],
+                         sizeof(tulle_material)) != 0;
+    return differ;
+}
+
+static bool releases_differ(const tulle_world *world) {
+    const double *first = world->first_releases;
+    bool differ = false;
+    for (size_t i = 0; first && i < world->cloths.count; i++)
+        for (size_t p = 0; p < world->cloths.data[i].pin_count; p++)
+            differ |= world->cloths.data[i].pins[p].release_time != *first++;
+    return differ;
+}
+
+/* Puts machinery for these settings into world->spare. */
+static tulle_status prepare_machinery(tulle_world *world, cloth_settings settings,
+                                      tulle_error *error) {
+    world_release_machinery(world, &world->spare);
+    tulle_status const status = world_build_machinery(world, settings, &world->spare, error);
+    if (status != TULLE_ERROR_OUT_OF_MEMORY) return status;
+    return error_set(error, status, "no memory left for materials");
+}
+
+/* Puts what was prepared in force; elastic energies are others then. */
+static void use_machinery(tulle_world *world) {
+    world_set_machinery(world, &world->spare);
+    world->now.elastic.is_known = false;
+    world_wake_all(world, &world->now);
+}
+
 /* ---- calls ---- */
 
 tulle_status tulle_world_set_gravity(tulle_world *world, const double gravity[3],
@@ -77,6 +156,113 @@ tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind, tu
     return status;
 }
 
+static world_cloth *find_cloth(tulle_world *world, tulle_cloth_id id, tulle_error *error) {
+    if (world && id.generation == 1 && id.index < world->cloths.count && world->is_started)
+        return &world->cloths.data[id.index];
+    error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+              "the world has no such cloth, or has not started");
+    return NULL;
+}
+
+static bool has_hysteresis(const tulle_material *m) {
+    return m->bend_hysteresis_warp > 0.0 || m->bend_hysteresis_weft > 0.0 ||
+           m->shear_hysteresis > 0.0;
+}
+
+/* Whether a cloth may take a material while the world runs. What contact takes from it stays. */
+static tulle_status check_material(const tulle_world *world, const world_cloth *cloth,
+                                   const tulle_material *material, tulle_error *error) {
+    tulle_status const status =
+        material_validate(material, world->def.membrane, cloth->name, error);
+    if (status != TULLE_OK) return status;
+    if (has_hysteresis(material) == has_hysteresis(&cloth->material)) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "%s: cloth with hysteresis cannot become cloth without, nor the other way "
+                     "round, while the world runs",
+                     cloth->name);
+}
+
+tulle_status tulle_cloth_set_material(tulle_world *world, tulle_cloth_id id,
+                                      const tulle_material *material, tulle_error *error) {
+    if (!material) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the material is null");
+    world_cloth *const cloth = find_cloth(world, id, error);
+    if (!cloth) return TULLE_ERROR_INVALID_ARGUMENT;
+    tulle_material changed = *material;
+    changed.friction = cloth->material.friction;
+    changed.dynamic_friction = cloth->material.dynamic_friction;
+    changed.restitution = cloth->material.restitution;
+    changed.friction_across = cloth->material.friction_across;
+    if (memcmp(&changed, &cloth->material, sizeof changed) == 0) return TULLE_OK;
+    tulle_status status = check_material(world, cloth, &changed, error);
+    if (status == TULLE_OK) status = keep_first_cloths(world, error);
+    if (status != TULLE_OK) return status;
+    tulle_material const before = cloth->material;
+    cloth->material = changed;
+    status = prepare_machinery(world, (cloth_settings){0}, error);
+    if (status != TULLE_OK) {
+        cloth->material = before;
+        return status;
+    }
+    use_machinery(world);
+    return TULLE_OK;
+}
+
+tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_id id, size_t pin,
+                                     tulle_error *error) {
+    world_cloth *const cloth = find_cloth(world, id, error);
+    if (!cloth) return TULLE_ERROR_INVALID_ARGUMENT;
+    if (pin >= cloth->pin_count)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: has no pin number %zu; it has %zu pins", cloth->name, pin,
+                         cloth->pin_count);
+    double const before = cloth->pins[pin].release_time, now = world->now.time;
+    if (before <= now) return TULLE_OK;
+    tulle_status status = keep_first_cloths(world, error);
+    if (status != TULLE_OK) return status;
+    cloth->pins[pin].release_time = now;
+    if (before == (double)INFINITY) { /* it was a clamp */
+        status = prepare_machinery(world, (cloth_settings){0}, error);
+        if (status != TULLE_OK) {
+            cloth->pins[pin].release_time = before;
+            return status;
+        }
+        use_machinery(world);
+    }
+    cloth->pins[pin].has_targets = false;
+    return TULLE_OK;
+}
+
+tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, double thickness,
+                                       tulle_error *error) {
+    world_cloth *const cloth = find_cloth(world, id, error);
+    if (!cloth) return TULLE_ERROR_INVALID_ARGUMENT;
+    double const least = 2.0 * world->minimum_gap, most = world->contact_distance;
+    if (!(thickness >= least && thickness <= most))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: a thickness of %g m is asked for; while the world runs it lies "
+                         "between %g m, twice the minimum gap, and %g m, the largest contact "
+                         "distance of its start",
+                         cloth->name, thickness, least, most);
+    tulle_status const status = keep_first_laws(world, error);
+    if (status != TULLE_OK) return status;
+    size_t const count = world->set.surface_count, own = id.index;
+    double const before = world->laws[own * count + own].contact_distance;
+    for (size_t other = 0; other < count; other++) {
+        contact_law *const law = &world->laws[own * count + other];
+        if (!(law->contact_distance > 0.0)) continue; /* nothing that it meets */
+        /* with another cloth the mean of both counts */
+        bool const is_mean = other != own && other < world->cloths.count;
+        double const wanted =
+            is_mean ? law->contact_distance + 0.5 * (thickness - before) : thickness;
+        double const ratio = law->separation_distance / law->contact_distance;
+        law->contact_distance = fmin(fmax(wanted, least), most);
+        law->separation_distance = fmin(ratio * law->contact_distance, world->separation_distance);
+        world->laws[other * count + own] = *law;
+    }
+    world_wake_all(world, &world->now);
+    return TULLE_OK;
+}
+
 tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tulle_contact_law *law,
                               tulle_error *error) {
     tulle_status const status = keep_first_laws(world, error);
@@ -95,62 +281,180 @@ tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tull
 
 /* ---- in a state ---- */
 
+enum setting_part { PART_LAWS = 1, PART_MATERIALS = 2, PART_RELEASES = 4, PARTS_ALL = 7 };
+
+static uint64_t list_parts(const tulle_world *world) {
+    return (laws_differ(world) ? PART_LAWS : 0u) | (materials_differ(world) ? PART_MATERIALS : 0u) |
+           (releases_differ(world) ? PART_RELEASES : 0u);
+}
+
+/* [bytes] of the parts that a set of setting_part names, in their order. */
+static size_t get_parts_size(const tulle_world *world, uint64_t parts) {
+    return (parts & PART_LAWS ? get_laws_size(world) : 0) +
+           (parts & PART_MATERIALS ? get_materials_size(world) : 0) +
+           (parts & PART_RELEASES ? get_releases_size(world) : 0);
+}
+
 size_t world_get_settings_size(const tulle_world *world) {
     world_settings const settings = get_settings(world);
-    bool const has_laws = laws_differ(world);
-    if (!has_laws && memcmp(&settings, &world->first_settings, sizeof settings) == 0) return 0;
-    return sizeof settings + (has_laws ? get_laws_size(world) : 0);
+    uint64_t const parts = list_parts(world);
+    if (parts == 0 && memcmp(&settings, &world->first_settings, sizeof settings) == 0) return 0;
+    return sizeof settings + get_parts_size(world, parts);
 }
 
 void world_put_settings(const tulle_world *world, void *bytes) {
-    world_settings const settings = get_settings(world);
-    size_t const laws = laws_differ(world) ? get_laws_size(world) : 0;
-    if (laws > 0) memcpy(bytes, world->laws, laws);
-    memcpy((unsigned char *)bytes + laws, &settings, sizeof settings);
+    world_settings settings = get_settings(world);
+    unsigned char *to = bytes;
+    settings.parts = list_parts(world);
+    if (settings.parts & PART_LAWS) memcpy(to, world->laws, get_laws_size(world));
+    to += get_parts_size(world, settings.parts & PART_LAWS);
+    for (size_t i = 0; settings.parts & PART_MATERIALS && i < world->cloths.count; i++) {
+        memcpy(to, &world->cloths.data[i].material, sizeof(tulle_material));
+        to += sizeof(tulle_material);
+    }
+    for (size_t i = 0; settings.parts & PART_RELEASES && i < world->cloths.count; i++)
+        for (size_t p = 0; p < world->cloths.data[i].pin_count; p++, to += sizeof(double))
+            memcpy(to, &world->cloths.data[i].pins[p].release_time, sizeof(double));
+    memcpy(to, &settings, sizeof settings);
 }
 
 uint64_t world_hash_settings(const tulle_world *world, uint64_t hash) {
     if (world_get_settings_size(world) == 0) return hash;
-    world_settings const settings = get_settings(world);
-    if (laws_differ(world)) hash = hash_bytes(hash, world->laws, get_laws_size(world));
+    world_settings settings = get_settings(world);
+    settings.parts = list_parts(world);
+    if (settings.parts & PART_LAWS) hash = hash_bytes(hash, world->laws, get_laws_size(world));
+    for (size_t i = 0; settings.parts & PART_MATERIALS && i < world->cloths.count; i++)
+        hash = hash_bytes(hash, &world->cloths.data[i].material, sizeof(tulle_material));
+    for (size_t i = 0; settings.parts & PART_RELEASES && i < world->cloths.count; i++)
+        for (size_t p = 0; p < world->cloths.data[i].pin_count; p++)
+            hash = hash_bytes(hash, &world->cloths.data[i].pins[p].release_time, sizeof(double));
     return hash_bytes(hash, &settings, sizeof settings);
 }
 
-/* Whether a law that was read may stand in the place of `now`: distances never change. */
-static bool law_is_valid(const contact_law *law, const contact_law *now) {
+/* The parts of settings that were read; null where they are as at the start. */
+typedef struct read_settings {
+    world_settings settings;
+    const unsigned char *laws, *materials, *releases;
+} read_settings;
+
+/* False where the sizes do not fit. */
+static bool split_settings(const tulle_world *world, const void *bytes, size_t size,
+                           read_settings *split) {
+    *split = (read_settings){.settings = world->first_settings};
+    if (size == 0) return true;
+    const unsigned char *const from = bytes;
+    if (size < sizeof split->settings) return false;
+    memcpy(&split->settings, from + size - sizeof split->settings, sizeof split->settings);
+    uint64_t const parts = split->settings.parts;
+    if (parts > PARTS_ALL || size != sizeof split->settings + get_parts_size(world, parts))
+        return false;
+    if (parts & PART_LAWS) split->laws = from;
+    if (parts & PART_MATERIALS) split->materials = from + get_parts_size(world, parts & PART_LAWS);
+    if (parts & PART_RELEASES)
+        split->releases = from + get_parts_size(world, parts & (PART_LAWS | PART_MATERIALS));
+    return true;
+}
+
+/* Whether a law that was read may stand in the place of `now`. */
+static bool law_is_valid(const tulle_world *world, const contact_law *law, const contact_law *now) {
     tulle_contact_law const given = {law->static_friction, law->dynamic_friction, law->restitution};
-    return memcmp(&law->contact_distance, &now->contact_distance, sizeof(double)) == 0 &&
-           memcmp(&law->separation_distance, &now->separation_distance, sizeof(double)) == 0 &&
-           law->dynamic_friction >= 0.0 && contact_law_check(&given, "", NULL) == TULLE_OK;
+    bool const meets = now->contact_distance > 0.0;
+    bool const has_distance = meets ? law->contact_distance >= 2.0 * world->minimum_gap &&
+                                          law->contact_distance <= world->contact_distance &&
+                                          law->separation_distance >= law->contact_distance &&
+                                          law->separation_distance <= world->separation_distance
+                                    : law->contact_distance == now->contact_distance &&
+                                          law->separation_distance == now->separation_distance;
+    return has_distance && law->dynamic_friction >= 0.0 &&
+           contact_law_check(&given, "", NULL) == TULLE_OK;
+}
+
+static bool settings_are_valid(const tulle_world *world, const read_settings *split) {
+    bool is_valid = check_settings(world, &split->settings, NULL) == TULLE_OK;
+    size_t const law_count = split->laws ? get_laws_size(world) / sizeof(contact_law) : 0;
+    for (size_t i = 0; is_valid && i < law_count; i++) {
+        contact_law law;
+        memcpy(&law, split->laws + i * sizeof law, sizeof law);
+        is_valid = law_is_valid(world, &law, &world->laws[i]);
+    }
+    for (size_t i = 0; is_valid && split->materials && i < world->cloths.count; i++) {
+        tulle_material material;
+        memcpy(&material, split->materials + i * sizeof material, sizeof material);
+        is_valid = check_material(world, &world->cloths.data[i], &material, NULL) == TULLE_OK;
+    }
+    for (size_t i = 0; is_valid && split->releases && i < world->pin_count; i++) {
+        double release;
+        memcpy(&release, split->releases + i * sizeof release, sizeof release);
+        is_valid = !isnan(release);
+    }
+    return is_valid;
+}
+
+/* Prepares machinery where materials or pins are to be others than now. Room for both lies in
+ * scratch. */
+static tulle_status prepare_cloths(tulle_world *world, const read_settings *split,
+                                   tulle_error *error) {
+    size_t const material_size = get_materials_size(world), release_size = get_releases_size(world);
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    tulle_material *const materials = arena_allocate(&world->scratch, 2, material_size);
+    double *const releases = arena_allocate(&world->scratch, 2, release_size);
+    tulle_status status = TULLE_OK;
+    if (!materials || !releases) {
+        status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for materials");
+    } else {
+        tulle_material *const now = materials + world->cloths.count;
+        double *const pins_now = releases + world->pin_count;
+        list_materials(world, now);
+        list_releases(world, pins_now);
+        memcpy(materials,
+               split->materials         ? (const void *)split->materials
+               : world->first_materials ? world->first_materials
+                                        : now,
+               material_size);
+        if (release_size > 0)
+            memcpy(releases,
+                   split->releases         ? (const void *)split->releases
+                   : world->first_releases ? world->first_releases
+                                           : pins_now,
+                   release_size);
+        bool const differs = memcmp(materials, now, material_size) != 0 ||
+                             (release_size > 0 && memcmp(releases, pins_now, release_size) != 0);
+        world_release_machinery(world, &world->spare);
+        if (differs) status = keep_first_cloths(world, error);
+        if (differs && status == TULLE_OK)
+            status = prepare_machinery(world, (cloth_settings){materials, releases}, error);
+    }
+    arena_release(&world->scratch, mark);
+    return status;
 }
 
 tulle_status world_check_settings(tulle_world *world, const void *bytes, size_t size,
                                   tulle_error *error) {
-    if (size == 0) return TULLE_OK;
-    world_settings settings;
-    size_t const laws = size > sizeof settings ? get_laws_size(world) : 0;
-    bool is_valid = size == laws + sizeof settings;
-    if (is_valid) {
-        memcpy(&settings, (const unsigned char *)bytes + laws, sizeof settings);
-        is_valid = check_settings(world, &settings, NULL) == TULLE_OK;
-    }
-    for (size_t i = 0; is_valid && i < laws / sizeof(contact_law); i++) {
-        contact_law law;
-        memcpy(&law, (const unsigned char *)bytes + i * sizeof law, sizeof law);
-        is_valid = law_is_valid(&law, &world->laws[i]);
-    }
-    if (!is_valid)
+    read_settings split;
+    if (!split_settings(world, bytes, size, &split) || !settings_are_valid(world, &split))
         return error_set(error, TULLE_ERROR_PARSE,
-                         "the saved state has a gravity, a wind or laws that no world has: start "
-                         "the run anew");
-    return laws > 0 ? keep_first_laws(world, error) : TULLE_OK;
+                         "the saved state has a gravity, a wind, laws, materials or pins that no "
+                         "world has: start the run anew");
+    tulle_status const status = split.laws ? keep_first_laws(world, error) : TULLE_OK;
+    return status == TULLE_OK ? prepare_cloths(world, &split, error) : status;
 }
 
 void world_take_settings(tulle_world *world, const void *bytes, size_t size) {
-    world_settings settings = world->first_settings;
-    size_t const laws = size > sizeof settings ? get_laws_size(world) : 0;
-    if (size > 0) memcpy(&settings, (const unsigned char *)bytes + laws, sizeof settings);
-    set_settings(world, &settings);
+    read_settings split;
+    (void)split_settings(world, bytes, size, &split); /* world_check_settings has seen them */
+    set_settings(world, &split.settings);
     if (world->first_laws)
-        memcpy(world->laws, laws > 0 ? bytes : world->first_laws, get_laws_size(world));
+        memcpy(world->laws, split.laws ? (const void *)split.laws : world->first_laws,
+               get_laws_size(world));
+    const unsigned char *materials =
+        split.materials ? split.materials : (const unsigned char *)world->first_materials;
+    const unsigned char *releases =
+        split.releases ? split.releases : (const unsigned char *)world->first_releases;
+    for (size_t i = 0; world->first_materials && i < world->cloths.count; i++) {
+        world_cloth *const cloth = &world->cloths.data[i];
+        memcpy(&cloth->material, materials + i * sizeof cloth->material, sizeof cloth->material);
+        for (size_t p = 0; p < cloth->pin_count; p++, releases += sizeof(double))
+            memcpy(&cloth->pins[p].release_time, releases, sizeof(double));
+    }
+    if (world->spare.model) world_set_machinery(world, &world->spare);
 }

@@ -52,8 +52,8 @@ typedef struct world_cloth {
     world_mesh mesh;      /* start positions */
     double *rest;         /* [m] 3 * vertex_count; null once the world has started */
     double *velocities;   /* [m/s] at the start; the same */
-    double *rest_corners; /* [m] 9 * triangle_count; null: those of `rest`; the same */
-    double *warps;        /* 3 * triangle_count; null: along the grain; the same */
+    double *rest_corners; /* [m] 9 * triangle_count; null: those of `rest` */
+    double *warps;        /* 3 * triangle_count; null: along the grain */
     bool has_flat_rest;
     tulle_crease *creases; /* crease_count */
     size_t crease_count;
@@ -198,7 +198,21 @@ typedef struct world_material_law {
 typedef struct world_settings {
     double gravity[3]; /* [m/s^2] */
     tulle_wind wind;
+    uint64_t parts; /* of a state: what of these stands before it, of setting_part; else 0 */
 } world_settings;
+
+/* What cloths are made of and when their pins let go, where that is not as it is. */
+typedef struct cloth_settings {
+    const tulle_material *materials; /* by cloth; null: those of the cloths */
+    const double *releases;          /* [s] by pin of all cloths in turn; null: those of the pins */
+} cloth_settings;
+
+/* What follows from the cloths' rest shapes, materials and pins. */
+typedef struct cloth_machinery {
+    cloth_model *model;
+    linear_system system;
+    nested_aggregates *aggregates; /* preconditioner of the solve; null for small cloth */
+} cloth_machinery;
 
 typedef ARRAY(tulle_intersection) intersection_list;
 
@@ -246,7 +260,11 @@ struct tulle_world {
     double hold_reach;       /* [m] with which patches hold for the paths of stages 8 and 9 */
     uint64_t def_hash;       /* of all defs; guards loaded states */
     world_settings first_settings;
-    contact_law *first_laws; /* surface_count^2; null: no law has changed since the start */
+    contact_law *first_laws;         /* surface_count^2; null: no law has changed since the start */
+    tulle_material *first_materials; /* by cloth; null: none has changed */
+    double *first_releases;          /* [s] by pin; null: none has changed */
+    size_t pin_count;                /* of all cloths */
+    cloth_machinery spare;           /* of a state that is about to be loaded */
 
     /* changed by steps */
     world_motion_state now, next;
@@ -302,8 +320,16 @@ void world_release_start(tulle_world *world);
 /* start_arrays.c: releases what cloths were at first, of which the start made its own. */
 void world_release_first_cloth(tulle_world *world);
 
-/* settings.c: gravity, wind and laws, as a state has them where they are not as at the start: the
- * laws that differ, then the settings. How many bytes that is; the bytes; their hash. */
+/* start/build_model.c: the machinery for materials and pins as they are, or as `settings` has them;
+ * an error leaves nothing. Releases it. Puts it in the place of the world's own, which is released.
+ */
+tulle_status world_build_machinery(tulle_world *world, cloth_settings settings,
+                                   cloth_machinery *made, tulle_error *error);
+void world_release_machinery(tulle_world *world, cloth_machinery *made);
+void world_set_machinery(tulle_world *world, cloth_machinery *made);
+
+/* settings.c: what a host has changed, as a state has it where it is not as at the start. How many
+ * bytes that is; the bytes; their hash. */
 size_t world_get_settings_size(const tulle_world *world);
 void world_put_settings(const tulle_world *world, void *bytes);
 uint64_t world_hash_settings(const tulle_world *world, uint64_t hash);
@@ -312,6 +338,8 @@ uint64_t world_hash_settings(const tulle_world *world, uint64_t hash);
 tulle_status world_check_settings(tulle_world *world, const void *bytes, size_t size,
                                   tulle_error *error);
 void world_take_settings(tulle_world *world, const void *bytes, size_t size);
+/* settings.c: releases what was kept of the start. */
+void world_release_first_settings(tulle_world *world);
 /* settings.c: the law of two surfaces from the next step on. */
 tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tulle_contact_law *law,
                               tulle_error *error);

@@ -267,6 +267,65 @@ ARGUMENTS_OF(tulle_world_set_wind) {
     FINE(tulle_world_set_wind(fresh, &good, NULL));
 }
 
+ARGUMENTS_OF(tulle_cloth_set_material) {
+    (void)unused;
+    tulle_material const good = tulle_cloth_def_default().material;
+    uint64_t const before = tulle_world_get_state_hash(started);
+    REFUSED(tulle_cloth_set_material(NULL, cloth, &good, &error));
+    REFUSED(tulle_cloth_set_material(started, cloth, NULL, &error));
+    REFUSED(tulle_cloth_set_material(fresh, cloth, &good, &error));
+    REFUSED(tulle_cloth_set_material(started, (tulle_cloth_id){cloth.index, 2}, &good, &error));
+    REFUSED(tulle_cloth_set_material(started, (tulle_cloth_id){2, 1}, &good, &error));
+    tulle_material material;
+    double *const numbers[] = {&material.area_density, &material.warp.stiffness,
+                               &material.shear.limit, &material.bend_weft, &material.air_damping};
+    for (int i = 0; i < NO_NUMBER_COUNT; i++)
+        for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++) {
+            material = good;
+            *numbers[k] = no_numbers[i];
+            REFUSED(tulle_cloth_set_material(started, cloth, &material, &error));
+        }
+    material = good;
+    material.shear_hysteresis = 0.01 * material.shear.stiffness;
+    REFUSED(tulle_cloth_set_material(started, cloth, &material, &error));
+    FINE(tulle_cloth_set_material(started, cloth, &good, &error));
+    material = good;
+    material.friction = 0.9; /* stays as it is */
+    FINE(tulle_cloth_set_material(started, cloth, &material, NULL));
+    assert_true(tulle_world_get_state_hash(started) == before);
+}
+
+ARGUMENTS_OF(tulle_cloth_set_thickness) {
+    (void)unused;
+    double contact, gap;
+    tulle_world_get_distances(started, &contact, NULL, &gap);
+    REFUSED(tulle_cloth_set_thickness(NULL, cloth, contact, &error));
+    REFUSED(tulle_cloth_set_thickness(fresh, cloth, contact, &error));
+    REFUSED(tulle_cloth_set_thickness(started, (tulle_cloth_id){2, 1}, contact, &error));
+    for (int i = 0; i < NO_NUMBER_COUNT; i++)
+        REFUSED(tulle_cloth_set_thickness(started, cloth, no_numbers[i], &error));
+    REFUSED(tulle_cloth_set_thickness(started, cloth, 0.0, &error));
+    REFUSED(tulle_cloth_set_thickness(started, cloth, 1.99 * gap, &error));
+    REFUSED(tulle_cloth_set_thickness(started, cloth, 1.01 * contact, &error));
+    FINE(tulle_cloth_set_thickness(started, cloth, 2.0 * gap, &error));
+    FINE(tulle_cloth_set_thickness(started, cloth, contact, NULL));
+}
+
+ARGUMENTS_OF(tulle_cloth_release_pin) {
+    (void)unused;
+    uint64_t const before = tulle_world_get_state_hash(started);
+    REFUSED(tulle_cloth_release_pin(NULL, cloth, HELD, &error));
+    REFUSED(tulle_cloth_release_pin(fresh, cloth, HELD, &error));
+    REFUSED(tulle_cloth_release_pin(started, (tulle_cloth_id){cloth.index, 0}, HELD, &error));
+    REFUSED(tulle_cloth_release_pin(started, cloth, PIN_COUNT, &error));
+    REFUSED(tulle_cloth_release_pin(started, cloth, SIZE_MAX, &error));
+    REFUSED(tulle_cloth_release_pin(started, free_cloth, 0, &error));
+    FINE(tulle_cloth_release_pin(started, cloth, LETS_GO, &error)); /* it has */
+    assert_true(tulle_world_get_state_hash(started) == before);
+    FINE(tulle_cloth_release_pin(started, cloth, ON_KEYS, NULL));
+    assert_true(tulle_world_get_state_hash(started) != before);
+}
+
 /* What the host drives has nothing else that moves it. */
 static void one_thing_moves_an_obstacle(void **unused) {
     (void)unused;
@@ -296,6 +355,9 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_cloth_set_pin_targets),
     TABLE_LINE(tulle_world_set_gravity),
     TABLE_LINE(tulle_world_set_wind),
+    TABLE_LINE(tulle_cloth_set_material),
+    TABLE_LINE(tulle_cloth_set_thickness),
+    TABLE_LINE(tulle_cloth_release_pin),
 };
 
 static void every_function_has_its_test(void **unused) {

@@ -46,9 +46,7 @@ void world_release_first_cloth(tulle_world *world) {
         size_t const vector_bytes = 3 * cloth->mesh.vertex_count * sizeof(double);
         memory_release(heap, cloth->rest, vector_bytes);
         memory_release(heap, cloth->velocities, vector_bytes);
-        memory_release(heap, cloth->warps, 3 * cloth->mesh.triangle_count * sizeof(double));
-        memory_release(heap, cloth->rest_corners, 9 * cloth->mesh.triangle_count * sizeof(double));
-        cloth->rest = cloth->velocities = cloth->warps = cloth->rest_corners = NULL;
+        cloth->rest = cloth->velocities = NULL;
         if (cloth->pin_count > 0) continue;
         memory_release(heap, cloth->mesh.positions, vector_bytes);
         cloth->mesh.positions = NULL;
@@ -59,13 +57,12 @@ void world_release_start(tulle_world *world) {
     memory *const heap = &world->heap;
     size_t const n = world->vertex_count, surface_count = world->set.surface_count;
     world_release_detection(world);
-    linear_system_destroy(heap, &world->system);
-    nested_aggregates_destroy(heap, world->aggregates);
+    cloth_machinery made = {world->model, world->system, world->aggregates};
+    world_release_machinery(world, &made);
+    world_release_machinery(world, &world->spare);
     world->aggregates = NULL;
-    if (world->model) {
-        cloth_model_destroy(heap, world->model);
-        memory_release(heap, world->model, sizeof *world->model);
-    }
+    world->system = made.system;
+    world_release_first_settings(world);
     world_motion_state *const states[2] = {&world->now, &world->next};
     for (int i = 0; i < 2; i++) {
         world_motion_state *const state = states[i];
@@ -94,7 +91,6 @@ void world_release_start(tulle_world *world) {
     memory_release(heap, world->is_fixed, n);
     memory_release(heap, world->vertex_surface, n * sizeof(uint32_t));
     memory_release(heap, world->laws, surface_count * surface_count * sizeof(contact_law));
-    memory_release(heap, world->first_laws, surface_count * surface_count * sizeof(contact_law));
     if (world->grains) memory_release(heap, world->grains, surface_count * sizeof *world->grains);
     row_list_destroy(&world->rows, heap);
     row_list_destroy(&world->accepted_rows, heap);
@@ -109,7 +105,7 @@ void world_release_start(tulle_world *world) {
     world->rest = world->targets = world->inverse_masses = world->active_inverse_masses = NULL;
     world->is_fixed = NULL;
     world->vertex_surface = NULL;
-    world->laws = world->first_laws = NULL;
+    world->laws = NULL;
     world->grains = NULL;
     world->vertex_count = world->cloth_vertex_count = world->particle_count = 0;
     world->body_count = 0;
