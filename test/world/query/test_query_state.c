@@ -2,11 +2,13 @@
  * every change of the state, see what is present, and may be made by several threads. */
 #include "tulle/query.h"
 
+#include "support/failing_heap.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
 #include "tulle/live.h"
 #include "tulle/shapes.h"
 
+#include <limits.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdbool.h>
@@ -253,12 +255,71 @@ static void threads_ask_side_by_side(void **state) {
     tulle_world_destroy(made.world);
 }
 
+/* ---- memory ---- */
+
+/* A start and queries of a world whose allocation number `left` fails, the trees made in the end.
+ * TULLE_OK where none was left to fail. */
+static tulle_status ask_in_need(tulle_detect_method method, int *left) {
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 1;
+    def.detection.method = method;
+    memory const heap = failing_heap_make(left);
+    def.allocator = heap.allocator;
+    int const given = *left;
+    *left = INT_MAX;
+    tulle_world *world;
+    FINE(tulle_world_create(&def, &world, &error));
+    tulle_mesh sheet = small_sheet(0.4, 4, 0.125);
+    tulle_object_id const cloth = tulle_object_from_cloth(small_add_cloth(world, &sheet));
+    tulle_shape_def const shape = tulle_shape_def_default(TULLE_SHAPE_SPHERE);
+    tulle_mesh ball = small_shape(shape, 0.0, 0.0, -2.0);
+    (void)small_add_obstacle(world, &ball);
+    FINE(tulle_object_set_filter(world, cloth, 2, 2, &error));
+    *left = given;
+    tulle_status status = tulle_world_start(world, &error);
+    bool const has_failed = status != TULLE_OK;
+    for (int i = 0; i < 2 && !has_failed; i++) {
+        tulle_ray const ray = {.from = {0.01, 0.02, 1.0}, .to = {0.01, 0.02, -1.0}};
+        tulle_hit hit;
+        uint64_t const hash = tulle_world_get_state_hash(world);
+        status = tulle_world_cast_ray(world, &ray, &hit, &error);
+        assert_int_equal(hit.object.kind, status ? TULLE_OBJECT_NONE : TULLE_OBJECT_CLOTH);
+        assert_true(tulle_world_get_state_hash(world) == hash);
+        if (status != TULLE_OK) break;
+    }
+    if (status != TULLE_OK) {
+        assert_int_equal(status, TULLE_ERROR_OUT_OF_MEMORY);
+        assert_int_equal(error.status, status);
+        /* with memory all goes well */
+        *left = INT_MAX;
+        FINE(tulle_world_start(world, &error));
+        FINE(tulle_world_update_queries(world, &error));
+        assert_true(measure_height(world, 0.05, NULL) == 0.125);
+    }
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&ball);
+    return status;
+}
+
+static void short_memory_is_told(void **state) {
+    (void)state;
+    static const tulle_detect_method methods[] = {TULLE_DETECT_PATCHES, TULLE_DETECT_BVOX};
+    for (int m = 0; m < 2; m++) {
+        tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+        for (int k = 0; status != TULLE_OK; k++) {
+            int left = k;
+            status = ask_in_need(methods[m], &left);
+            assert_true(k < 4000);
+        }
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(queries_change_nothing),
-        cmocka_unit_test(queries_follow_the_state),
-        cmocka_unit_test(objects_have_their_contacts),
-        cmocka_unit_test(threads_ask_side_by_side),
+        cmocka_unit_test(queries_change_nothing),      cmocka_unit_test(queries_follow_the_state),
+        cmocka_unit_test(objects_have_their_contacts), cmocka_unit_test(threads_ask_side_by_side),
+        cmocka_unit_test(short_memory_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
