@@ -46,7 +46,7 @@ static void pick_direction(uint64_t *seed, double way[3]) {
 
 /* Asks once; returns what was found. */
 static size_t ask(tulle_world *world, question kind, uint64_t *seed) {
-    static tulle_found_triangle found[FOUND_MAX];
+    static tulle_found_triangle triangles[FOUND_MAX];
     double way[3], other[3], point[3];
     pick_direction(seed, way);
     pick_direction(seed, other);
@@ -71,9 +71,9 @@ static size_t ask(tulle_world *world, question kind, uint64_t *seed) {
         low[k] = point[k] - 0.005;
         high[k] = point[k] + 0.005;
     }
-    size_t count;
-    require(tulle_world_find_box_overlaps(world, low, high, 0, found, FOUND_MAX, &count, &error));
-    return count;
+    tulle_found found = {triangles, FOUND_MAX, 0};
+    require(tulle_world_find_box_overlaps(world, low, high, 0, &found, &error));
+    return found.count;
 }
 
 static void print_line(const char *name, double *times, size_t rounds, double each, double count) {

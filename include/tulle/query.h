@@ -70,8 +70,8 @@ typedef struct tulle_object_info {
 /* Tells what an object is made of. All zero for null and for a stale id. */
 TULLE_API tulle_object_info tulle_object_get_info(const tulle_world *world, tulle_object_id id);
 
-/* Keeps a pointer of the host with an object. It is no part of the state, and the world does not
- * use it. Error: TULLE_ERROR_INVALID_ARGUMENT (null world, a stale id). */
+/* Keeps `user_data`, a pointer of the host, with an object. It is no part of the state, and the
+ * world does not use it. Error: TULLE_ERROR_INVALID_ARGUMENT (null world, a stale id). */
 TULLE_API tulle_status tulle_object_set_user_data(tulle_world *world, tulle_object_id id,
                                                   void *user_data, tulle_error *error);
 /* The pointer that was set, null before; null for a null world and a stale id. */
@@ -122,25 +122,28 @@ typedef struct tulle_found_triangle {
     uint32_t triangle;      /* of the object */
     uint32_t other;         /* triangle of the given mesh; 0 for a box */
 } tulle_found_triangle;
+/* Where found triangles go, and how many there are. */
+typedef struct tulle_found {
+    tulle_found_triangle *triangles; /* memory of the caller; null is fine with capacity 0 */
+    size_t capacity;                 /* triangles that it has room for */
+    /* all that were found. Up to `capacity` they are all there, in order. Of more, some are there:
+     * ask again with more room. */
+    size_t count;
+} tulle_found;
 /* Finds all triangles that have a point in common with the box from `low` to `high` [m], its faces
- * included; both may be equal along an axis. It is decided exactly. `*count` says how many there
- * are. `found`, of room for `capacity` triangles, gets all of them by object and then by number,
- * or, where there are more than `capacity`, some of them: ask again with more room. Null `found` is
- * fine with `capacity` 0. `mask` as in tulle_ray. Errors as of tulle_world_cast_ray, and for a low
- * side above the high one; `*count` is 0 then. */
+ * included; both may be equal along an axis. It is decided exactly. `found` gets them by object and
+ * then by number. `mask` as in tulle_ray. Errors as of tulle_world_cast_ray, and for a low side
+ * above the high one; the count is 0 then. */
 TULLE_API tulle_status tulle_world_find_box_overlaps(tulle_world *world, const double low[3],
                                                      const double high[3], uint32_t mask,
-                                                     tulle_found_triangle *found, size_t capacity,
-                                                     size_t *count, tulle_error *error);
+                                                     tulle_found *found, tulle_error *error);
 /* Finds all pairs of a triangle of the world and one of `mesh` that have a point in common, exactly
- * as tulle_check_intersections judges two bodies. Pairs are in the order of the triangles of
- * `mesh`, then by object and number; `found`, `capacity`, `count` and `mask` as above. What lies
- * wholly inside the mesh is not found. Errors as of tulle_world_find_box_overlaps, and
- * TULLE_ERROR_INVALID_MESH (a vertex number out of range, a coordinate that is not finite or above
- * 1e100). */
+ * as tulle_check_intersections judges two bodies. `found` gets them in the order of the triangles
+ * of `mesh`, then by object and number. What lies wholly inside the mesh is not found. `mask` as in
+ * tulle_ray. Errors as of tulle_world_cast_ray, and TULLE_ERROR_INVALID_MESH (a vertex number out
+ * of range, a coordinate that is not finite or above 1e100); the count is 0 then. */
 TULLE_API tulle_status tulle_world_find_mesh_overlaps(tulle_world *world, tulle_mesh_view mesh,
-                                                      uint32_t mask, tulle_found_triangle *found,
-                                                      size_t capacity, size_t *count,
+                                                      uint32_t mask, tulle_found *found,
                                                       tulle_error *error);
 /* Fits the boxes of queries to the present state, if they do not fit it already. Queries do so by
  * themselves; this call is for threads, and to choose when the time is spent. Errors:
@@ -148,8 +151,9 @@ TULLE_API tulle_status tulle_world_find_mesh_overlaps(tulle_world *world, tulle_
 TULLE_API tulle_status tulle_world_update_queries(tulle_world *world, tulle_error *error);
 
 /* Copies the contacts of one object, of those that tulle_world_get_contacts gives and in their
- * order. `contacts`, `capacity` and `count` as in tulle_world_find_box_overlaps. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (null, a stale id), TULLE_ERROR_OUT_OF_MEMORY. */
+ * order. `*count` says how many there are; `contacts` gets the first `capacity` of them, and may be
+ * null where that is 0. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id),
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_object_copy_contacts(tulle_world *world, tulle_object_id id,
                                                   tulle_contact *contacts, size_t capacity,
                                                   size_t *count, tulle_error *error);
@@ -206,7 +210,8 @@ TULLE_API tulle_status tulle_object_copy_values(const tulle_world *world, tulle_
 TULLE_API tulle_status tulle_object_set_filter(tulle_world *world, tulle_object_id id,
                                                uint32_t category, uint32_t mask,
                                                tulle_error *error);
-/* Asks a host whether two objects collide, which the filters let collide; 0: they do not. Called by
+/* Asks a host whether two objects collide that the filters let collide; 0: they do not. `context`
+ * is what tulle_world_set_pair_filter was given. Called by
  * tulle_world_start once for each pair that may meet, in the thread that called it; a cloth comes
  * before an obstacle, else the one that was added first. Of the world it may call what takes a
  * const tulle_world. */

@@ -187,81 +187,86 @@ ARGUMENTS_OF(tulle_world_find_closest_point) {
     assert_int_not_equal(hit.object.kind, TULLE_OBJECT_NONE);
 }
 
-static tulle_found_triangle found[64];
-static size_t count;
+static tulle_found_triangle triangles[64];
+static tulle_found found;
 
-#define REFUSED_COUNT(status, call)                                                                \
+/* Nothing is found by what is refused. */
+#define REFUSED_FIND(status, call)                                                                 \
     do {                                                                                           \
-        count = 7;                                                                                 \
+        found = (tulle_found){triangles, 64, 7};                                                   \
         REFUSED_WITH(status, call);                                                                \
-        assert_int_equal(count, 0);                                                                \
+        assert_int_equal(found.count, 0);                                                          \
     } while (0)
 
 static tulle_status in_box(tulle_world *world, const double *from, const double *to) {
-    return tulle_world_find_box_overlaps(world, from, to, 0, found, 64, &count, &error);
+    return tulle_world_find_box_overlaps(world, from, to, 0, &found, &error);
 }
 
 ARGUMENTS_OF(tulle_world_find_box_overlaps) {
     (void)unused;
     tulle_status const bad = TULLE_ERROR_INVALID_ARGUMENT;
-    REFUSED_COUNT(bad, in_box(NULL, low, high));
-    REFUSED_COUNT(bad, in_box(fresh, low, high));
-    REFUSED_COUNT(bad, in_box(started, NULL, high));
-    REFUSED_COUNT(bad, in_box(started, low, NULL));
+    REFUSED_FIND(bad, in_box(NULL, low, high));
+    REFUSED_FIND(bad, in_box(fresh, low, high));
+    REFUSED_FIND(bad, in_box(started, NULL, high));
+    REFUSED_FIND(bad, in_box(started, low, NULL));
     for (int k = 0; k < 3; k++) {
         double sides[2][3] = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}};
         sides[0][k] = 1.001;
-        REFUSED_COUNT(bad, in_box(started, sides[0], sides[1]));
+        REFUSED_FIND(bad, in_box(started, sides[0], sides[1]));
         for (int i = 0; i < NO_NUMBER_COUNT; i++) {
             double numbers[2][3] = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}};
             numbers[0][k] = no_numbers[i];
-            REFUSED_COUNT(bad, in_box(started, numbers[0], numbers[1]));
+            REFUSED_FIND(bad, in_box(started, numbers[0], numbers[1]));
             numbers[0][k] = -1.0;
             numbers[1][k] = no_numbers[i];
-            REFUSED_COUNT(bad, in_box(started, numbers[0], numbers[1]));
+            REFUSED_FIND(bad, in_box(started, numbers[0], numbers[1]));
         }
     }
-    REFUSED(tulle_world_find_box_overlaps(started, low, high, 0, found, 64, NULL, &error));
-    REFUSED_COUNT(bad,
-                  tulle_world_find_box_overlaps(started, low, high, 0, NULL, 1, &count, &error));
-    FINE(tulle_world_find_box_overlaps(started, low, high, 0, NULL, 0, &count, NULL));
-    assert_true(count >= 18);
+    REFUSED(tulle_world_find_box_overlaps(started, low, high, 0, NULL, &error));
+    tulle_found none = {NULL, 1, 7};
+    REFUSED(tulle_world_find_box_overlaps(started, low, high, 0, &none, &error));
+    assert_int_equal(none.count, 0);
+    none.capacity = 0;
+    FINE(tulle_world_find_box_overlaps(started, low, high, 0, &none, NULL));
+    assert_true(none.count >= 18);
     FINE(in_box(started, high, high));
-    assert_int_equal(count, 0);
+    assert_int_equal(found.count, 0);
 }
 
 static tulle_status in_mesh(tulle_world *world, tulle_mesh_view mesh) {
-    return tulle_world_find_mesh_overlaps(world, mesh, 0, found, 64, &count, &error);
+    return tulle_world_find_mesh_overlaps(world, mesh, 0, &found, &error);
 }
 
 ARGUMENTS_OF(tulle_world_find_mesh_overlaps) {
     (void)unused;
-    tulle_status const bad = TULLE_ERROR_INVALID_ARGUMENT;
+    tulle_status const bad = TULLE_ERROR_INVALID_ARGUMENT, bad_mesh = TULLE_ERROR_INVALID_MESH;
     static const double x[9] = {-1.0, 0.05, -1.0, 1.0, 0.05, -1.0, 0.0, 0.05, 1.0};
     static const uint32_t corners[3] = {0, 1, 2}, outside[3] = {0, 1, 3};
     tulle_mesh_view const mesh = {x, 3, corners, 1};
-    REFUSED_COUNT(bad, in_mesh(NULL, mesh));
-    REFUSED_COUNT(bad, in_mesh(fresh, mesh));
-    REFUSED_COUNT(bad, in_mesh(started, (tulle_mesh_view){NULL, 3, corners, 1}));
-    REFUSED_COUNT(bad, in_mesh(started, (tulle_mesh_view){x, 3, NULL, 1}));
-    REFUSED_COUNT(TULLE_ERROR_INVALID_MESH, in_mesh(started, (tulle_mesh_view){x, 3, outside, 1}));
+    REFUSED_FIND(bad, in_mesh(NULL, mesh));
+    REFUSED_FIND(bad, in_mesh(fresh, mesh));
+    REFUSED_FIND(bad, in_mesh(started, (tulle_mesh_view){NULL, 3, corners, 1}));
+    REFUSED_FIND(bad, in_mesh(started, (tulle_mesh_view){x, 3, NULL, 1}));
+    REFUSED_FIND(bad_mesh, in_mesh(started, (tulle_mesh_view){x, 3, outside, 1}));
     for (int i = 0; i < NO_NUMBER_COUNT; i++)
         for (int k = 0; k < 9; k++) {
             double numbers[9];
             memcpy(numbers, x, sizeof numbers);
             numbers[k] = no_numbers[i];
-            REFUSED_COUNT(TULLE_ERROR_INVALID_MESH,
-                          in_mesh(started, (tulle_mesh_view){numbers, 3, corners, 1}));
+            REFUSED_FIND(bad_mesh, in_mesh(started, (tulle_mesh_view){numbers, 3, corners, 1}));
         }
     if (SIZE_MAX > UINT32_MAX)
-        REFUSED_COUNT(TULLE_ERROR_INVALID_MESH,
-                      in_mesh(started, (tulle_mesh_view){x, 3, corners, SIZE_MAX / 16}));
-    REFUSED(tulle_world_find_mesh_overlaps(started, mesh, 0, found, 64, NULL, &error));
-    REFUSED_COUNT(bad, tulle_world_find_mesh_overlaps(started, mesh, 0, NULL, 1, &count, &error));
+        REFUSED_FIND(bad_mesh, in_mesh(started, (tulle_mesh_view){x, 3, corners, SIZE_MAX / 16}));
+    REFUSED(tulle_world_find_mesh_overlaps(started, mesh, 0, NULL, &error));
+    tulle_found none = {NULL, 1, 7};
+    REFUSED(tulle_world_find_mesh_overlaps(started, mesh, 0, &none, &error));
+    assert_int_equal(none.count, 0);
+    found = (tulle_found){triangles, 64, 7};
     FINE(in_mesh(started, (tulle_mesh_view){NULL, 0, NULL, 0}));
-    assert_int_equal(count, 0);
-    FINE(tulle_world_find_mesh_overlaps(started, mesh, 0, NULL, 0, &count, NULL));
-    assert_true(count > 0);
+    assert_int_equal(found.count, 0);
+    none.capacity = 0;
+    FINE(tulle_world_find_mesh_overlaps(started, mesh, 0, &none, NULL));
+    assert_true(none.count > 0);
 }
 
 ARGUMENTS_OF(tulle_world_update_queries) {
@@ -272,10 +277,18 @@ ARGUMENTS_OF(tulle_world_update_queries) {
     FINE(tulle_world_update_queries(started, &error));
 }
 
+#define REFUSED_COUNT(status, call)                                                                \
+    do {                                                                                           \
+        count = 7;                                                                                 \
+        REFUSED_WITH(status, call);                                                                \
+        assert_int_equal(count, 0);                                                                \
+    } while (0)
+
 ARGUMENTS_OF(tulle_object_copy_contacts) {
     (void)unused;
     tulle_status const bad = TULLE_ERROR_INVALID_ARGUMENT;
     static tulle_contact contacts[4];
+    size_t count = 0;
     REFUSED_COUNT(bad, tulle_object_copy_contacts(NULL, cloth, contacts, 4, &count, &error));
     for (int i = 0; i < BAD_OBJECT_COUNT; i++)
         REFUSED_COUNT(

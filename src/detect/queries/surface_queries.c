@@ -139,8 +139,7 @@ static void visit_ray(tree_query *query, uint32_t triangle) {
     for (size_t k = 0; k < 3; k++)
         position = vec3_add_scaled(position, vec3_load(x[k], 0), weights[k]);
     vec3 const reached = vec3_sub(position, vec3_load(ray->from, 0));
-    double const along = vec3_dot(vec3_scale(reached, 1.0 / ray->length), /* no square overflows */
-                                  vec3_scale(vec3_load(ray->way, 0), 1.0 / ray->length));
+    double const along = vec3_dot(reached, vec3_load(ray->unit, 0)) / ray->length;
     double const part = fmin(fmax(along, 0.0), 1.0);
     bool const is_first =
         part < ray->query.reach || (part == ray->query.reach && triangle < ray->hit.triangle);
@@ -165,7 +164,12 @@ ray_query ray_query_make(const uint32_t *corners, const double *positions, const
         ray.way[k] = to[k] - from[k];
         if (fabs(ray.way[k]) >= WAY_MIN) ray.inv_way[k] = 1.0 / ray.way[k];
     }
-    ray.length = hypot(hypot(ray.way[0], ray.way[1]), ray.way[2]);
+    /* no square overflows or vanishes */
+    double const largest = fmax(fmax(fabs(ray.way[0]), fabs(ray.way[1])), fabs(ray.way[2]));
+    for (int k = 0; k < 3; k++) ray.unit[k] = ray.way[k] / largest;
+    double const stretch = vec3_norm(vec3_load(ray.unit, 0));
+    for (int k = 0; k < 3; k++) ray.unit[k] /= stretch;
+    ray.length = largest * stretch;
     return ray;
 }
 

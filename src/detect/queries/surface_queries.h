@@ -21,6 +21,7 @@ typedef struct ray_query {
     double from[3], to[3];     /* [m] */
     double low[3], high[3];    /* [m] the box of the way */
     double way[3], inv_way[3]; /* [m], [1/m]; inv_way 0: too short to divide by */
+    double unit[3];            /* the direction */
     double length;             /* [m] */
     bool skips_back_faces;
     surface_hit hit;

@@ -101,26 +101,21 @@ tulle_status tulle_world_set_pair_filter(tulle_world *world, tulle_pair_filter f
     return TULLE_OK;
 }
 
-/* Whether filters and the host let two surfaces collide, the first before the second. */
-static bool may_collide(const tulle_world *world, size_t a, size_t b) {
-    size_t const cloth_count = world->cloths.count;
-    if (a >= cloth_count && !world->obstacles.data[a - cloth_count].body.is_dynamic &&
-        !world->obstacles.data[b - cloth_count].body.is_dynamic)
-        return true; /* they never meet, and nobody is asked */
-    const world_label *const first = world_get_label(world, a);
-    const world_label *const second = world_get_label(world, b);
-    if (!(first->category & second->mask) || !(second->category & first->mask)) return false;
-    return !world->pair_filter ||
-           world->pair_filter(world->pair_context, world,
-                              tulle_world_get_object(world, (uint32_t)a),
-                              tulle_world_get_object(world, (uint32_t)b)) != 0;
-}
-
 bool world_choose_pairs(tulle_world *world) {
-    size_t const count = world->cloths.count + world->obstacles.count;
+    size_t const cloth_count = world->cloths.count, count = cloth_count + world->obstacles.count;
     for (size_t a = 0; a < count; a++) {
         for (size_t b = a + 1; b < count; b++) {
-            if (may_collide(world, a, b)) continue;
+            const world_label *const first = world_get_label(world, a);
+            const world_label *const second = world_get_label(world, b);
+            bool const may_meet = a < cloth_count ||
+                                  world->obstacles.data[a - cloth_count].body.is_dynamic ||
+                                  world->obstacles.data[b - cloth_count].body.is_dynamic;
+            bool collides = (first->category & second->mask) && (second->category & first->mask);
+            if (collides && may_meet && world->pair_filter)
+                collides = world->pair_filter(world->pair_context, world,
+                                              tulle_world_get_object(world, (uint32_t)a),
+                                              tulle_world_get_object(world, (uint32_t)b)) != 0;
+            if (collides || !may_meet) continue;
             if (!world->collides) {
                 world->collides = memory_allocate(&world->heap, count * count);
                 if (!world->collides) return false;

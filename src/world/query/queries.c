@@ -119,8 +119,7 @@ typedef struct overlap_query {
     double corners[3 * (3 + BOX_CORNERS)];
     bool is_box;
     uint32_t other; /* triangle of the given mesh */
-    tulle_found_triangle *found;
-    size_t capacity, count;
+    tulle_found *found;
 } overlap_query;
 
 static void measure_overlap_boxes(const tree_query *query, const query_node *node,
@@ -173,11 +172,11 @@ static void visit_overlap(tree_query *query, uint32_t triangle) {
                        : !tulle_check_triangle_pair(search->corners, own, given, 0))
         return;
     uint32_t const surface = world->vertex_surface[corners[0]];
-    if (search->count < search->capacity)
-        search->found[search->count] = (tulle_found_triangle){
+    if (search->found->count < search->found->capacity)
+        search->found->triangles[search->found->count] = (tulle_found_triangle){
             tulle_world_get_object(world, surface),
             triangle - world->surfaces[surface].triangle_begin, search->other};
-    search->count++;
+    search->found->count++;
 }
 
 /* By triangle of the given mesh, then by object and number. */
@@ -190,25 +189,21 @@ static int compare_found(const void *one, const void *two) {
     return 0;
 }
 
-static void finish_overlaps(const overlap_query *search, size_t *count) {
-    size_t const written = search->count < search->capacity ? search->count : search->capacity;
-    sort_in_place(search->found, written, sizeof *search->found, compare_found);
-    *count = search->count;
+static void sort_found(const tulle_found *found) {
+    size_t const count = found->count < found->capacity ? found->count : found->capacity;
+    sort_in_place(found->triangles, count, sizeof *found->triangles, compare_found);
 }
 
-static tulle_status check_room(const void *found, size_t capacity, size_t *count,
-                               tulle_error *error) {
-    if (count) *count = 0;
-    if (count && (found || capacity == 0)) return TULLE_OK;
-    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                     "no place for what is found, or for its number");
+static tulle_status check_found(tulle_found *found, tulle_error *error) {
+    if (found) found->count = 0;
+    if (found && (found->triangles || found->capacity == 0)) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for what is found");
 }
 
 tulle_status tulle_world_find_box_overlaps(tulle_world *world, const double low[3],
-                                           const double high[3], uint32_t mask,
-                                           tulle_found_triangle *found, size_t capacity,
-                                           size_t *count, tulle_error *error) {
-    tulle_status status = check_room(found, capacity, count, error);
+                                           const double high[3], uint32_t mask, tulle_found *found,
+                                           tulle_error *error) {
+    tulle_status status = check_found(found, error);
     if (status != TULLE_OK) return status;
     if (!low || !high)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "a side of the box is null");
@@ -225,15 +220,14 @@ tulle_status tulle_world_find_box_overlaps(tulle_world *world, const double low[
     overlap_query search = {.query = {measure_overlap_boxes, visit_overlap, 0.0},
                             .world = world,
                             .is_box = true,
-                            .found = found,
-                            .capacity = capacity};
+                            .found = found};
     memcpy(search.low, low, sizeof search.low);
     memcpy(search.high, high, sizeof search.high);
     for (size_t i = 0; i < BOX_CORNERS; i++)
         for (size_t k = 0; k < 3; k++)
             search.corners[3 * (3 + i) + k] = (i >> k) % 2 == 0 ? low[k] : high[k];
     ask(world, mask, &search.query);
-    finish_overlaps(&search, count);
+    sort_found(found);
     return TULLE_OK;
 }
 
@@ -257,16 +251,13 @@ static tulle_status check_mesh(tulle_mesh_view mesh, tulle_error *error) {
 }
 
 tulle_status tulle_world_find_mesh_overlaps(tulle_world *world, tulle_mesh_view mesh, uint32_t mask,
-                                            tulle_found_triangle *found, size_t capacity,
-                                            size_t *count, tulle_error *error) {
-    tulle_status status = check_room(found, capacity, count, error);
+                                            tulle_found *found, tulle_error *error) {
+    tulle_status status = check_found(found, error);
     if (status == TULLE_OK) status = check_mesh(mesh, error);
     if (status == TULLE_OK) status = tulle_world_update_queries(world, error);
     if (status != TULLE_OK) return status;
-    overlap_query search = {.query = {measure_overlap_boxes, visit_overlap, 0.0},
-                            .world = world,
-                            .found = found,
-                            .capacity = capacity};
+    overlap_query search = {
+        .query = {measure_overlap_boxes, visit_overlap, 0.0}, .world = world, .found = found};
     for (size_t t = 0; t < mesh.triangle_count; t++) {
         search.other = (uint32_t)t;
         for (size_t k = 0; k < 3; k++) {
@@ -281,6 +272,6 @@ tulle_status tulle_world_find_mesh_overlaps(tulle_world *world, tulle_mesh_view 
         }
         ask(world, mask, &search.query);
     }
-    finish_overlaps(&search, count);
+    sort_found(found);
     return TULLE_OK;
 }

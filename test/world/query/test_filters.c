@@ -88,7 +88,7 @@ static void fall_through(const scene *made) {
     for (int i = 0; i < 60; i++) {
         FINE(tulle_world_step(made->world, STEP, NULL, &error));
         assert_int_equal(judge(made, SHEET, FLOOR), 0);
-        double const *const middle =
+        const double *const middle =
             tulle_cloth_get_positions(made->world, (tulle_cloth_id){0, 1}, NULL) + 3 * 55;
         inside += fabs(middle[2]) < 0.1;
         size_t count;

@@ -367,6 +367,7 @@ static bool meets_box_exactly(const whole3 x[3], const whole3 low, const whole3 
 
 static void compare_box(soup_world *made) {
     static tulle_found_triangle found[FOUND_MAX];
+    tulle_found all = {found, FOUND_MAX, 7};
     whole3 low, high;
     bool const is_thin = pick(&made->seed, 0, 2) == 0; /* then only triangles with area are sure */
     for (int k = 0; k < 3; k++) {
@@ -379,9 +380,9 @@ static void compare_box(soup_world *made) {
         highs[k] = (double)high[k];
     }
     uint32_t const mask = (uint32_t)pick(&made->seed, 0, 3) * 2;
-    size_t count, again, at = 0;
-    FINE(tulle_world_find_box_overlaps(made->world, lows, highs, mask, found, FOUND_MAX, &count,
-                                       &error));
+    size_t at = 0;
+    FINE(tulle_world_find_box_overlaps(made->world, lows, highs, mask, &all, &error));
+    size_t const count = all.count;
     for (uint32_t s = 0; s < SOUPS; s++) {
         for (uint32_t t = 0; t < SOUP_TRIANGLES; t++) {
             const whole3 *const x = (const whole3 *)made->corners[s][t];
@@ -400,16 +401,17 @@ static void compare_box(soup_world *made) {
     tulle_found_triangle *const few = malloc((room + 1) * sizeof *few);
     assert_non_null(few);
     memset(few, 0x5a, (room + 1) * sizeof *few);
-    FINE(tulle_world_find_box_overlaps(made->world, lows, highs, mask, few, room, &again, &error));
-    assert_int_equal(again, count);
+    tulle_found some = {few, room, 0}, none = {NULL, 0, 0};
+    FINE(tulle_world_find_box_overlaps(made->world, lows, highs, mask, &some, &error));
+    assert_int_equal(some.count, count);
     for (size_t i = 0; i < room; i++) {
         size_t k = 0;
         while (k < count && memcmp(&few[i], &found[k], sizeof *few) != 0) k++;
         assert_true(k < count);
     }
     assert_int_equal(few[room].triangle, 0x5a5a5a5a);
-    FINE(tulle_world_find_box_overlaps(made->world, lows, highs, mask, NULL, 0, &again, &error));
-    assert_int_equal(again, count);
+    FINE(tulle_world_find_box_overlaps(made->world, lows, highs, mask, &none, &error));
+    assert_int_equal(none.count, count);
     free(few);
 }
 
@@ -418,6 +420,7 @@ static void compare_box(soup_world *made) {
 /* The judge on the same triangles as two bodies says the same. */
 static void compare_mesh(soup_world *made) {
     static tulle_found_triangle found[FOUND_MAX];
+    tulle_found all = {found, FOUND_MAX, 7};
     enum { TRIANGLES = 40 };
     double positions[9 * TRIANGLES];
     uint32_t triangles[3 * TRIANGLES];
@@ -428,8 +431,9 @@ static void compare_mesh(soup_world *made) {
                       : positions[9 * t + i % 3] + (double)pick(&made->seed, -6, 6);
     for (uint32_t i = 0; i < 3 * TRIANGLES; i++) triangles[i] = i;
     tulle_mesh_view const mesh = {positions, 3 * (size_t)TRIANGLES, triangles, TRIANGLES};
-    size_t count, expected = 0;
-    FINE(tulle_world_find_mesh_overlaps(made->world, mesh, 0, found, FOUND_MAX, &count, &error));
+    FINE(tulle_world_find_mesh_overlaps(made->world, mesh, 0, &all, &error));
+    size_t const count = all.count;
+    size_t expected = 0;
     assert_true(count > 0 && count <= FOUND_MAX);
     for (size_t i = 1; i < count; i++) {
         tulle_found_triangle const a = found[i - 1], b = found[i];

@@ -169,7 +169,7 @@ static void normals_are_means_by_area(void **state) {
         const uint32_t *const corners = made.meshes[0].triangles + 3 * t;
         for (size_t k = 0; k < 3; k++) {
             size_t const i = (k + 1) % 3, j = (k + 2) % 3;
-            double const *const a = x + 3 * (size_t)corners[0],
+            const double *const a = x + 3 * (size_t)corners[0],
                                 *const b = x + 3 * (size_t)corners[1],
                                 *const c = x + 3 * (size_t)corners[2];
             double const part = (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
