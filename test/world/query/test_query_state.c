@@ -162,6 +162,14 @@ static void queries_follow_the_state(void **state) {
     assert_true(tulle_obstacle_is_present(made.world, made.obstacles[GUEST]));
     double const before = measure_height(made.world, 0.13, NULL);
     FINE(tulle_world_load_state(made.world, saved, byte_count, &error));
+    tulle_hit hit; /* across, so that boxes of the lower state would miss it */
+    tulle_ray const across = {.from = {0.13, -2.0, saved_height + 1e-5},
+                              .to = {0.13, 2.0, saved_height - 1e-5}};
+    FINE(tulle_world_cast_ray(made.world, &across, &hit, &error));
+    assert_int_equal(hit.object.kind, TULLE_OBJECT_CLOTH);
+    FINE(tulle_world_find_closest_point(made.world, (double[]){0.13, 0.013, saved_height}, 1e-9, 0,
+                                        &hit, &error));
+    assert_int_equal(hit.object.kind, TULLE_OBJECT_CLOTH);
     assert_true(measure_height(made.world, 0.13, NULL) == saved_height && saved_height > before);
     assert_true(isnan(measure_height(made.world, 1.0, NULL)));
     /* a guest that is refused has never been there */
