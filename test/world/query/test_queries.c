@@ -566,9 +566,71 @@ static void a_grazing_ray_is_told_beside_the_ray(void **state) {
         assert_true(fabs(hit.position[1] - (y - part * 0.3 * y)) < 1e-11);
         assert_true(fabs(hit.position[2] - top) < 1e-15);
     }
+    /* what is less flat is told where it crosses */
+    for (double height = 0.1; height > 1e-9; height *= 0.1) {
+        tulle_ray const ray = {.from = {-1.0, 0.11, top + height}, .to = {1.0, 0.11, top - height}};
+        tulle_hit hit;
+        FINE(tulle_world_cast_ray(world, &ray, &hit, &error));
+        assert_int_equal(hit.object.kind, TULLE_OBJECT_OBSTACLE);
+        assert_true(fabs(hit.position[0]) < 1e-15 / height && fabs(hit.position[1] - 0.11) < 1e-15);
+    }
     tulle_world_destroy(world);
     tulle_mesh_destroy(&box);
     tulle_mesh_destroy(&sheet);
+}
+
+/* Rays within planes but for rounding: many cross them by exact signs, where rounded numbers say
+ * little of the place. What is told lies on the triangle and beside the ray. */
+static void rays_within_planes_are_told_beside_the_ray(void **state) {
+    (void)state;
+    enum { TRIANGLES = 40 };
+    double x[9 * TRIANGLES];
+    uint32_t corners[3 * TRIANGLES];
+    uint64_t seed = 3;
+    for (int i = 0; i < 9 * TRIANGLES; i++)
+        x[i] = random_uniform(&seed) + 3.0 * (i / 9 % 4) * (i % 3 == 0) +
+               3.0 * (i / 36) * (i % 3 == 1); /* each apart from the others */
+    for (uint32_t i = 0; i < 3 * TRIANGLES; i++) corners[i] = i;
+    tulle_world_def const def = tulle_world_def_default();
+    tulle_world *world;
+    FINE(tulle_world_create(&def, &world, &error));
+    tulle_mesh sheet = small_sheet(1.0, 3, 90.0);
+    (void)small_add_cloth(world, &sheet);
+    tulle_mesh_destroy(&sheet);
+    tulle_obstacle_def soup = tulle_obstacle_def_default();
+    soup.mesh = (tulle_mesh_view){x, 3 * (size_t)TRIANGLES, corners, TRIANGLES};
+    FINE(tulle_world_add_obstacle(world, &soup, NULL, &error));
+    FINE(tulle_world_start(world, &error));
+    int hits = 0;
+    for (int i = 0; i < 20000; i++) {
+        const double *const own = x + 9 * (i % TRIANGLES);
+        double const along = random_uniform(&seed) - 0.5, up = 0.3 + random_uniform(&seed);
+        tulle_ray ray = {.mask = 0};
+        double way2 = 0.0, off2 = 0.0, part = 0.0;
+        for (int k = 0; k < 3; k++) { /* through the middle, between sides of the triangle */
+            double const middle = (own[k] + own[3 + k] + own[6 + k]) / 3.0;
+            double const way = along * (own[3 + k] - own[k]) + up * (own[6 + k] - own[k]);
+            ray.from[k] = middle - 1.5 * way;
+            ray.to[k] = middle + 1.5 * way;
+        }
+        tulle_hit hit;
+        FINE(tulle_world_cast_ray(world, &ray, &hit, &error));
+        if (hit.object.kind != TULLE_OBJECT_OBSTACLE || hit.triangle != (uint32_t)(i % TRIANGLES))
+            continue;
+        hits++;
+        for (int k = 0; k < 3; k++) {
+            double const way = ray.to[k] - ray.from[k];
+            way2 += way * way;
+            part += way * (hit.position[k] - ray.from[k]);
+        }
+        for (int k = 0; k < 3; k++)
+            off2 +=
+                pow(hit.position[k] - ray.from[k] - part / way2 * (ray.to[k] - ray.from[k]), 2.0);
+        assert_true(sqrt(off2) < 1e-11);
+        assert_true(fabs(hit.distance - part / sqrt(way2)) < 1e-11);
+    }
+    assert_true(hits > 1000);
+    tulle_world_destroy(world);
 }
 
 int main(void) {
@@ -577,6 +639,7 @@ int main(void) {
         cmocka_unit_test(queries_beside_other_trees),
         cmocka_unit_test(no_ray_leaves_a_closed_surface),
         cmocka_unit_test(a_grazing_ray_is_told_beside_the_ray),
+        cmocka_unit_test(rays_within_planes_are_told_beside_the_ray),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
