@@ -15,7 +15,8 @@ README = "README.md"
 BOOK = "docs/start/first_program.md"
 EMBED = "docs/guide/embed.md"
 EXAMPLE = "examples/hello_cloth.c"
-EXAMPLES = {README: (EXAMPLE,), BOOK: (EXAMPLE,), EMBED: ("examples/live_character.c", "examples/tear_off.c")}
+EXAMPLES = {README: (EXAMPLE,), BOOK: (EXAMPLE,),
+            EMBED: ("examples/live_character.c", "examples/tear_off.c", "examples/pick_and_drag.c")}
 LINES_MAX = 20
 
 
@@ -60,7 +61,7 @@ def self_test():
     for readme, book, embed, expected in CASES:
         with tempfile.TemporaryDirectory() as root:
             pages = {page: "# R\n" if code is None else f"# R\n```c\n{code}```\n" for page, code in ((README, readme), (BOOK, book), (EMBED, embed))}
-            for path, text in (*pages.items(), (EXAMPLE, "  a();\n  b();\n" + "d();\n" * 21), *zip(EXAMPLES[EMBED], (LIVE, "g();\nh();\n"))):
+            for path, text in (*pages.items(), (EXAMPLE, "  a();\n  b();\n" + "d();\n" * 21), *((example, "g();\nh();\n" if i else LIVE) for i, example in enumerate(EXAMPLES[EMBED]))):
                 os.makedirs(os.path.dirname(os.path.join(root, path)), exist_ok=True)
                 with open(os.path.join(root, path), "w", encoding="utf-8") as file:
                     file.write(text)

@@ -1,6 +1,6 @@
 /* fuzz/targets/world.c - worlds by calls that the bytes choose: settings, cloths, obstacles and
- * bodies, then steps, moves that the host gives for them, saving, going back, looking, and calls
- * that must be refused.
+ * bodies, then steps, moves that the host gives for them, saving, going back, looking and asking,
+ * and calls that must be refused. Some obstacles are left out by filters.
  *
  * After every call that may change the state the judge looks: nothing may intersect, and no vertex
  * of cloth may lie within a closed obstacle. A call that fails leaves the state as it was. Going
@@ -30,6 +30,7 @@ typedef struct session {
     fuzz_bytes *bytes;
     tulle_mesh cloths[CLOTHS_MAX], obstacles[OBSTACLES_MAX];
     int is_body[OBSTACLES_MAX], is_closed[OBSTACLES_MAX];
+    bool is_left_out[OBSTACLES_MAX]; /* it collides with nothing */
     tulle_drive drives[OBSTACLES_MAX];
     bool has_held_pin[CLOTHS_MAX]; /* one that no script moves, and when it lets go */
     double release_times[CLOTHS_MAX], saved_releases[CLOTHS_MAX];
@@ -178,6 +179,11 @@ static void add_obstacle(session *self) {
     tulle_error error = {0};
     FUZZ_CHECK_OK(tulle_world_add_obstacle(self->world, &def, &id, &error), &error);
     FUZZ_CHECK(id.index == self->obstacle_count++);
+    self->is_left_out[index] = kind >= 250;
+    if (self->is_left_out[index])
+        FUZZ_CHECK_OK(
+            tulle_object_set_filter(self->world, tulle_object_from_obstacle(id), 1, 0, &error),
+            &error);
 }
 
 /* ---- what must hold ---- */
@@ -193,7 +199,7 @@ static size_t judge(const session *self) {
     }
     for (uint32_t i = 0; i < self->obstacle_count; i++) {
         tulle_obstacle_id const id = {i, 1};
-        if (!tulle_obstacle_is_present(self->world, id)) continue;
+        if (self->is_left_out[i] || !tulle_obstacle_is_present(self->world, id)) continue;
         judged[count] = (tulle_check_body){.mesh = tulle_mesh_get_view(&self->obstacles[i]),
                                            .is_obstacle = !self->is_body[i]};
         judged[count++].mesh.positions = tulle_obstacle_get_positions(self->world, id, NULL);
@@ -210,7 +216,9 @@ static size_t judge(const session *self) {
 static void check_nothing_shapes_contain(const session *self) {
     for (uint32_t o = 0; o < self->obstacle_count; o++) {
         tulle_obstacle_id const id = {o, 1};
-        if (!self->is_closed[o] || !tulle_obstacle_is_present(self->world, id)) continue;
+        if (!self->is_closed[o] || self->is_left_out[o] ||
+            !tulle_obstacle_is_present(self->world, id))
+            continue;
         const double *const shell = tulle_obstacle_get_positions(self->world, id, NULL);
         for (uint32_t i = 0; i < self->cloth_count; i++) {
             const double *const x =
@@ -587,6 +595,66 @@ static void push_body(session *self) {
     FUZZ_CHECK_OK(tulle_obstacle_wake(self->world, id, &error), &error);
 }
 
+/* Rays, nearest points and boxes agree about a place that was found. */
+static void check_hit(session *self, const tulle_hit *hit) {
+    tulle_error error = {0};
+    if (hit->object.kind == TULLE_OBJECT_NONE) return;
+    tulle_object_info const info = tulle_object_get_info(self->world, hit->object);
+    FUZZ_CHECK(hit->triangle < info.triangle_count && hit->distance >= 0.0);
+    double *const x = calloc(3 * info.vertex_count, sizeof *x);
+    FUZZ_CHECK(x);
+    tulle_target const target = {x, 3 * info.vertex_count * sizeof *x, 0, TULLE_NUMBER_DOUBLE};
+    FUZZ_CHECK_OK(
+        tulle_object_copy_values(self->world, hit->object, TULLE_VALUES_POSITIONS, &target, &error),
+        &error);
+    double size = 1.0, low[3], high[3];
+    for (size_t k = 0; k < 9; k++)
+        size = fmax(size, fabs(x[3 * info.triangles[3 * hit->triangle + k / 3] + k % 3]));
+    free(x);
+    for (int k = 0; k < 3; k++) {
+        low[k] = hit->position[k] - 1e-9 * size;
+        high[k] = hit->position[k] + 1e-9 * size;
+    }
+    tulle_hit nearest;
+    FUZZ_CHECK_OK(tulle_world_find_closest_point(self->world, hit->position, 1e-9 * size, 0,
+                                                 &nearest, &error),
+                  &error);
+    FUZZ_CHECK(nearest.object.kind != TULLE_OBJECT_NONE);
+    static tulle_found_triangle triangles[16384];
+    tulle_found found = {triangles, 16384, 0};
+    FUZZ_CHECK_OK(tulle_world_find_box_overlaps(self->world, low, high, 0, &found, &error), &error);
+    bool is_found = found.count > found.capacity;
+    for (size_t i = 0; i < found.count && i < found.capacity; i++)
+        is_found |= memcmp(&triangles[i].object, &hit->object, sizeof hit->object) == 0 &&
+                    triangles[i].triangle == hit->triangle;
+    FUZZ_CHECK(is_found);
+}
+
+/* Asks for what is on a ray, near a point and at a mesh, which the state chooses. */
+static void ask_world(session *self, uint64_t chosen) {
+    tulle_error error = {0};
+    tulle_ray ray = {.skips_back_faces = (int)(chosen % 2)};
+    for (int k = 0; k < 3; k++) {
+        ray.from[k] = (double)(chosen >> (8 * k + 1) & 255) / 128.0 - 1.0;
+        ray.to[k] = (double)(chosen >> (8 * k + 26) & 255) / 128.0 - 1.0;
+    }
+    bool const is_good = memcmp(ray.from, ray.to, sizeof ray.from) != 0;
+    tulle_hit hit;
+    tulle_status const status = tulle_world_cast_ray(self->world, &ray, &hit, &error);
+    FUZZ_CHECK((status == TULLE_OK) == is_good);
+    check_hit(self, &hit);
+    FUZZ_CHECK_OK(
+        tulle_world_find_closest_point(self->world, ray.from, (double)INFINITY, 0, &hit, &error),
+        &error);
+    FUZZ_CHECK(hit.object.kind != TULLE_OBJECT_NONE);
+    check_hit(self, &hit);
+    tulle_mesh_view mesh = tulle_mesh_get_view(&self->cloths[0]);
+    mesh.positions = tulle_cloth_get_positions(self->world, (tulle_cloth_id){0, 1}, NULL);
+    tulle_found none = {NULL, 0, 0};
+    FUZZ_CHECK_OK(tulle_world_find_mesh_overlaps(self->world, mesh, 0, &none, &error), &error);
+    FUZZ_CHECK(none.count >= mesh.triangle_count); /* it meets itself at the least */
+}
+
 /* Looks at everything; nothing changes by that. */
 static void look(session *self) {
     uint64_t const before = tulle_world_get_state_hash(self->world);
@@ -615,6 +683,7 @@ static void look(session *self) {
     tulle_status const status =
         tulle_cloth_get_patches(self->world, cloth, &options, labels, &count, &error);
     FUZZ_CHECK((status == TULLE_OK) == (cloth.index < self->cloth_count));
+    ask_world(self, before);
     FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
 }
 

@@ -7,6 +7,7 @@
 #include "tulle/detect.h"
 #include "tulle/live.h"
 #include "tulle/mesh.h"
+#include "tulle/query.h"
 #include "tulle/shapes.h"
 #include "tulle/world.h"
 #endif

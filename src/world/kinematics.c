@@ -204,6 +204,7 @@ static tulle_status end_releases(tulle_world *world, world_motion_state *state,
             const double *const x = state->positions + 3 * v;
             bool const is_inside =
                 surface_box_holds(&box, x) &&
+                world_pair_collides(world, world->vertex_surface[v], surface) &&
                 fabs(compute_winding_number(mesh->triangles, mesh->triangle_count, positions,
                                             vec3_load(x, 0))) > INSIDE_WINDING;
             is_free = !is_inside;

@@ -178,7 +178,7 @@ tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *de
                                    tulle_cloth_id *id, tulle_error *error) {
     tulle_status status = check_not_started(world, error);
     if (status != TULLE_OK) return status;
-    world_cloth cloth = {0};
+    world_cloth cloth = {.label = {.category = 1, .mask = UINT32_MAX}};
     name_object(cloth.name, def ? def->name : NULL, "cloth", world->cloths.count);
     status = cloth_def_check(def, world->def.membrane, cloth.name, error);
     if (status != TULLE_OK) return own_error(error, cloth.name, status);
@@ -240,7 +240,7 @@ tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_d
                                       tulle_obstacle_id *id, tulle_error *error) {
     tulle_status status = check_not_started(world, error);
     if (status != TULLE_OK) return status;
-    world_obstacle obstacle = {0};
+    world_obstacle obstacle = {.label = {.category = 1, .mask = UINT32_MAX}};
     name_object(obstacle.name, def ? def->name : NULL, "obstacle", world->obstacles.count);
     status = obstacle_def_check(def, obstacle.name, error);
     if (status != TULLE_OK) return own_error(error, obstacle.name, status);

@@ -11,12 +11,14 @@
 #include "contact/response.h"
 #include "contact/rows/contact_store.h"
 #include "detect/patches/kept_patches.h"
+#include "detect/queries/query_trees.h"
 #include "detect/trees/broad_phase.h"
 #include "dynamics/compute_forces.h"
 #include "dynamics/rigid_body.h"
 #include "geom/topology.h"
 #include "math/nested_aggregates.h"
 #include "tulle/attach.h"
+#include "tulle/query.h"
 #include "world/motion.h"
 
 enum { WORLD_NAME_BYTES = 64, WORLD_MESSAGE_BYTES = 1024 };
@@ -47,8 +49,15 @@ typedef struct world_mesh {
     size_t vertex_count, triangle_count;
 } world_mesh;
 
+/* What a host says of an object beside its def. */
+typedef struct world_label {
+    uint32_t category, mask;
+    void *user_data;
+} world_label;
+
 typedef struct world_cloth {
     char name[WORLD_NAME_BYTES];
+    world_label label;
     world_mesh mesh;      /* start positions */
     double *rest;         /* [m] 3 * vertex_count; null once the world has started */
     double *velocities;   /* [m/s] at the start; the same */
@@ -68,6 +77,7 @@ typedef struct world_cloth {
 
 typedef struct world_obstacle {
     char name[WORLD_NAME_BYTES];
+    world_label label;
     world_mesh mesh;                                /* at motion zero */
     double friction, dynamic_friction, restitution; /* as the def said */
     double friction_across, grain[3];
@@ -226,6 +236,8 @@ struct tulle_world {
     ARRAY(world_contact_material) contact_materials;
     ARRAY(world_material_law) material_laws;
     ARRAY(tulle_attachment_def) attachments; /* made before the start, with arrays of their own */
+    tulle_pair_filter pair_filter;           /* of the host; null: none */
+    void *pair_context;
     bool is_started;
     int threads;
     stop_poll stop;               /* of the caller */
@@ -243,12 +255,13 @@ struct tulle_world {
     topology topo;
     surface_range *surfaces;
     surface_set set;
-    bool has_sleep;                                            /* a body may sleep */
-    double *rest;                                              /* [m] all vertices */
-    double *inverse_masses;                                    /* [1/kg] 0 for obstacles */
-    uint32_t *vertex_surface;                                  /* surface of each vertex */
-    contact_law *laws;                                         /* surface_count^2 */
-    surface_grain *grains;                                     /* surface_count; null: none */
+    unsigned char *collides;  /* surface_count^2, as in `set`; null: all */
+    bool has_sleep;           /* a body may sleep */
+    double *rest;             /* [m] all vertices */
+    double *inverse_masses;   /* [1/kg] 0 for obstacles */
+    uint32_t *vertex_surface; /* surface of each vertex */
+    contact_law *laws;        /* surface_count^2 */
+    surface_grain *grains;    /* surface_count; null: none */
     double contact_distance, separation_distance, minimum_gap; /* [m] */
     double edge_length;                                        /* [m] mean over all cloth */
     cloth_model *model;
@@ -286,6 +299,8 @@ struct tulle_world {
     ARRAY(uint64_t) ignored_keys;    /* the same as ignored_pair_key, ascending */
     ARRAY(tulle_contact) contacts;   /* accepted_rows as the user sees them, when has_contacts */
     bool has_contacts;
+    query_trees queries; /* of the last state that was asked, when has_queries */
+    bool has_queries;
     tulle_untangle_report untangle_report; /* of the start */
     arena scratch;
     char message[WORLD_MESSAGE_BYTES];
@@ -302,6 +317,22 @@ static inline const world_mesh *world_surface_mesh(const tulle_world *world, siz
     return surface < cloth_count ? &world->cloths.data[surface].mesh
                                  : &world->obstacles.data[surface - cloth_count].mesh;
 }
+
+/* Whether features of two surfaces are held apart at all, by what the host chose. */
+static inline bool world_pair_collides(const tulle_world *world, size_t a, size_t b) {
+    return !world->collides || world->collides[a * world->set.surface_count + b];
+}
+
+static inline world_label *world_get_label(const tulle_world *world, size_t surface) {
+    size_t const cloth_count = world->cloths.count;
+    return surface < cloth_count ? &world->cloths.data[surface].label
+                                 : &world->obstacles.data[surface - cloth_count].label;
+}
+
+/* objects.c: the number among all surfaces, or SIZE_MAX with an error where there is none. */
+size_t world_find_object(const tulle_world *world, tulle_object_id id, tulle_error *error);
+/* objects.c: which pairs collide, by the filters of the host; false when memory is short. */
+bool world_choose_pairs(tulle_world *world);
 
 /* pair_laws.c: the law set for two surfaces, else that of their contact materials, or null. */
 const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a, size_t b);

@@ -7,6 +7,7 @@
 #include "detect/trees/broad_phase_parts.h"
 
 #include "base/parallel.h"
+#include "detect/trees/tree_shape.h"
 
 #include <math.h>
 #include <string.h>
@@ -21,18 +22,12 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
     broad->trees = memory_allocate_zeroed(heap, broad->surface_count, sizeof *broad->trees);
     if (!broad->trees) return false;
 
-    /* Leaves are numbered through the surfaces. A voxel tree may need one for each triangle. A
-     * refitted tree takes the fewest of the form 5 .. 8 times a power of two (or 1 .. 8), so that
-     * leaves and lowest nodes are nearly full. */
+    /* Leaves are numbered through the surfaces. A voxel tree may need one for each triangle. */
     for (size_t s = 0; s < set->surface_count; s++) {
         const surface_range *const range = &set->surfaces[s];
         size_t const count = range->triangle_end - range->triangle_begin;
-        uint32_t const needed = (uint32_t)((count + LEAF_TRIANGLES - 1) / LEAF_TRIANGLES);
-        unsigned levels = 0;
-        while (needed > (uint32_t)NODE_LANES << levels) levels++;
         broad->trees[s].leaf_begin = (uint32_t)broad->leaf_capacity;
-        if (is_refit)
-            broad->trees[s].leaf_count = (needed + (1U << levels) - 1) >> levels << levels;
+        if (is_refit) broad->trees[s].leaf_count = choose_leaf_count(count);
         broad->leaf_capacity += is_refit ? broad->trees[s].leaf_count : count;
     }
 
@@ -210,5 +205,9 @@ bool broad_phase_is_straight(const broad_phase *broad) {
 }
 
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches) { broad->patches = patches; }
+
+const uint32_t *broad_phase_get_order(const broad_phase *broad) {
+    return broad->method == BROAD_PHASE_REFIT ? broad->triangles.features : NULL;
+}
 
 const pair_tables *broad_phase_get_tables(const broad_phase *broad) { return &broad->tables; }

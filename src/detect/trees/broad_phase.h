@@ -72,6 +72,9 @@ typedef struct search_counts {
  * the last build_trees failed. */
 tulle_status search_pairs(broad_phase *broad, const surface_set *set, int threads,
                           pair_consumer consume, void *context, search_counts *counts);
+/* The triangles of all surfaces in the order of tree_shape.h; null for methods that have another.
+ */
+const uint32_t *broad_phase_get_order(const broad_phase *broad);
 /* The tables of the last build_trees. */
 const pair_tables *broad_phase_get_tables(const broad_phase *broad);
 

@@ -5,6 +5,8 @@
  * A set of triangles is split at the median of its centroids along the longest side of their box,
  * ties by index, and so on down to leaves. On a sheet at rest this gives compact, square pieces,
  * and what is near on the surface stays near when it moves. */
+#include "detect/trees/tree_shape.h"
+
 #include "detect/trees/broad_phase_parts.h"
 
 typedef struct shaper {
@@ -88,17 +90,22 @@ static void split_triangles(const shaper *shape, size_t count, size_t leaf_count
     split_triangles(shape, count, leaf_count, leaf_middle, leaf_end);
 }
 
+void order_triangles(uint32_t *order, const surface_range *range, size_t leaf_count,
+                     const uint32_t *corners, const double *rest) {
+    size_t const count = range->triangle_end - range->triangle_begin;
+    shaper const shape = {.order = order, .corners = corners, .rest = rest};
+    for (size_t i = 0; i < count; i++) order[i] = range->triangle_begin + (uint32_t)i;
+    split_triangles(&shape, count, leaf_count, 0, leaf_count);
+}
+
 tulle_status shape_refit_tree(broad_phase *broad, const surface_set *set, uint32_t surface,
                               const double *rest) {
     const surface_range *const range = &set->surfaces[surface];
     surface_tree *const tree = &broad->trees[surface];
     size_t const count = range->triangle_end - range->triangle_begin;
     if (count == 0) return assign_even_slots(broad, set, surface);
-    shaper const shape = {.order = broad->triangles.features + range->triangle_begin,
-                          .corners = set->topo->triangles,
-                          .rest = rest};
-    for (size_t i = 0; i < count; i++) shape.order[i] = range->triangle_begin + (uint32_t)i;
-    split_triangles(&shape, count, tree->leaf_count, 0, tree->leaf_count);
+    order_triangles(broad->triangles.features + range->triangle_begin, range, tree->leaf_count,
+                    set->topo->triangles, rest);
     for (size_t l = 0; l < tree->leaf_count; l++) {
         tree_leaf *const leaf = &broad->leaves[tree->leaf_begin + l];
         leaf->triangle_begin = range->triangle_begin + (uint32_t)(count * l / tree->leaf_count);

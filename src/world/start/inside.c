@@ -77,7 +77,8 @@ static const surface_range *find_holder(const holder_search *search, uint32_t ve
             held->is_obstacle
                 ? held->is_body || range->is_body
                 : !search->question.is_late || !world->now.is_present[s - world->cloths.count];
-        if (!is_forbidden) continue;
+        if (!is_forbidden || !world_pair_collides(world, s, world->vertex_surface[vertex]))
+            continue;
         if (!surface_box_holds(&search->boxes[s], point)) continue;
         if (!surface_is_closed(&world->topo, range)) continue;
         if (compute_winding_number(world->topo.triangles + 3 * (size_t)range->triangle_begin,

@@ -40,6 +40,8 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, no_memory);
     for (size_t i = 0; status == TULLE_OK && i < result.pair_count; i++) {
         const tulle_check_pair *const pair = &result.pairs[i];
+        if (!world_pair_collides(world, surface_of[pair->body_a], surface_of[pair->body_b]))
+            continue;
         list->data[list->count++] = (tulle_intersection){
             surface_of[pair->body_a], pair->triangle_a, surface_of[pair->body_b], pair->triangle_b};
     }

@@ -79,8 +79,11 @@ static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
         range->edge_end = (uint32_t)edge;
         if (!range->is_obstacle) world->cloth_edge_count = range->edge_end;
     }
-    world->set = (surface_set){
-        .topo = &world->topo, .surfaces = world->surfaces, .surface_count = surface_count};
+    if (!world_choose_pairs(world)) return TULLE_ERROR_OUT_OF_MEMORY;
+    world->set = (surface_set){.topo = &world->topo,
+                               .surfaces = world->surfaces,
+                               .surface_count = surface_count,
+                               .collides = world->collides};
     return TULLE_OK;
 }
 
@@ -144,6 +147,9 @@ static uint64_t hash_defs(const tulle_world *world) {
     hash = hash_bytes(hash, world->inverse_masses, world->vertex_count * sizeof(double));
     hash = hash_bytes(hash, world->laws,
                       world->set.surface_count * world->set.surface_count * sizeof(contact_law));
+    if (world->collides)
+        hash =
+            hash_bytes(hash, world->collides, world->set.surface_count * world->set.surface_count);
     if (world->grains)
         hash = hash_bytes(hash, world->grains, world->set.surface_count * sizeof *world->grains);
     hash = hash_bytes(hash, world->def.gravity, sizeof world->def.gravity);

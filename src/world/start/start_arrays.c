@@ -82,6 +82,9 @@ void world_release_start(tulle_world *world) {
     }
     memory_release(heap, world->surface_bodies, surface_count * sizeof *world->surface_bodies);
     memory_release(heap, world->body_obstacles, world->body_count * sizeof *world->body_obstacles);
+    query_trees_destroy(&world->queries, heap, world->topo.triangle_count);
+    world->has_queries = false;
+    if (world->collides) memory_release(heap, world->collides, surface_count * surface_count);
     topology_destroy(heap, &world->topo);
     memory_release(heap, world->surfaces, surface_count * sizeof(surface_range));
     memory_release(heap, world->rest, 3 * n * sizeof(double));
@@ -101,6 +104,7 @@ void world_release_start(tulle_world *world) {
     arena_destroy(&world->scratch);
     world->model = NULL;
     world->surfaces = NULL;
+    world->collides = NULL;
     world->surface_bodies = world->body_obstacles = NULL;
     world->rest = world->targets = world->inverse_masses = world->active_inverse_masses = NULL;
     world->is_fixed = NULL;

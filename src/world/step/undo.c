@@ -93,7 +93,7 @@ tulle_status world_swap_states(tulle_world *world, tulle_error *error) {
     row_list const old_rows = world->accepted_rows;
     world->accepted_rows = world->rows;
     world->rows = old_rows;
-    world->has_contacts = false;
+    world->has_contacts = world->has_queries = false;
     world->step_count++;
     if (world->ignored.count > 0) world_update_ignored(world, world->now.positions);
     return TULLE_OK;

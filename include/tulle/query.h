@@ -1,0 +1,229 @@
+/* tulle/query.h - asking a world: what a ray hits, what is nearest to a point, what lies in a box
+ * or crosses a mesh; positions, normals, forces and strains in the form in which a host wants them;
+ * and which objects collide at all.
+ *
+ * Queries see the accepted state, and what is present in it. They change neither the state nor its
+ * hash nor any later step. They use the boxes of a tree over each object, and boxes belong to one
+ * state: the first query after a step (or after a state was loaded) fits them anew, as does
+ * tulle_world_update_queries, at the cost of one pass over all vertices. The very first one makes
+ * the trees. After that a query takes time with the logarithm of the number of triangles, and with
+ * what it finds. docs/guide/embed.md has times, and examples/pick_and_drag.c is a whole program.
+ *
+ * Threads: a world may be used by one thread at a time, queries included, with one exception. After
+ * tulle_world_update_queries, and until the next call that is none of the following, any number of
+ * threads may call tulle_world_cast_ray, tulle_world_find_closest_point,
+ * tulle_world_find_box_overlaps and tulle_world_find_mesh_overlaps beside one another, and all
+ * functions that take a const tulle_world. */
+#ifndef TULLE_QUERY_H
+#define TULLE_QUERY_H
+
+#include "tulle/world.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- objects ---- */
+
+/* What an object is. */
+typedef enum tulle_object_kind {
+    TULLE_OBJECT_NONE,    /* there is no object */
+    TULLE_OBJECT_CLOTH,   /* a cloth */
+    TULLE_OBJECT_OBSTACLE /* an obstacle or a rigid body */
+} tulle_object_kind;
+/* Names a cloth or an obstacle of a world. All zero names none. */
+typedef struct tulle_object_id {
+    tulle_object_kind kind; /* whose id the next two are */
+    uint32_t index;         /* of tulle_cloth_id or tulle_obstacle_id */
+    uint32_t generation;    /* of the same */
+} tulle_object_id;
+/* The cloth as an object. */
+TULLE_API tulle_object_id tulle_object_from_cloth(tulle_cloth_id id);
+/* The obstacle as an object. */
+TULLE_API tulle_object_id tulle_object_from_obstacle(tulle_obstacle_id id);
+/* The object that tulle_contact and tulle_intersection call by this number: cloths come first, then
+ * obstacles. None for a number that is too high, and for null. */
+TULLE_API tulle_object_id tulle_world_get_object(const tulle_world *world, uint32_t number);
+
+/* How much there is in a world. */
+typedef struct tulle_counts {
+    size_t cloths;             /* number of cloths */
+    size_t obstacles;          /* number of obstacles, rigid bodies among them */
+    size_t cloth_vertices;     /* of all cloths together */
+    size_t cloth_triangles;    /* of all cloths together */
+    size_t obstacle_vertices;  /* of all obstacles together */
+    size_t obstacle_triangles; /* of all obstacles together */
+} tulle_counts;
+/* Counts what was added to a world, present or not. All zero for null. */
+TULLE_API tulle_counts tulle_world_get_counts(const tulle_world *world);
+
+/* What an object is made of. */
+typedef struct tulle_object_info {
+    const char *name;      /* as its def said, else "cloth 0", "obstacle 0" and so on */
+    size_t vertex_count;   /* of its mesh */
+    size_t triangle_count; /* of its mesh */
+    /* 3 * triangle_count vertex numbers of the object, owned by the world */
+    const uint32_t *triangles;
+    uint32_t category; /* as set by tulle_object_set_filter */
+    uint32_t mask;     /* the same */
+} tulle_object_info;
+/* Tells what an object is made of. All zero for null and for a stale id. */
+TULLE_API tulle_object_info tulle_object_get_info(const tulle_world *world, tulle_object_id id);
+
+/* Keeps `user_data`, a pointer of the host, with an object. It is no part of the state, and the
+ * world does not use it. Error: TULLE_ERROR_INVALID_ARGUMENT (null world, a stale id). */
+TULLE_API tulle_status tulle_object_set_user_data(tulle_world *world, tulle_object_id id,
+                                                  void *user_data, tulle_error *error);
+/* The pointer that was set, null before; null for a null world and a stale id. */
+TULLE_API void *tulle_object_get_user_data(const tulle_world *world, tulle_object_id id);
+
+/* ---- rays, points and boxes ---- */
+
+/* A straight line from one point to another, for tulle_world_cast_ray. */
+typedef struct tulle_ray {
+    double from[3]; /* [m] each coordinate -1e100 .. 1e100 */
+    double to[3];   /* [m] the same; another point */
+    /* objects with a category in common with it are seen; 0: all */
+    uint32_t mask;
+    /* 1: triangles are seen only from the front, where they go round to the left */
+    int skips_back_faces;
+} tulle_ray;
+
+/* A place on a surface that a query found. */
+typedef struct tulle_hit {
+    tulle_object_id object; /* none: nothing was found, and all else is zero */
+    uint32_t triangle;      /* of the object */
+    double weights[3];      /* of its corners, each 0 .. 1; their sum is 1 */
+    double position[3];     /* [m] the sum of the corners times their weights */
+    double normal[3];       /* unit, of the triangle's front; zero for one without area */
+    double distance;        /* [m] from where the ray begins, or from the point */
+} tulle_hit;
+
+/* Finds the first triangle that a ray meets, both ends of the ray included. Whether a ray meets a
+ * triangle is decided exactly on the numbers given: it passes between no two triangles that share
+ * an edge or a corner, and a corner that it just touches is met. A triangle in whose plane it runs
+ * is not met, nor is one without area. Of triangles that it meets at one place, as on an edge, it
+ * tells one. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a world that has not started, numbers out
+ * of range, `from` equal to `to`), TULLE_ERROR_OUT_OF_MEMORY (where boxes are made first); `hit` is
+ * all zero then. */
+TULLE_API tulle_status tulle_world_cast_ray(tulle_world *world, const tulle_ray *ray,
+                                            tulle_hit *hit, tulle_error *error);
+
+/* Finds the place on any surface that is nearest to `point` [m] and at most `max_distance` [m] away
+ * (>= 0; INFINITY: anywhere). `mask` as in tulle_ray. Of triangles that share the place it tells
+ * one. Errors as of tulle_world_cast_ray. */
+TULLE_API tulle_status tulle_world_find_closest_point(tulle_world *world, const double point[3],
+                                                      double max_distance, uint32_t mask,
+                                                      tulle_hit *hit, tulle_error *error);
+
+/* A triangle that was asked for. */
+typedef struct tulle_found_triangle {
+    tulle_object_id object; /* whose it is */
+    uint32_t triangle;      /* of the object */
+    uint32_t other;         /* triangle of the given mesh; 0 for a box */
+} tulle_found_triangle;
+/* Where found triangles go, and how many there are. */
+typedef struct tulle_found {
+    tulle_found_triangle *triangles; /* memory of the caller; null is fine with capacity 0 */
+    size_t capacity;                 /* triangles that it has room for */
+    /* all that were found. Up to `capacity` they are all there, in order. Of more, some are there:
+     * ask again with more room. */
+    size_t count;
+} tulle_found;
+/* Finds all triangles that have a point in common with the box from `low` to `high` [m], its faces
+ * included; both may be equal along an axis. It is decided exactly. `found` gets them by object and
+ * then by number. `mask` as in tulle_ray. Errors as of tulle_world_cast_ray, and for a low side
+ * above the high one; the count is 0 then. */
+TULLE_API tulle_status tulle_world_find_box_overlaps(tulle_world *world, const double low[3],
+                                                     const double high[3], uint32_t mask,
+                                                     tulle_found *found, tulle_error *error);
+/* Finds all pairs of a triangle of the world and one of `mesh` that have a point in common, exactly
+ * as tulle_check_intersections judges two bodies. `found` gets them in the order of the triangles
+ * of `mesh`, then by object and number. What lies wholly inside the mesh is not found. `mask` as in
+ * tulle_ray. Errors as of tulle_world_cast_ray, and TULLE_ERROR_INVALID_MESH (a vertex number out
+ * of range, a coordinate that is not finite or above 1e100); the count is 0 then. */
+TULLE_API tulle_status tulle_world_find_mesh_overlaps(tulle_world *world, tulle_mesh_view mesh,
+                                                      uint32_t mask, tulle_found *found,
+                                                      tulle_error *error);
+/* Fits the boxes of queries to the present state, if they do not fit it already. Queries do so by
+ * themselves; this call is for threads, and to choose when the time is spent. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, a world that has not started), TULLE_ERROR_OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_world_update_queries(tulle_world *world, tulle_error *error);
+
+/* Copies the contacts of one object, of those that tulle_world_get_contacts gives and in their
+ * order. `*count` says how many there are; `contacts` gets the first `capacity` of them, and may be
+ * null where that is 0. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id),
+ * TULLE_ERROR_OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_object_copy_contacts(tulle_world *world, tulle_object_id id,
+                                                  tulle_contact *contacts, size_t capacity,
+                                                  size_t *count, tulle_error *error);
+
+/* ---- values of vertices and triangles ---- */
+
+/* What tulle_object_copy_values copies: three numbers for each vertex or triangle. */
+typedef enum tulle_values {
+    TULLE_VALUES_POSITIONS,  /* [m] of vertices */
+    TULLE_VALUES_VELOCITIES, /* [m/s] of vertices; of an obstacle on a script the mean over a step
+                              */
+    /* of vertices: the unit normal of the front, the mean of the triangles around weighted by their
+     * areas; zero where these cancel or there are none */
+    TULLE_VALUES_NORMALS,
+    /* [N] on vertices: the mean force of all contacts over the last substep of the last accepted
+     * step; zero before the first step and after a state was loaded. What rebounds add is left
+     * out. */
+    TULLE_VALUES_CONTACT_FORCES,
+    /* of triangles of woven cloth: strain of the warp, of the weft, and the shear, as in
+     * tulle_material; the strain of a yarn is its length over that at rest, less one */
+    TULLE_VALUES_STRAINS
+} tulle_values;
+/* The type of the numbers that are copied. */
+typedef enum tulle_number_type {
+    TULLE_NUMBER_DOUBLE, /* 64 bits */
+    TULLE_NUMBER_FLOAT   /* 32 bits, rounded to the nearest; too large ones become infinite */
+} tulle_number_type;
+/* Where values are copied to: memory of the caller. */
+typedef struct tulle_target {
+    void *data;             /* the first number goes here, at any address */
+    size_t size;            /* [bytes] of the memory from there on */
+    size_t stride;          /* [bytes] from one vertex or triangle to the next; 0: no gap */
+    tulle_number_type type; /* of the numbers */
+} tulle_target;
+/* Copies values of all vertices, or triangles, of a cloth or an obstacle. Between the values of one
+ * and the next nothing is written. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world
+ * that has not started, a choice that is none, a stride under that of three numbers, memory that is
+ * too small, strains of an obstacle or of cloth made of springs); nothing is written then. */
+TULLE_API tulle_status tulle_object_copy_values(const tulle_world *world, tulle_object_id id,
+                                                tulle_values values, const tulle_target *target,
+                                                tulle_error *error);
+
+/* ---- which objects collide ---- */
+
+/* Gives an object its categories, a set of bits (1 unless set), and the `mask` of those that it
+ * collides with (all bits unless set). Two objects collide where each has a category in the mask of
+ * the other. Only before the start. Cloth collides with itself whatever its mask, and two obstacles
+ * never do unless one is a body.
+ *
+ * The promise covers the pairs of objects that collide. The others pass through each other, at the
+ * start and later: no contact, no judgement, no untangling. What is left out is part of the world's
+ * defs, as saved states see it. Error: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that
+ * has started). */
+TULLE_API tulle_status tulle_object_set_filter(tulle_world *world, tulle_object_id id,
+                                               uint32_t category, uint32_t mask,
+                                               tulle_error *error);
+/* Asks a host whether two objects collide that the filters let collide; 0: they do not. `context`
+ * is what tulle_world_set_pair_filter was given. Called by
+ * tulle_world_start once for each pair that may meet, in the thread that called it; a cloth comes
+ * before an obstacle, else the one that was added first. Of the world it may call what takes a
+ * const tulle_world. */
+typedef int (*tulle_pair_filter)(void *context, const tulle_world *world, tulle_object_id a,
+                                 tulle_object_id b);
+/* Sets the function that tulle_world_start asks, and the `context` that it gets; null: none. Its
+ * answers hold as long as the world; a saved state fits only where they are the same. Error:
+ * TULLE_ERROR_INVALID_ARGUMENT (null world, a world that has started). */
+TULLE_API tulle_status tulle_world_set_pair_filter(tulle_world *world, tulle_pair_filter filter,
+                                                   void *context, tulle_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,128 @@
+/* world/query/objects.c - cloths and obstacles as objects: what they are, what the host keeps with
+ * them, and which pairs of them collide (tulle/query.h). */
+#include "base/error.h"
+#include "world/world_state.h"
+
+#include <string.h>
+
+tulle_object_id tulle_object_from_cloth(tulle_cloth_id id) {
+    if (id.generation == 0) return (tulle_object_id){0};
+    return (tulle_object_id){TULLE_OBJECT_CLOTH, id.index, id.generation};
+}
+
+tulle_object_id tulle_object_from_obstacle(tulle_obstacle_id id) {
+    if (id.generation == 0) return (tulle_object_id){0};
+    return (tulle_object_id){TULLE_OBJECT_OBSTACLE, id.index, id.generation};
+}
+
+tulle_object_id tulle_world_get_object(const tulle_world *world, uint32_t number) {
+    size_t const cloth_count = world ? world->cloths.count : 0;
+    size_t const count = world ? cloth_count + world->obstacles.count : 0;
+    if (number >= count) return (tulle_object_id){0};
+    if (number < cloth_count) return (tulle_object_id){TULLE_OBJECT_CLOTH, number, 1};
+    return (tulle_object_id){TULLE_OBJECT_OBSTACLE, number - (uint32_t)cloth_count, 1};
+}
+
+size_t world_find_object(const tulle_world *world, tulle_object_id id, tulle_error *error) {
+    bool const is_cloth = id.kind == TULLE_OBJECT_CLOTH;
+    bool const is_object = (is_cloth || id.kind == TULLE_OBJECT_OBSTACLE) && id.generation == 1;
+    size_t const count = !world || !is_object ? 0
+                         : is_cloth           ? world->cloths.count
+                                              : world->obstacles.count;
+    if (id.index < count) return is_cloth ? id.index : world->cloths.count + id.index;
+    error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world has no such object");
+    return SIZE_MAX;
+}
+
+tulle_counts tulle_world_get_counts(const tulle_world *world) {
+    tulle_counts counts = {0};
+    if (!world) return counts;
+    counts.cloths = world->cloths.count;
+    counts.obstacles = world->obstacles.count;
+    for (size_t i = 0; i < counts.cloths + counts.obstacles; i++) {
+        const world_mesh *const mesh = world_surface_mesh(world, i);
+        bool const is_cloth = i < counts.cloths;
+        *(is_cloth ? &counts.cloth_vertices : &counts.obstacle_vertices) += mesh->vertex_count;
+        *(is_cloth ? &counts.cloth_triangles : &counts.obstacle_triangles) += mesh->triangle_count;
+    }
+    return counts;
+}
+
+tulle_object_info tulle_object_get_info(const tulle_world *world, tulle_object_id id) {
+    size_t const object = world_find_object(world, id, NULL);
+    if (object == SIZE_MAX) return (tulle_object_info){0};
+    const world_mesh *const mesh = world_surface_mesh(world, object);
+    const world_label *const label = world_get_label(world, object);
+    return (tulle_object_info){.name = world_surface_name(world, object),
+                               .vertex_count = mesh->vertex_count,
+                               .triangle_count = mesh->triangle_count,
+                               .triangles = mesh->triangles,
+                               .category = label->category,
+                               .mask = label->mask};
+}
+
+tulle_status tulle_object_set_user_data(tulle_world *world, tulle_object_id id, void *user_data,
+                                        tulle_error *error) {
+    size_t const object = world_find_object(world, id, error);
+    if (object == SIZE_MAX) return TULLE_ERROR_INVALID_ARGUMENT;
+    world_get_label(world, object)->user_data = user_data;
+    return TULLE_OK;
+}
+
+void *tulle_object_get_user_data(const tulle_world *world, tulle_object_id id) {
+    size_t const object = world_find_object(world, id, NULL);
+    return object == SIZE_MAX ? NULL : world_get_label(world, object)->user_data;
+}
+
+/* ---- which pairs collide ---- */
+
+static tulle_status refuse_started(tulle_error *error) {
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "which objects collide is told before the world starts");
+}
+
+tulle_status tulle_object_set_filter(tulle_world *world, tulle_object_id id, uint32_t category,
+                                     uint32_t mask, tulle_error *error) {
+    size_t const object = world_find_object(world, id, error);
+    if (object == SIZE_MAX) return TULLE_ERROR_INVALID_ARGUMENT;
+    if (world->is_started) return refuse_started(error);
+    world_label *const label = world_get_label(world, object);
+    label->category = category;
+    label->mask = mask;
+    return TULLE_OK;
+}
+
+tulle_status tulle_world_set_pair_filter(tulle_world *world, tulle_pair_filter filter,
+                                         void *context, tulle_error *error) {
+    if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
+    if (world->is_started) return refuse_started(error);
+    world->pair_filter = filter;
+    world->pair_context = context;
+    return TULLE_OK;
+}
+
+bool world_choose_pairs(tulle_world *world) {
+    size_t const cloth_count = world->cloths.count, count = cloth_count + world->obstacles.count;
+    for (size_t a = 0; a < count; a++) {
+        for (size_t b = a + 1; b < count; b++) {
+            const world_label *const first = world_get_label(world, a);
+            const world_label *const second = world_get_label(world, b);
+            bool const may_meet = a < cloth_count ||
+                                  world->obstacles.data[a - cloth_count].body.is_dynamic ||
+                                  world->obstacles.data[b - cloth_count].body.is_dynamic;
+            bool collides = (first->category & second->mask) && (second->category & first->mask);
+            if (collides && may_meet && world->pair_filter)
+                collides = world->pair_filter(world->pair_context, world,
+                                              tulle_world_get_object(world, (uint32_t)a),
+                                              tulle_world_get_object(world, (uint32_t)b)) != 0;
+            if (collides || !may_meet) continue;
+            if (!world->collides) {
+                world->collides = memory_allocate(&world->heap, count * count);
+                if (!world->collides) return false;
+                memset(world->collides, 1, count * count);
+            }
+            world->collides[a * count + b] = world->collides[b * count + a] = 0;
+        }
+    }
+    return true;
+}
