@@ -414,6 +414,16 @@ static void save(session *self) {
     FUZZ_CHECK_OK(tulle_world_save_state(self->world, &self->saved, &self->saved_size, &error),
                   &error);
     say("save", TULLE_OK, NULL);
+    /* Into memory of its own it gives the same bytes. */
+    size_t size = 0;
+    unsigned char *const into = malloc(self->saved_size);
+    FUZZ_CHECK(into && tulle_world_get_state_size(self->world) == self->saved_size);
+    FUZZ_CHECK(tulle_world_save_state_into(self->world, into, self->saved_size - 1, &size,
+                                           &error) == TULLE_ERROR_INVALID_ARGUMENT);
+    FUZZ_CHECK_OK(tulle_world_save_state_into(self->world, into, self->saved_size, &size, &error),
+                  &error);
+    FUZZ_CHECK(size == self->saved_size && memcmp(into, self->saved, size) == 0);
+    free(into);
     self->saved_hash = tulle_world_get_state_hash(self->world);
     self->followed_count = self->replayed_count = 0;
     self->is_on_the_way = true;

@@ -300,6 +300,16 @@ tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tull
 void world_begin_given(tulle_world *world);
 void world_end_given(tulle_world *world, bool has_failed);
 
+/* state.c: vertices that may move: all but those of static obstacles, which a saved state leaves
+ * out. Runs of them ascend and may be empty. */
+typedef struct moving_run {
+    size_t begin, end; /* vertices */
+    size_t surface;    /* the static one behind it, or surface_count */
+} moving_run;
+moving_run world_first_moving(const tulle_world *world);
+/* False after the last run. */
+bool world_next_moving(const tulle_world *world, moving_run *run);
+
 /* state_check.c: whether a state that was read may be one of this world, which has started; an
  * error says why not. */
 tulle_status world_check_state(const tulle_world *world, const world_motion_state *state,

@@ -267,6 +267,37 @@ ARGUMENTS_OF(tulle_world_set_wind) {
     FINE(tulle_world_set_wind(fresh, &good, NULL));
 }
 
+ARGUMENTS_OF(tulle_world_get_state_size) {
+    (void)unused;
+    assert_int_equal(tulle_world_get_state_size(NULL), 0);
+    assert_int_equal(tulle_world_get_state_size(fresh), 0);
+    assert_true(tulle_world_get_state_size(started) > 0);
+}
+
+ARGUMENTS_OF(tulle_world_save_state_into) {
+    (void)unused;
+    size_t const size = tulle_world_get_state_size(started);
+    size_t count = 7;
+    unsigned char *const bytes = malloc(size + 1);
+    assert_non_null(bytes);
+    memset(bytes, 9, size + 1);
+    REFUSED(tulle_world_save_state_into(NULL, bytes, size, &count, &error));
+    REFUSED(tulle_world_save_state_into(fresh, bytes, size, &count, &error));
+    REFUSED(tulle_world_save_state_into(started, NULL, size, &count, &error));
+    REFUSED(tulle_world_save_state_into(started, bytes, size, NULL, &error));
+    size_t const too_small[] = {0, 1, size - 1};
+    for (int i = 0; i < 3; i++)
+        REFUSED(tulle_world_save_state_into(started, bytes, too_small[i], &count, &error));
+    assert_int_equal(tulle_world_save_state_into(NULL, NULL, 0, NULL, NULL),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    for (size_t i = 0; i <= size; i++) assert_int_equal(bytes[i], 9);
+    assert_int_equal(count, 7);
+    FINE(tulle_world_save_state_into(started, bytes + 1, size, &count, &error));
+    assert_int_equal(count, size);
+    FINE(tulle_world_load_state(started, bytes + 1, count, &error));
+    free(bytes);
+}
+
 /* What the host drives has nothing else that moves it. */
 static void one_thing_moves_an_obstacle(void **unused) {
     (void)unused;
@@ -296,6 +327,8 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_cloth_set_pin_targets),
     TABLE_LINE(tulle_world_set_gravity),
     TABLE_LINE(tulle_world_set_wind),
+    TABLE_LINE(tulle_world_get_state_size),
+    TABLE_LINE(tulle_world_save_state_into),
 };
 
 static void every_function_has_its_test(void **unused) {

@@ -329,6 +329,9 @@ static tulle_status place_obstacles(tulle_world *world, tulle_error *error) {
     size_t const offset = 3 * (world->cloth_vertex_count + 2 * world->body_count);
     memcpy(world->now.positions + offset, world->targets + offset,
            (3 * world->vertex_count - offset) * sizeof(double));
+    /* saved states leave out what never moves: it is in both states from here on */
+    memcpy(world->next.positions + offset, world->targets + offset,
+           (3 * world->vertex_count - offset) * sizeof(double));
     for (size_t i = 0; i < world->obstacles.count; i++) {
         bool const is_present = world->obstacles.data[i].appear_time <= 0.0;
         world->now.is_present[i] = is_present;
