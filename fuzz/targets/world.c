@@ -379,7 +379,11 @@ static void step(session *self) {
     self->questions_left = is_stopped_early ? 3 : QUESTIONS_MAX;
     tulle_step_report report = {0};
     tulle_error error = {0};
-    tulle_status const status = tulle_world_step(self->world, steps[choice], &report, &error);
+    bool const is_batch = tulle_world_get_step_count(self->world) % 3 == 2;
+    tulle_world_batch const batch = {&self->world, 1, 1, &report, NULL};
+    tulle_status const status = is_batch
+                                    ? tulle_worlds_step(&batch, steps[choice], &error)
+                                    : tulle_world_step(self->world, steps[choice], &report, &error);
     uint64_t const after = tulle_world_get_state_hash(self->world);
     say("step", status, &error);
     uint64_t const given = self->given;

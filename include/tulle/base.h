@@ -89,6 +89,17 @@ typedef struct tulle_allocator {
     size_t byte_limit; /* [bytes] most that may be held at once; 0: no limit */
 } tulle_allocator;
 
+/* A task that the library gives a host to run: call it with `work` and the index of the task. */
+typedef void (*tulle_task)(void *work, size_t index);
+/* What runs tasks on threads of the host, such as the job system of an engine. */
+typedef struct tulle_tasks {
+    /* Calls task(work, index) once for each index 0 .. count - 1, on any threads, at the same time
+     * or one after the other, and returns when all calls have. Tasks do not wait for one another.
+     * What a task writes must be seen by the thread that called `run`. */
+    void (*run)(void *context, tulle_task task, void *work, size_t count);
+    void *context; /* handed to `run`; the library never looks at it */
+} tulle_tasks;
+
 /* Triangles over points, borrowed: the caller owns the arrays, the library copies what it keeps. */
 typedef struct tulle_mesh_view {
     const double *positions; /* [m] 3 * vertex_count: x, y, z of each vertex */

@@ -7,5 +7,6 @@
 #include "tulle/live.h"
 #include "tulle/mesh.h"
 #include "tulle/shapes.h"
+#include "tulle/threads.h"
 #include "tulle/world.h"
 #endif

@@ -192,6 +192,9 @@ struct tulle_world {
     ARRAY(world_material_law) material_laws;
     bool is_started;
     int threads;
+    tulle_tasks host_tasks;       /* as given by tulle_world_set_tasks */
+    const tulle_tasks *tasks;     /* those, or null: threads of the library */
+    bool is_in_batch;             /* while tulle_worlds_step looks whether a world is there twice */
     stop_poll stop;               /* of the caller */
     tulle_step_progress progress; /* of the step that is under way */
 

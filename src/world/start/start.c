@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/parallel.h"
 #include "dynamics/hysteresis.h"
 #include "world/bodies/bodies.h"
 #include "world/start/inside.h"
@@ -409,7 +410,9 @@ tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the world has no cloth and no rigid body; add one before it starts");
     }
+    const tulle_tasks *const before = parallel_use(world->tasks);
     tulle_status const status = start_stages(world, is_judged, error);
+    (void)parallel_use(before);
     if (status != TULLE_OK) {
         world_release_start(world);
         return status;
