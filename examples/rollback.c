@@ -10,7 +10,6 @@
 #include <stdlib.h>
 
 enum { PLAYERS = 2, FRAMES = 120, DELAY = 5, RING = DELAY + 1, SIDE = 12, BYTES_MAX = 1 << 20 };
-
 static tulle_error error;
 
 static void require(tulle_status status) {
@@ -45,7 +44,7 @@ static void make_host(host *made, int other) {
     flag_def.size[0] = flag_def.size[1] = 0.4; /* [m], turned upright below */
     flag_def.resolution[0] = flag_def.resolution[1] = SIDE;
     tulle_shape_def ball_def = tulle_shape_def_default(TULLE_SHAPE_SPHERE);
-    ball_def.radius = 0.06;
+    ball_def.radius = 0.06, ball_def.resolution[0] = 5;
     tulle_world_def world_def = tulle_world_def_default();
     world_def.on_pinch = TULLE_ON_PINCH_SLOW;
     require(tulle_world_create(&world_def, &made->world, &error));
