@@ -76,6 +76,17 @@ typedef struct tulle_error {
     char message[2048];
 } tulle_error;
 
+/* Version of the library that runs: "MAJOR.MINOR.PATCH"; static. That of the headers that a program
+ * was built with is TULLE_VERSION_MAJOR and so on. */
+TULLE_API const char *tulle_version(void);
+/* Refuses a library whose struct `name`, such as "tulle_world_def", has not `size` bytes: other
+ * headers than the library was built with, or a binding that declares it otherwise. To be asked
+ * before the struct is used, where a library is loaded that may be another one. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, no struct of libtulle's headers, another size). */
+TULLE_API tulle_status tulle_check_struct(const char *name, size_t size, tulle_error *error);
+/* The same for a struct as this program has it: TULLE_CHECK_STRUCT(tulle_world_def, &error). */
+#define TULLE_CHECK_STRUCT(type, error) tulle_check_struct(#type, sizeof(type), (error))
+
 /* Where a world or a detector takes its memory. With both functions null it uses malloc and free;
  * one of them alone is refused with TULLE_ERROR_INVALID_ARGUMENT. The functions may be called from
  * the thread that called the library and from its workers, but never at the same time for one
