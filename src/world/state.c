@@ -18,8 +18,8 @@
 #include <stddef.h>
 #include <string.h>
 
-/* 9: version. */
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '9'};
+/* A: version. */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'A'};
 
 typedef struct state_header {
     char magic[8];
