@@ -81,7 +81,7 @@ static uint64_t base_hash;
 static void make_hash_right(uint8_t *state, uint64_t size) {
     if (size < HEAD_SIZE) return;
     memcpy(state + SIZE_PLACE, &size, sizeof size);
-    uint64_t const hash = hash_bytes(HASH_SEED, state + SIZE_PLACE, (size_t)size - SIZE_PLACE);
+    uint64_t const hash = hash_block(state + SIZE_PLACE, (size_t)size - SIZE_PLACE);
     memcpy(state + HASH_PLACE, &hash, sizeof hash);
 }
 

@@ -387,7 +387,11 @@ static void step(session *self) {
     self->questions_left = is_stopped_early ? 3 : QUESTIONS_MAX;
     tulle_step_report report = {0};
     tulle_error error = {0};
-    tulle_status const status = tulle_world_step(self->world, steps[choice], &report, &error);
+    bool const is_batch = tulle_world_get_step_count(self->world) % 3 == 2;
+    tulle_world_batch const batch = {&self->world, 1, 1, &report, NULL};
+    tulle_status const status = is_batch
+                                    ? tulle_worlds_step(&batch, steps[choice], &error)
+                                    : tulle_world_step(self->world, steps[choice], &report, &error);
     uint64_t const after = tulle_world_get_state_hash(self->world);
     say("step", status, &error);
     uint64_t const given = self->given;
@@ -422,6 +426,16 @@ static void save(session *self) {
     FUZZ_CHECK_OK(tulle_world_save_state(self->world, &self->saved, &self->saved_size, &error),
                   &error);
     say("save", TULLE_OK, NULL);
+    /* Into memory of its own it gives the same bytes. */
+    size_t size = 0;
+    unsigned char *const into = malloc(self->saved_size);
+    FUZZ_CHECK(into && tulle_world_get_state_size(self->world) == self->saved_size);
+    FUZZ_CHECK(tulle_world_save_state_into(self->world, into, self->saved_size - 1, &size,
+                                           &error) == TULLE_ERROR_INVALID_ARGUMENT);
+    FUZZ_CHECK_OK(tulle_world_save_state_into(self->world, into, self->saved_size, &size, &error),
+                  &error);
+    FUZZ_CHECK(size == self->saved_size && memcmp(into, self->saved, size) == 0);
+    free(into);
     self->saved_hash = tulle_world_get_state_hash(self->world);
     memcpy(self->saved_releases, self->release_times, sizeof self->release_times);
     self->followed_count = self->replayed_count = 0;

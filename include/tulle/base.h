@@ -76,6 +76,17 @@ typedef struct tulle_error {
     char message[2048];
 } tulle_error;
 
+/* Version of the library that runs: "MAJOR.MINOR.PATCH"; static. That of the headers that a program
+ * was built with is TULLE_VERSION_MAJOR and so on. */
+TULLE_API const char *tulle_version(void);
+/* Refuses a library whose struct `name`, such as "tulle_world_def", has not `size` bytes: other
+ * headers than the library was built with, or a binding that declares it otherwise. To be asked
+ * before the struct is used, where a library is loaded that may be another one. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, no struct of libtulle's headers, another size). */
+TULLE_API tulle_status tulle_check_struct(const char *name, size_t size, tulle_error *error);
+/* The same for a struct as this program has it: TULLE_CHECK_STRUCT(tulle_world_def, &error). */
+#define TULLE_CHECK_STRUCT(type, error) tulle_check_struct(#type, sizeof(type), (error))
+
 /* Where a world or a detector takes its memory. With both functions null it uses malloc and free;
  * one of them alone is refused with TULLE_ERROR_INVALID_ARGUMENT. The functions may be called from
  * the thread that called the library and from its workers, but never at the same time for one
@@ -88,6 +99,17 @@ typedef struct tulle_allocator {
     void *context;     /* handed to both functions; the library never looks at it */
     size_t byte_limit; /* [bytes] most that may be held at once; 0: no limit */
 } tulle_allocator;
+
+/* A task that the library gives a host to run: call it with `work` and the index of the task. */
+typedef void (*tulle_task)(void *work, size_t index);
+/* What runs tasks on threads of the host, such as the job system of an engine. */
+typedef struct tulle_tasks {
+    /* Calls task(work, index) once for each index 0 .. count - 1, on any threads, at the same time
+     * or one after the other, and returns when all calls have. Tasks do not wait for one another.
+     * What a task writes must be seen by the thread that called `run`. */
+    void (*run)(void *context, tulle_task task, void *work, size_t count);
+    void *context; /* handed to `run`; the library never looks at it */
+} tulle_tasks;
 
 /* Triangles over points, borrowed: the caller owns the arrays, the library copies what it keeps. */
 typedef struct tulle_mesh_view {

@@ -100,6 +100,21 @@ TULLE_API tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth
 TULLE_API tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_id id, size_t pin,
                                                tulle_error *error);
 
+/* ---- rollback ---- */
+
+/* [bytes] Size of the state as tulle_world_save_state_into would save it now. It changes from step
+ * to step with the contacts; a buffer of twice the size after some contact is enough as a rule. 0
+ * for null and before the start. Takes a microsecond or less. */
+TULLE_API size_t tulle_world_get_state_size(const tulle_world *world);
+/* Saves the state into `bytes`, memory of the caller of `capacity` bytes and of any alignment, and
+ * tells in `byte_count` how many it took. The bytes are those of tulle_world_save_state;
+ * tulle_world_load_state takes both. Nothing is allocated. What never changes is left out: a static
+ * obstacle costs nothing. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, not started, capacity below
+ * tulle_world_get_state_size); nothing is written then. */
+TULLE_API tulle_status tulle_world_save_state_into(const tulle_world *world, void *bytes,
+                                                   size_t capacity, size_t *byte_count,
+                                                   tulle_error *error);
+
 #ifdef __cplusplus
 }
 #endif

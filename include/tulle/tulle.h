@@ -9,5 +9,6 @@
 #include "tulle/mesh.h"
 #include "tulle/query.h"
 #include "tulle/shapes.h"
+#include "tulle/threads.h"
 #include "tulle/world.h"
 #endif

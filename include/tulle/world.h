@@ -8,8 +8,8 @@
  * told the world to ignore are left out. A step that cannot keep the promise returns an error and
  * leaves the world as it was.
  *
- * A world may be used by one thread at a time. Results do not depend on the number of its own
- * threads. */
+ * A world may be used by one thread at a time, different worlds by different threads at once
+ * (tulle/threads.h). Results do not depend on threads. */
 #ifndef TULLE_WORLD_H
 #define TULLE_WORLD_H
 

@@ -12,6 +12,11 @@
  * machine. */
 uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t byte_count);
 
+/* Hash of a block of bytes, some five times as fast as hash_bytes and another value. A block in
+ * which one word is another has another hash for certain; of others, one in 2^64 has the same. The
+ * same on any little-endian machine. */
+uint64_t hash_block(const void *bytes, size_t byte_count);
+
 /* Hashes bytes that come in pieces of any length to what hash_bytes, from the same seed on, makes
  * of all of them at once. */
 typedef struct hash_stream {

@@ -3,7 +3,21 @@
 
 #include "base/parallel_backend.h"
 
+#include <stdatomic.h>
+
 enum { MAX_THREADS = 256 };
+
+/* What this thread was last told. */
+static _Thread_local const tulle_tasks *current;
+static _Thread_local bool runs_alone;
+
+const tulle_tasks *parallel_use(const tulle_tasks *tasks) {
+    const tulle_tasks *const before = current;
+    current = tasks;
+    return before;
+}
+
+void parallel_set_alone(bool is_alone) { runs_alone = is_alone; }
 
 size_t parallel_chunk_count(size_t count, size_t chunk_size) {
     return (count + chunk_size - 1) / chunk_size;
@@ -21,16 +35,40 @@ void parallel_run_chunk(const parallel_loop *loop, size_t chunk, int worker) {
     loop->body(loop->context, begin, end, chunk, worker);
 }
 
+/* A loop whose chunks the tasks of a host take. */
+typedef struct task_loop {
+    const parallel_loop *loop;
+    atomic_size_t next; /* chunk */
+} task_loop;
+
+/* A task of the host, which is one worker of the loop. */
+static void take_chunks_as_task(void *work, size_t index) {
+    task_loop *const self = work;
+    for (;;) {
+        size_t const chunk = atomic_fetch_add(&self->next, 1);
+        if (chunk >= self->loop->chunk_count) return;
+        parallel_run_chunk(self->loop, chunk, (int)index);
+    }
+}
+
 void parallel_for(size_t count, size_t chunk_size, int threads, parallel_body body, void *context) {
     parallel_loop const loop = {.count = count,
                                 .chunk_size = chunk_size,
                                 .chunk_count = parallel_chunk_count(count, chunk_size),
                                 .body = body,
                                 .context = context};
-    if (threads > 1 && loop.chunk_count > 1) {
+    if (threads > 1 && loop.chunk_count > 1 && !runs_alone) {
         size_t const useful =
             (size_t)threads < loop.chunk_count ? (size_t)threads : loop.chunk_count;
-        parallel_backend_run(&loop, (int)useful);
+        if (!current) {
+            parallel_backend_run(&loop, (int)useful);
+            return;
+        }
+        const tulle_tasks *const tasks = current;
+        task_loop shared = {.loop = &loop};
+        tasks->run(tasks->context, take_chunks_as_task, &shared, useful);
+        /* what a host left that ran no task at all */
+        take_chunks_as_task(&shared, 0);
         return;
     }
     for (size_t chunk = 0; chunk < loop.chunk_count; chunk++) parallel_run_chunk(&loop, chunk, 0);

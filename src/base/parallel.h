@@ -4,7 +4,9 @@
 #ifndef TULLE_BASE_PARALLEL_H
 #define TULLE_BASE_PARALLEL_H
 
-#include <stddef.h>
+#include "tulle/base.h"
+
+#include <stdbool.h>
 
 /* Works on items begin .. end-1 of chunk `chunk`; worker is in 0 .. threads-1,
  * 0 in the thread that called parallel_for. */
@@ -23,6 +25,12 @@ static inline double parallel_sum(const double *chunk_sums, size_t chunk_count) 
     for (size_t chunk = 0; chunk < chunk_count; chunk++) sum += chunk_sums[chunk];
     return sum;
 }
+
+/* Where the loops of the calling thread run from here on: as tasks of the host, or on threads of
+ * the library where `tasks` is null. Gives what was in force, to be put back by another call. */
+const tulle_tasks *parallel_use(const tulle_tasks *tasks);
+/* Whether they run on the calling thread alone, whatever else is said. */
+void parallel_set_alone(bool is_alone);
 
 /* 1 .. 256; 0 becomes the number of processors that this process may use. */
 int parallel_resolve_threads(int threads);

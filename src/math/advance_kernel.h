@@ -15,4 +15,13 @@ typedef struct advance_vectors {
 TULLE_DECLARE_KERNEL(double, advance_along,
                      (const advance_vectors *vectors, double alpha, size_t begin, size_t end))
 
+/* Over the numbers of vertices begin to end: the sum of a times b. */
+TULLE_DECLARE_KERNEL(double, measure_along,
+                     (const double *a, const double *b, size_t begin, size_t end))
+
+/* Over the same numbers: direction = start + factor * direction. */
+TULLE_DECLARE_KERNEL(void, turn_along,
+                     (double *direction, const double *start, double factor, size_t begin,
+                      size_t end))
+
 #endif

@@ -97,13 +97,8 @@ static void begin_iteration(void *context, size_t begin, size_t end, size_t chun
 static void measure_curvature(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     solver *const work = context;
-    /* four sums, so that additions need not wait for one another */
-    double sums[4] = {0.0};
-    size_t i = 3 * begin;
-    for (; i + 4 <= 3 * end; i += 4)
-        for (size_t k = 0; k < 4; k++) sums[k] += work->direction[i + k] * work->product[i + k];
-    for (; i < 3 * end; i++) sums[0] += work->direction[i] * work->product[i];
-    work->partials[chunk] = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    work->partials[chunk] =
+        TULLE_PICK_KERNEL(measure_along)(work->direction, work->product, begin, end);
 }
 
 /* x += alpha p, r -= alpha A p, z = P^-1 r; sums r . z. The inverse is zero at fixed vertices, so
@@ -120,9 +115,7 @@ static void advance(void *context, size_t begin, size_t end, size_t chunk, int w
 static void turn_direction(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     solver *const work = context;
-    double const beta = work->step;
-    for (size_t i = 3 * begin; i < 3 * end; i++)
-        work->direction[i] = work->preconditioned[i] + beta * work->direction[i];
+    TULLE_PICK_KERNEL(turn_along)(work->direction, work->preconditioned, work->step, begin, end);
 }
 
 /* Iterates down to the residual `target`, after the problem's patience to `late`. rho is r . z at

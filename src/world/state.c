@@ -3,11 +3,15 @@
  * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
  * impulses, ignored pairs, plastic parts where cloth has hysteresis, poses of obstacles that the
- * host drives as a whole, gravity, wind and laws where the host has changed them. What the host
- * gave for the next step is input and no state. It also holds the patches: they decide how fast
- * later steps are and what reports say, but no position. Little-endian, doubles as they are. */
+ * host drives as a whole, attachments, and what the host has changed:
+ * gravity, wind, laws, materials, pins. What the host
+ * gave for the next step is input and no state. Obstacles that never move are left out: both states
+ * of the world have them from its start on, to the bit (place_obstacles). It also holds the
+ * patches: they decide how fast later steps are and what reports say, but no position.
+ * Little-endian, doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
+#include "tulle/live.h"
 #include "world/bodies/bodies.h"
 #include "world/pinch/holds.h"
 #include "world/step/search.h"
@@ -15,7 +19,8 @@
 #include <stddef.h>
 #include <string.h>
 
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '9'}; /* 9: version */
+/* A: version. */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'A'};
 
 typedef struct state_header {
     char magic[8];
@@ -29,7 +34,7 @@ typedef struct state_header {
 
 static uint64_t compute_hash(const unsigned char *bytes, size_t byte_count) {
     size_t const begin = offsetof(state_header, byte_count);
-    return hash_bytes(HASH_SEED, bytes + begin, byte_count - begin);
+    return hash_block(bytes + begin, byte_count - begin);
 }
 
 /* Cursor over a block of bytes, for writing or reading in the same order. */
@@ -46,6 +51,45 @@ static void put(byte_cursor *cursor, const void *source, size_t byte_count) {
 static void take(byte_cursor *cursor, void *target, size_t byte_count) {
     if (byte_count > 0) memcpy(target, cursor->bytes + cursor->used, byte_count);
     cursor->used += byte_count;
+}
+
+moving_run world_first_moving(const tulle_world *world) {
+    size_t const count = world->set.surface_count;
+    size_t surface = world->cloths.count;
+    while (surface < count && !world->surfaces[surface].is_static) surface++;
+    return (moving_run){
+        0, surface < count ? world->surfaces[surface].vertex_begin : world->vertex_count, surface};
+}
+
+bool world_next_moving(const tulle_world *world, moving_run *run) {
+    size_t const count = world->set.surface_count;
+    if (run->surface >= count) return false;
+    size_t surface = run->surface + 1;
+    while (surface < count && !world->surfaces[surface].is_static) surface++;
+    run->begin = world->surfaces[run->surface].vertex_end;
+    run->end = surface < count ? world->surfaces[surface].vertex_begin : world->vertex_count;
+    run->surface = surface;
+    return true;
+}
+
+static size_t count_moving(const tulle_world *world) {
+    size_t count = 0;
+    moving_run run = world_first_moving(world);
+    do count += run.end - run.begin;
+    while (world_next_moving(world, &run));
+    return count;
+}
+
+static void put_moving(byte_cursor *cursor, const tulle_world *world, const double *vectors) {
+    moving_run run = world_first_moving(world);
+    do put(cursor, vectors + 3 * run.begin, 3 * (run.end - run.begin) * sizeof *vectors);
+    while (world_next_moving(world, &run));
+}
+
+static void take_moving(byte_cursor *cursor, const tulle_world *world, double *vectors) {
+    moving_run run = world_first_moving(world);
+    do take(cursor, vectors + 3 * run.begin, 3 * (run.end - run.begin) * sizeof *vectors);
+    while (world_next_moving(world, &run));
 }
 
 uint64_t tulle_world_get_state_hash(const tulle_world *world) {
@@ -85,7 +129,7 @@ typedef struct part_sizes {
 } part_sizes;
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
-    return sizeof(state_header) + 12 * world->vertex_count * sizeof(double) +
+    return sizeof(state_header) + 12 * count_moving(world) * sizeof(double) +
            world->plastic_count * sizeof(double) + 2 * world->obstacles.count +
            world->particle_count + world->body_count * sizeof(body_rest) +
            world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
@@ -113,11 +157,10 @@ static part_sizes measure_parts(const tulle_world *world) {
 /* All but the header. */
 static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *cursor) {
     const world_motion_state *const now = &world->now;
-    size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
-    put(cursor, now->positions, vector_bytes);
-    put(cursor, now->velocities, vector_bytes);
-    put(cursor, now->previous_mean, vector_bytes);
-    put(cursor, now->previous_velocities, vector_bytes);
+    put_moving(cursor, world, now->positions);
+    put_moving(cursor, world, now->velocities);
+    put_moving(cursor, world, now->previous_mean);
+    put_moving(cursor, world, now->previous_velocities);
     put(cursor, now->plastic, world->plastic_count * sizeof(double));
     put(cursor, now->is_present, world->obstacles.count);
     put(cursor, now->is_released, world->obstacles.count);
@@ -135,20 +178,14 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     cursor->used += parts.setting_bytes;
 }
 
-tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size_t *byte_count,
-                                    tulle_error *error) {
-    if (!world || !world->is_started || !bytes || !byte_count) {
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "only a world that has started has a state to save");
-    }
-    const world_motion_state *const now = &world->now;
-    part_sizes const parts = measure_parts(world);
-    size_t const size = state_size(world, parts);
-    memory heap = {.allocator = world->def.allocator};
-    byte_cursor cursor = {memory_allocate(&heap, size), sizeof(state_header)};
-    if (!cursor.bytes) {
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to save the state");
-    }
+size_t tulle_world_get_state_size(const tulle_world *world) {
+    return world && world->is_started ? state_size(world, measure_parts(world)) : 0;
+}
+
+/* The state into `size` bytes, which is the size that it has with these parts. */
+static void write_state(const tulle_world *world, part_sizes parts, unsigned char *bytes,
+                        size_t size) {
+    byte_cursor cursor = {bytes, sizeof(state_header)};
     put_parts(world, parts, &cursor);
     state_header header = {.byte_count = size,
                            .def_hash = world->def_hash,
@@ -161,15 +198,51 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
                            .ignored_count = parts.ignored_count,
                            .hold_count = parts.hold_count,
                            .tie_count = parts.tie_count,
-                           .attachment_count = now->attachment_count,
-                           .time = now->time,
-                           .previous_time_step = now->previous_time_step,
-                           .lost_energy = now->lost_energy};
+                           .attachment_count = world->now.attachment_count,
+                           .time = world->now.time,
+                           .previous_time_step = world->now.previous_time_step,
+                           .lost_energy = world->now.lost_energy};
     memcpy(header.magic, STATE_MAGIC, sizeof header.magic);
-    memcpy(cursor.bytes, &header, sizeof header);
-    header.hash = compute_hash(cursor.bytes, size);
-    memcpy(cursor.bytes, &header, sizeof header);
-    *bytes = cursor.bytes;
+    memcpy(bytes, &header, sizeof header);
+    header.hash = compute_hash(bytes, size);
+    memcpy(bytes, &header, sizeof header);
+}
+
+static tulle_status check_savable(const tulle_world *world, bool has_place, tulle_error *error) {
+    if (world && world->is_started && has_place) return TULLE_OK;
+    return error_set(
+        error, TULLE_ERROR_INVALID_ARGUMENT,
+        "only a world that has started has a state to save, into memory that is there");
+}
+
+tulle_status tulle_world_save_state_into(const tulle_world *world, void *bytes, size_t capacity,
+                                         size_t *byte_count, tulle_error *error) {
+    tulle_status const status = check_savable(world, bytes && byte_count, error);
+    if (status != TULLE_OK) return status;
+    part_sizes const parts = measure_parts(world);
+    size_t const size = state_size(world, parts);
+    if (size > capacity) {
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the state takes %zu bytes, and there is room for %zu", size, capacity);
+    }
+    write_state(world, parts, bytes, size);
+    *byte_count = size;
+    return TULLE_OK;
+}
+
+tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size_t *byte_count,
+                                    tulle_error *error) {
+    tulle_status const status = check_savable(world, bytes && byte_count, error);
+    if (status != TULLE_OK) return status;
+    part_sizes const parts = measure_parts(world);
+    size_t const size = state_size(world, parts);
+    memory heap = {.allocator = world->def.allocator};
+    unsigned char *const made = memory_allocate(&heap, size);
+    if (!made) {
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to save the state");
+    }
+    write_state(world, parts, made, size);
+    *bytes = made;
     *byte_count = size;
     return TULLE_OK;
 }
@@ -278,11 +351,10 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     /* into the spare state first, so that a failure changes nothing */
     world_motion_state *const next = &world->next;
     byte_cursor cursor = {(unsigned char *)(uintptr_t)bytes, sizeof header};
-    size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
-    take(&cursor, next->positions, vector_bytes);
-    take(&cursor, next->velocities, vector_bytes);
-    take(&cursor, next->previous_mean, vector_bytes);
-    take(&cursor, next->previous_velocities, vector_bytes);
+    take_moving(&cursor, world, next->positions);
+    take_moving(&cursor, world, next->velocities);
+    take_moving(&cursor, world, next->previous_mean);
+    take_moving(&cursor, world, next->previous_velocities);
     take(&cursor, next->plastic, world->plastic_count * sizeof(double));
     take(&cursor, next->is_present, world->obstacles.count);
     take(&cursor, next->is_released, world->obstacles.count);
@@ -325,7 +397,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     world->next = old;
     world->step_count = header.step_count;
     world->accepted_rows.rows.count = 0; /* a saved state has no rows */
-    world->has_contacts = world->has_queries = false;
+    world->has_contacts = false;
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world_obstacle *const obstacle = &world->obstacles.data[i];
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];

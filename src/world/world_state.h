@@ -240,6 +240,9 @@ struct tulle_world {
     void *pair_context;
     bool is_started;
     int threads;
+    tulle_tasks host_tasks;       /* as given by tulle_world_set_tasks */
+    const tulle_tasks *tasks;     /* those, or null: threads of the library */
+    bool is_in_batch;             /* while tulle_worlds_step looks whether a world is there twice */
     stop_poll stop;               /* of the caller */
     tulle_step_progress progress; /* of the step that is under way */
 
@@ -387,6 +390,16 @@ tulle_status world_begin_attachments(tulle_world *world, tulle_error *error);
  * used up; after a step that failed nothing has jumped. */
 void world_begin_given(tulle_world *world);
 void world_end_given(tulle_world *world, bool has_failed);
+
+/* state.c: vertices that may move: all but those of static obstacles, which a saved state leaves
+ * out. Runs of them ascend and may be empty. */
+typedef struct moving_run {
+    size_t begin, end; /* vertices */
+    size_t surface;    /* the static one behind it, or surface_count */
+} moving_run;
+moving_run world_first_moving(const tulle_world *world);
+/* False after the last run. */
+bool world_next_moving(const tulle_world *world, moving_run *run);
 
 /* state_check.c: whether a state that was read may be one of this world, which has started; an
  * error says why not. */

@@ -15,6 +15,53 @@ ARGUMENTS_OF(tulle_status_text) {
     assert_non_null(tulle_status_text((tulle_status)INT_MAX));
 }
 
+ARGUMENTS_OF(tulle_version) {
+    (void)unused;
+    char wanted[64];
+    snprintf(wanted, sizeof wanted, "%d.%d.%d", TULLE_VERSION_MAJOR, TULLE_VERSION_MINOR,
+             TULLE_VERSION_PATCH);
+    assert_string_equal(tulle_version(), wanted);
+}
+
+/* Every struct of the headers that is no secret is known, with the size that it has here. */
+static void expect_structs(const char *header) {
+    const char *const source = getenv("TULLE_SOURCE_DIR");
+    if (!source) skip(); /* CTest sets it */
+    char path[1024], line[512];
+    snprintf(path, sizeof path, "%s/include/tulle/%s.h", source, header);
+    FILE *const file = fopen(path, "r");
+    assert_non_null(file);
+    bool is_struct = false;
+    while (fgets(line, sizeof line, file)) {
+        if (strncmp(line, "typedef ", 8) == 0) is_struct = strncmp(line + 8, "struct ", 7) == 0;
+        if (strncmp(line, "} tulle_", 8) != 0 || !is_struct) continue;
+        line[strcspn(line, ";")] = '\0';
+        REFUSED(tulle_check_struct(line + 2, SIZE_MAX, &error));
+        (void)tulle_check_struct(line + 2, SIZE_MAX, &error);
+        if (!strstr(error.message, "bytes in the program"))
+            fail_msg("%s: %s: %s", header, line + 2, error.message);
+        error = (tulle_error){0};
+    }
+    fclose(file);
+}
+
+ARGUMENTS_OF(tulle_check_struct) {
+    (void)unused;
+    REFUSED(tulle_check_struct(NULL, 0, &error));
+    REFUSED(tulle_check_struct("", 0, &error));
+    REFUSED(tulle_check_struct("tulle_world", 8, &error));
+    REFUSED(tulle_check_struct("tulle_world_def ", sizeof(tulle_world_def), &error));
+    REFUSED(tulle_check_struct("tulle_world_def", sizeof(tulle_world_def) - 8, &error));
+    assert_int_equal(tulle_check_struct(NULL, 0, NULL), TULLE_ERROR_INVALID_ARGUMENT);
+    FINE(TULLE_CHECK_STRUCT(tulle_world_def, &error));
+    FINE(TULLE_CHECK_STRUCT(tulle_cloth_def, &error));
+    FINE(TULLE_CHECK_STRUCT(tulle_obstacle_def, &error));
+    FINE(TULLE_CHECK_STRUCT(tulle_step_report, NULL));
+    static const char *const headers[] = {"base", "check",  "detect",  "live",
+                                          "mesh", "shapes", "threads", "world"};
+    for (size_t i = 0; i < sizeof headers / sizeof headers[0]; i++) expect_structs(headers[i]);
+}
+
 ARGUMENTS_OF(tulle_check_intersections) {
     (void)unused;
     tulle_check_body const body = {.mesh = sheet};
@@ -337,6 +384,8 @@ ARGUMENTS_OF(tulle_shape_generate) {
 
 static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_status_text),
+    TABLE_LINE(tulle_version),
+    TABLE_LINE(tulle_check_struct),
     TABLE_LINE(tulle_check_intersections),
     TABLE_LINE(tulle_check_result_destroy),
     TABLE_LINE(tulle_check_triangle_pair),

@@ -295,8 +295,19 @@ ARGUMENTS_OF(tulle_cloth_set_material) {
     assert_true(tulle_world_get_state_hash(started) == before);
 }
 
+/* The world as it was when `bytes` were saved. */
+static void go_back(void *bytes, size_t size, uint64_t hash) {
+    FINE(tulle_world_load_state(started, bytes, size, &error));
+    tulle_world_free_state(started, bytes, size);
+    assert_true(tulle_world_get_state_hash(started) == hash);
+}
+
 ARGUMENTS_OF(tulle_cloth_set_thickness) {
     (void)unused;
+    void *bytes;
+    size_t size;
+    uint64_t const before = tulle_world_get_state_hash(started);
+    FINE(tulle_world_save_state(started, &bytes, &size, &error));
     double contact, gap;
     tulle_world_get_distances(started, &contact, NULL, &gap);
     REFUSED(tulle_cloth_set_thickness(NULL, cloth, contact, &error));
@@ -307,8 +318,10 @@ ARGUMENTS_OF(tulle_cloth_set_thickness) {
     REFUSED(tulle_cloth_set_thickness(started, cloth, 0.0, &error));
     REFUSED(tulle_cloth_set_thickness(started, cloth, 1.99 * gap, &error));
     REFUSED(tulle_cloth_set_thickness(started, cloth, 1.01 * contact, &error));
-    FINE(tulle_cloth_set_thickness(started, cloth, 2.0 * gap, &error));
+    assert_true(tulle_world_get_state_hash(started) == before);
     FINE(tulle_cloth_set_thickness(started, cloth, contact, NULL));
+    FINE(tulle_cloth_set_thickness(started, cloth, 2.0 * gap, &error));
+    go_back(bytes, size, before);
 }
 
 ARGUMENTS_OF(tulle_cloth_release_pin) {
@@ -322,8 +335,43 @@ ARGUMENTS_OF(tulle_cloth_release_pin) {
     REFUSED(tulle_cloth_release_pin(started, free_cloth, 0, &error));
     FINE(tulle_cloth_release_pin(started, cloth, LETS_GO, &error)); /* it has */
     assert_true(tulle_world_get_state_hash(started) == before);
+    void *bytes;
+    size_t size;
+    FINE(tulle_world_save_state(started, &bytes, &size, &error));
     FINE(tulle_cloth_release_pin(started, cloth, ON_KEYS, NULL));
     assert_true(tulle_world_get_state_hash(started) != before);
+    go_back(bytes, size, before);
+}
+
+ARGUMENTS_OF(tulle_world_get_state_size) {
+    (void)unused;
+    assert_int_equal(tulle_world_get_state_size(NULL), 0);
+    assert_int_equal(tulle_world_get_state_size(fresh), 0);
+    assert_true(tulle_world_get_state_size(started) > 0);
+}
+
+ARGUMENTS_OF(tulle_world_save_state_into) {
+    (void)unused;
+    size_t const size = tulle_world_get_state_size(started);
+    size_t count = 7;
+    unsigned char *const bytes = malloc(size + 1);
+    assert_non_null(bytes);
+    memset(bytes, 9, size + 1);
+    REFUSED(tulle_world_save_state_into(NULL, bytes, size, &count, &error));
+    REFUSED(tulle_world_save_state_into(fresh, bytes, size, &count, &error));
+    REFUSED(tulle_world_save_state_into(started, NULL, size, &count, &error));
+    REFUSED(tulle_world_save_state_into(started, bytes, size, NULL, &error));
+    size_t const too_small[] = {0, 1, size - 1};
+    for (int i = 0; i < 3; i++)
+        REFUSED(tulle_world_save_state_into(started, bytes, too_small[i], &count, &error));
+    assert_int_equal(tulle_world_save_state_into(NULL, NULL, 0, NULL, NULL),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    for (size_t i = 0; i <= size; i++) assert_int_equal(bytes[i], 9);
+    assert_int_equal(count, 7);
+    FINE(tulle_world_save_state_into(started, bytes + 1, size, &count, &error));
+    assert_int_equal(count, size);
+    FINE(tulle_world_load_state(started, bytes + 1, count, &error));
+    free(bytes);
 }
 
 /* What the host drives has nothing else that moves it. */
@@ -358,6 +406,8 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_cloth_set_material),
     TABLE_LINE(tulle_cloth_set_thickness),
     TABLE_LINE(tulle_cloth_release_pin),
+    TABLE_LINE(tulle_world_get_state_size),
+    TABLE_LINE(tulle_world_save_state_into),
 };
 
 static void every_function_has_its_test(void **unused) {

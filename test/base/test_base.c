@@ -204,6 +204,44 @@ static void hash_is_fixed_and_sensitive(void **state) {
                 UINT64_C(0x910a2dec89025cc1)); /* SplitMix64's published first value for seed 1 */
 }
 
+/* As told in hash.c, one word after the other. */
+static uint64_t hash_block_slowly(const unsigned char *bytes, size_t count) {
+    uint64_t lanes[4];
+    for (uint64_t i = 0; i < 4; i++) lanes[i] = hash_mix(HASH_SEED + i);
+    for (size_t place = 0; place < 4 * (count / 32 + 1); place++) {
+        uint64_t word = 0;
+        for (size_t k = 0; k < 8 && 8 * place + k < count; k++)
+            word |= (uint64_t)bytes[8 * place + k] << 8 * k;
+        uint64_t *const lane = &lanes[place % 4];
+        *lane = (*lane ^ word) * UINT64_C(0x9e3779b97f4a7c15);
+        *lane ^= *lane >> 32;
+    }
+    uint64_t hash = hash_mix(count);
+    for (int i = 0; i < 4; i++) hash = hash_mix(hash ^ lanes[i]);
+    return hash;
+}
+
+static void hash_of_a_block_sees_each_bit_and_the_length(void **state) {
+    (void)state;
+    unsigned char bytes[131]; /* four rows of the lanes, and a word with a rest */
+    uint64_t random = 3, seen[sizeof bytes + 1];
+    for (size_t i = 0; i < sizeof bytes; i++) bytes[i] = (unsigned char)random_next(&random);
+    for (size_t count = 0; count <= sizeof bytes; count++) {
+        uint64_t const hash = hash_block(bytes, count);
+        assert_true(hash == hash_block_slowly(bytes, count));
+        for (size_t bit = 0; bit < 8 * count; bit++) {
+            bytes[bit / 8] ^= (unsigned char)(1u << bit % 8);
+            assert_true(hash_block(bytes, count) != hash);
+            bytes[bit / 8] ^= (unsigned char)(1u << bit % 8);
+        }
+    }
+    memset(bytes, 0, sizeof bytes);
+    for (size_t count = 0; count <= sizeof bytes; count++) {
+        seen[count] = hash_block(bytes, count);
+        for (size_t i = 0; i < count; i++) assert_true(seen[i] != seen[count]);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(memory_limit_is_kept),
@@ -216,6 +254,7 @@ int main(void) {
         cmocka_unit_test(a_reserved_arena_is_one_block),
         cmocka_unit_test(chunks_do_not_depend_on_threads),
         cmocka_unit_test(hash_is_fixed_and_sensitive),
+        cmocka_unit_test(hash_of_a_block_sees_each_bit_and_the_length),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -138,6 +138,67 @@ static void loops_on_a_busy_machine_are_whole(void **state) {
     (void)state;
 }
 
+/* Ways in which a host may run tasks. */
+typedef enum host_way { IN_ORDER, BACKWARDS, ON_THREADS, NONE_AT_ALL, HOST_WAYS } host_way;
+typedef struct host {
+    host_way way;
+    size_t calls, most; /* of `run`; tasks of one call */
+} host;
+typedef struct host_task {
+    tulle_task task;
+    void *work;
+    size_t index;
+} host_task;
+
+static void *run_host_task(void *argument) {
+    const host_task *const self = argument;
+    self->task(self->work, self->index);
+    return NULL;
+}
+
+static void run_host_tasks(void *context, tulle_task task, void *work, size_t count) {
+    host *const self = context;
+    pthread_t threads[16];
+    host_task tasks[16];
+    assert_true(count <= 16);
+    self->calls++;
+    if (count > self->most) self->most = count;
+    for (size_t i = 0; i < count; i++)
+        tasks[i] = (host_task){task, work, self->way == BACKWARDS ? count - 1 - i : i};
+    for (size_t i = 0; i < count && self->way != NONE_AT_ALL; i++) {
+        if (self->way != ON_THREADS)
+            (void)run_host_task(&tasks[i]);
+        else
+            assert_int_equal(pthread_create(&threads[i], NULL, run_host_task, &tasks[i]), 0);
+    }
+    for (size_t i = 0; i < count && self->way == ON_THREADS; i++) pthread_join(threads[i], NULL);
+}
+
+/* Tasks of a host take all chunks, as workers of their own; whoever runs alone asks for none. */
+static void a_host_may_run_the_loops(void **state) {
+    (void)state;
+    for (int way = 0; way < HOST_WAYS; way++) {
+        host of = {.way = (host_way)way};
+        tulle_tasks const tasks = {run_host_tasks, &of};
+        assert_null(parallel_use(&tasks));
+        for (size_t count = 0; count < 40; count += 3)
+            for (int threads = 1; threads <= 9; threads += 2)
+                assert_true(is_loop_right(count, 2, threads));
+        assert_true(is_loop_right(CHUNK_MAX, 1, 16));
+        assert_true(of.calls > 20 && of.most == 16);
+        size_t const calls = of.calls;
+        parallel_set_alone(true);
+        assert_true(is_loop_right(CHUNK_MAX, 1, 16));
+        parallel_set_alone(false);
+        assert_int_equal(of.calls, calls);
+        assert_true(is_loop_right(2, 1, 2));
+        assert_int_equal(of.calls, calls + 1);
+        assert_ptr_equal(parallel_use(NULL), &tasks);
+        assert_true(is_loop_right(2, 1, 2));
+        assert_int_equal(of.calls, calls + 1);
+    }
+}
+
 #ifdef TULLE_HAS_OWN_THREADS
 enum { HELPER_RUNS, HELPER_IS_CALLED, HELPER_IS_STOPPED };
 static atomic_int helper_state;
@@ -209,6 +270,7 @@ static void threads_are_resolved(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_host_may_run_the_loops),
         cmocka_unit_test(every_chunk_runs_once),
         cmocka_unit_test(loops_may_be_far_apart),
         cmocka_unit_test(callers_do_not_disturb_each_other),

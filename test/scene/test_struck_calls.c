@@ -8,6 +8,7 @@
 #include "support/struck_calls.h"
 
 #include "tulle/check.h"
+#include "tulle/threads.h"
 #include "tulle_io/cache.h"
 
 #include <stdbool.h>
@@ -180,6 +181,13 @@ static tulle_status step(void *context, tulle_error *error) {
     return tulle_world_step(run->built.world, tulle_scene_get_time_step(run->loaded), NULL, error);
 }
 
+static tulle_status step_as_batch(void *context, tulle_error *error) {
+    running *const run = context;
+    double const time_step = tulle_scene_get_time_step(run->loaded);
+    tulle_world_batch const batch = {.worlds = &run->built.world, .count = 1, .threads = 1};
+    return tulle_worlds_step(&batch, time_step, error);
+}
+
 static tulle_status get_contacts(void *context, tulle_error *error) {
     running *const run = context;
     const tulle_contact *contacts = NULL;
@@ -235,7 +243,7 @@ static void run_case(const small_case *scene, strike kind, uint64_t hashes[STEPS
     survive(&run, "build", build);
     survive(&run, "start", start);
     for (int i = 0; i < scene->step_count; i++) {
-        survive(&run, "step", step);
+        survive(&run, "step", i % 2 == 0 ? step : step_as_batch);
         hashes[i] = get_hash(&run);
         survive(&run, "get contacts", get_contacts);
         survive(&run, "get patches", get_patches);

@@ -179,7 +179,7 @@ static void states_hold_changes(void **state) {
         unsigned char old[8];
         memcpy(old, saved + cases[i].at, sizeof old);
         memcpy(saved + cases[i].at, cases[i].value, sizeof old);
-        uint64_t hash = hash_bytes(HASH_SEED, saved + HASHED_FROM, size - HASHED_FROM);
+        uint64_t hash = hash_block(saved + HASHED_FROM, size - HASHED_FROM);
         memcpy(saved + HASH_AT, &hash, sizeof hash);
         uint64_t const before = tulle_world_get_state_hash(worlds[1]);
         if (tulle_world_load_state(worlds[1], saved, size, &error) != TULLE_ERROR_PARSE)

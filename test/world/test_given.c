@@ -390,8 +390,7 @@ static void a_pose_that_is_none_is_refused(void **state) {
         memcpy(changed, pose, sizeof pose);
         if (k < 7) changed[k] = bad[k < 3 ? k % 2 : k % 3]; /* a translation may be 1.5 m */
         memcpy(bytes + at, changed, sizeof changed);
-        uint64_t const hash =
-            hash_bytes(HASH_SEED, bytes + HASHED_FROM, good.byte_count - HASHED_FROM);
+        uint64_t const hash = hash_block(bytes + HASHED_FROM, good.byte_count - HASHED_FROM);
         memcpy(bytes + HASH_AT, &hash, sizeof hash);
         tulle_error error = {0};
         expect(k < 7 ? TULLE_ERROR_PARSE : TULLE_OK,

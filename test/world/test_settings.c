@@ -221,14 +221,14 @@ static void settings_that_are_none_are_refused(void **state) {
         unsigned char *const place = bytes + count - (numbers - k) * sizeof kept;
         memcpy(&kept, place, sizeof kept);
         memcpy(place, &bad, sizeof bad);
-        uint64_t const hash = hash_bytes(HASH_SEED, bytes + HASHED_FROM, count - HASHED_FROM);
+        uint64_t const hash = hash_block(bytes + HASHED_FROM, count - HASHED_FROM);
         memcpy(bytes + HASH_AT, &hash, sizeof hash);
         bool const is_seed = law_numbers + 3 + offsetof(tulle_wind, seed) / sizeof kept == k;
         expect(is_seed ? TULLE_OK : TULLE_ERROR_PARSE,
                tulle_world_load_state(world, bytes, count, &error), &error);
         memcpy(place, &kept, sizeof kept);
         if (!is_seed) assert_true(tulle_world_get_state_hash(world) == state_hash);
-        uint64_t const good = hash_bytes(HASH_SEED, bytes + HASHED_FROM, count - HASHED_FROM);
+        uint64_t const good = hash_block(bytes + HASHED_FROM, count - HASHED_FROM);
         memcpy(bytes + HASH_AT, &good, sizeof good);
         expect(TULLE_OK, tulle_world_load_state(world, bytes, count, &error), &error);
     }

@@ -113,9 +113,13 @@ static tulle_status shorten_time(commit_work *work) {
         arena_release(scene->scratch, mark);
         if (status != TULLE_OK || work->is_clean) return status;
         if (!(report->fraction >= MINIMUM_FRACTION)) break;
-        /* x1 = x0 + fraction (base - x0); bodies go the first part of their way */
+        /* x1 = x0 + fraction (base - x0), and what stands still keeps its bits, the sign of a zero
+         * included; bodies go the first part of their way */
         for (size_t i = 0; i < size; i++)
-            work->x1[i] = scene->x0[i] + report->fraction * (base[i] - scene->x0[i]);
+            if (base[i] != scene->x0[i])
+                work->x1[i] = scene->x0[i] + report->fraction * (base[i] - scene->x0[i]);
+            else
+                work->x1[i] = scene->x0[i];
         place_bodies(scene, work->u, report->fraction, work->x1);
     }
     report->outcome = COMMIT_BLOCKED;

@@ -35,3 +35,21 @@ double TULLE_KERNEL(advance_along)(const advance_vectors *vectors, double alpha,
     for (; i < last; i++) rest += r[i] * z[i];
     return ((sums[0] + sums[1]) + (sums[2] + sums[3])) + rest;
 }
+
+double TULLE_KERNEL(measure_along)(const double *a, const double *b, size_t begin, size_t end) {
+    lanes4 sums = {0};
+    size_t i = 3 * begin;
+    for (; i + 4 <= 3 * end; i += 4) sums += *(const lanes4 *)(a + i) * *(const lanes4 *)(b + i);
+    double first = sums[0];
+    for (; i < 3 * end; i++) first += a[i] * b[i];
+    return (first + sums[1]) + (sums[2] + sums[3]);
+}
+
+void TULLE_KERNEL(turn_along)(double *direction, const double *start, double factor, size_t begin,
+                              size_t end) {
+    size_t i = 3 * begin;
+    for (; i + 4 <= 3 * end; i += 4)
+        *(lanes4 *)(direction + i) =
+            *(const lanes4 *)(start + i) + factor * *(const lanes4 *)(direction + i);
+    for (; i < 3 * end; i++) direction[i] = start[i] + factor * direction[i];
+}

@@ -1,6 +1,7 @@
 /* world/start/explain.c - what a world tells about its last step and the one to come: contacts,
  * stretch, fineness and patches. Asked for, never needed by a step. */
 #include "base/error.h"
+#include "base/parallel.h"
 #include "detect/patches/patches.h"
 #include "geom/distance.h"
 #include "world/world_state.h"
@@ -181,7 +182,9 @@ static tulle_status find_patches(tulle_world *world, size_t index,
     patch_settings const settings = {
         options->max_angle > 0.0 ? options->max_angle : MAX_ANGLE_DEFAULT, world->threads};
     patch_list list;
+    const tulle_tasks *const before = parallel_use(world->tasks);
     tulle_status const status = grow_patches(&surface, &settings, &world->scratch, labels, &list);
+    (void)parallel_use(before);
     if (status == TULLE_OK) *patch_count = list.count;
     return status;
 }

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/parallel.h"
 #include "dynamics/hysteresis.h"
 #include "world/bodies/bodies.h"
 #include "world/start/inside.h"
@@ -184,6 +185,9 @@ static tulle_status place_obstacles(tulle_world *world, tulle_error *error) {
     size_t const offset = 3 * (world->cloth_vertex_count + 2 * world->body_count);
     memcpy(world->now.positions + offset, world->targets + offset,
            (3 * world->vertex_count - offset) * sizeof(double));
+    /* saved states leave out what never moves: it is in both states from here on */
+    memcpy(world->next.positions + offset, world->targets + offset,
+           (3 * world->vertex_count - offset) * sizeof(double));
     for (size_t i = 0; i < world->obstacles.count; i++) {
         bool const is_present = world->obstacles.data[i].appear_time <= 0.0;
         world->now.is_present[i] = is_present;
@@ -264,8 +268,10 @@ tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the world has no cloth and no rigid body; add one before it starts");
     }
+    const tulle_tasks *const before = parallel_use(world->tasks);
     tulle_status status = start_stages(world, is_judged, error);
     if (status == TULLE_OK && is_judged) status = world_begin_attachments(world, error);
+    (void)parallel_use(before);
     if (status != TULLE_OK) {
         world_release_start(world);
         return status;

@@ -10,6 +10,7 @@
 #include "world/step/step.h"
 
 #include "base/error.h"
+#include "base/parallel.h"
 #include "base/timer.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_room.h"
@@ -182,6 +183,7 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
                             .whole_step = time_step,
                             .report = &local,
                             .error = error};
+    const tulle_tasks *const before = parallel_use(world->tasks);
     world->message[0] = '\0';
     atomic_store(&world->stop.is_stopped, false);
     arena_mark const mark = arena_get_mark(&world->scratch);
@@ -189,6 +191,7 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     status = world_keep_start(world, error);
     if (status != TULLE_OK) {
         world_end_given(world, true);
+        (void)parallel_use(before);
         return status;
     }
     world_begin_given(world);
@@ -203,6 +206,7 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     if (status == TULLE_OK) status = world_swap_states(world, error);
     world_end_given(world, status != TULLE_OK);
     if (status != TULLE_OK) world_undo_step(world);
+    (void)parallel_use(before);
 
     local.time = world->now.time;
     local.ignored_pairs = world->ignored.count;

@@ -1,0 +1,153 @@
+/* What a step of small worlds costs, many of them at once by tulle_worlds_step: cloths of 10 x 10
+ * particles that hang from two corners, or that fall over a box on a floor and come to rest on
+ * them. And what saving, loading and hashing the state of one of them costs. Prints Markdown.
+ * Usage: bench_worlds [worlds] [steps] [threads] */
+#include "base/timer.h"
+#include "tulle/tulle.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+enum { SIDE = 10, SAVES = 2000 };
+static const double STEP = 1.0 / 60.0; /* [s] */
+
+typedef struct bench_case {
+    const char *name;
+    bool has_contact;
+    tulle_quality quality;
+} bench_case;
+static const bench_case CASES[] = {
+    {"hangs", false, TULLE_QUALITY_NORMAL},
+    {"hangs, draft", false, TULLE_QUALITY_DRAFT},
+    {"on a box", true, TULLE_QUALITY_NORMAL},
+    {"on a box, draft", true, TULLE_QUALITY_DRAFT},
+};
+
+static tulle_error error;
+
+static void require(tulle_status status) {
+    if (status == TULLE_OK) return;
+    fprintf(stderr, "bench_worlds: %s\n", error.message);
+    exit(1);
+}
+
+static void add_box(tulle_world *world, double side, double height, double top) {
+    tulle_mesh box;
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    shape.size[0] = shape.size[1] = side;
+    shape.size[2] = height;
+    require(tulle_shape_generate(&shape, &box, &error));
+    for (size_t v = 0; v < box.vertex_count; v++) box.positions[3 * v + 2] += top - 0.5 * height;
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    def.mesh = tulle_mesh_get_view(&box);
+    require(tulle_world_add_obstacle(world, &def, NULL, &error));
+    tulle_mesh_destroy(&box);
+}
+
+/* Worlds of one case differ by their heights. */
+static tulle_world *make_world(const bench_case *kind, int number) {
+    tulle_world *world;
+    tulle_world_def world_def = tulle_world_def_default();
+    world_def.threads = 1;
+    world_def.quality = kind->quality;
+    require(tulle_world_create(&world_def, &world, &error));
+    tulle_mesh sheet;
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_RECTANGLE);
+    shape.size[0] = shape.size[1] = 0.3;
+    shape.resolution[0] = shape.resolution[1] = SIDE;
+    require(tulle_shape_generate(&shape, &sheet, &error));
+    for (size_t v = 0; v < sheet.vertex_count; v++)
+        sheet.positions[3 * v + 2] += 0.02 + 1e-4 * number;
+    uint32_t const corners[2] = {0, SIDE - 1};
+    tulle_pin const pin = {corners, 2, {0}, (double)INFINITY};
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    cloth.pins = &pin;
+    cloth.pin_count = kind->has_contact ? 0 : 1;
+    require(tulle_world_add_cloth(world, &cloth, NULL, &error));
+    tulle_mesh_destroy(&sheet);
+    if (kind->has_contact) {
+        add_box(world, 0.2, 0.2, 0.0);
+        add_box(world, 1.0, 0.1, -0.1);
+    }
+    require(tulle_world_start(world, &error));
+    return world;
+}
+
+/* [s] of all threads of the process. */
+static double processor_time(void) { return (double)clock() / CLOCKS_PER_SEC; }
+
+static void measure_steps(const bench_case *kind, size_t count, int steps, int threads) {
+    tulle_world **const worlds = malloc(count * sizeof *worlds);
+    tulle_step_report *const reports = malloc(count * sizeof *reports);
+    if (!worlds || !reports) exit(1);
+    for (size_t i = 0; i < count; i++) worlds[i] = make_world(kind, (int)i);
+    tulle_world_batch const batch = {worlds, count, threads, reports, NULL};
+    double iterations = 0.0, solves = 0.0, contacts = 0.0;
+    double wall = 0.0, processor = 0.0, solving = 0.0;
+    for (int step = 0; step < steps; step++) {
+        double const start = timer_now(), start_processor = processor_time();
+        require(tulle_worlds_step(&batch, STEP, &error));
+        wall += timer_now() - start;
+        processor += processor_time() - start_processor;
+        for (size_t i = 0; i < count; i++) {
+            iterations += reports[i].cg_iterations;
+            solves += reports[i].solve_count;
+            contacts += (double)reports[i].contacts;
+            solving += reports[i].stage_seconds[6] / reports[i].total_seconds;
+        }
+    }
+    double const all = (double)count * steps;
+    printf("| %s | %.0f | %.0f | %.1f | %.1f | %.0f | %.0f %% |\n", kind->name, all / wall,
+           1e6 * processor / all, solves / all, iterations / all, contacts / all,
+           100.0 * solving / all);
+    for (size_t i = 0; i < count; i++) tulle_world_destroy(worlds[i]);
+    free(worlds);
+    free(reports);
+}
+
+/* The least of many, since what else runs on the machine only adds. */
+static void measure_states(const bench_case *kind, int steps) {
+    tulle_world *const world = make_world(kind, 0);
+    for (int step = 0; step < steps; step++) require(tulle_world_step(world, STEP, NULL, &error));
+    size_t size = tulle_world_get_state_size(world);
+    void *const bytes = malloc(size);
+    if (!bytes) exit(1);
+    double least[3] = {1.0, 1.0, 1.0};
+    uint64_t hash = 0;
+    for (int i = 0; i < SAVES; i++) {
+        double const start = timer_now();
+        require(tulle_world_save_state_into(world, bytes, size, &size, &error));
+        double const saved = timer_now();
+        require(tulle_world_load_state(world, bytes, size, &error));
+        double const loaded = timer_now();
+        hash ^= tulle_world_get_state_hash(world);
+        double const hashed = timer_now();
+        least[0] = fmin(least[0], saved - start);
+        least[1] = fmin(least[1], loaded - saved);
+        least[2] = fmin(least[2], hashed - loaded);
+    }
+    printf("| %s | %zu | %.1f | %.1f | %.1f |\n", kind->name, size, 1e6 * least[0], 1e6 * least[1],
+           1e6 * least[2]);
+    if (hash != 0) printf("the hash changes\n"); /* an even number of equal ones */
+    free(bytes);
+    tulle_world_destroy(world);
+}
+
+int main(int argc, char **argv) {
+    int const count = argc > 1 ? atoi(argv[1]) : 64, steps = argc > 2 ? atoi(argv[2]) : 240;
+    int const threads = argc > 3 ? atoi(argv[3]) : 2;
+    if (count < 1 || steps < 1 || threads < 0 || threads > 256) return 2;
+    size_t const case_count = sizeof CASES / sizeof CASES[0];
+    printf("%d worlds of %d particles, %d steps, %d threads\n\n", count, SIDE * SIDE, steps,
+           threads);
+    printf("| cloth | steps a second in sum | us of a processor a step | solves | iterations | "
+           "contacts | of it solves |\n|---|---|---|---|---|---|---|\n");
+    for (size_t i = 0; i < case_count; i++) measure_steps(&CASES[i], (size_t)count, steps, threads);
+    printf("\n| state | bytes | us to save | us to load | us to hash |\n|---|---|---|---|---|\n");
+    for (size_t i = 0; i < case_count; i += 2) measure_states(&CASES[i], steps);
+    return 0;
+}
