@@ -169,8 +169,8 @@ typedef enum tulle_values {
      * areas; zero where these cancel or there are none */
     TULLE_VALUES_NORMALS,
     /* [N] on vertices: the mean force of all contacts over the last substep of the last accepted
-     * step; zero before the first step and after a state was loaded. What rebounds add is left
-     * out. */
+     * step, added up in the type that is asked for; zero before the first step, after a state was
+     * loaded, and between things that sleep. What rebounds add is left out. */
     TULLE_VALUES_CONTACT_FORCES,
     /* of triangles of woven cloth: strain of the warp, of the weft, and the shear, as in
      * tulle_material; the strain of a yarn is its length over that at rest, less one */
