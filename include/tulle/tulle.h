@@ -2,6 +2,7 @@
 #ifndef TULLE_TULLE_H
 #define TULLE_TULLE_H
 #include "tulle/base.h"
+#include "tulle/bodies.h"
 #include "tulle/check.h"
 #include "tulle/detect.h"
 #include "tulle/live.h"

@@ -3,9 +3,10 @@
  * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
  * impulses, ignored pairs, plastic parts where cloth has hysteresis, poses of obstacles that the
- * host drives as a whole, gravity, wind and laws where the host has changed them. What the host
- * gave for the next step is input and no state. It also holds the patches: they decide how fast
- * later steps are and what reports say, but no position. Little-endian, doubles as they are. */
+ * host drives as a whole, gravity, wind, laws, locks and drives where the host has changed them.
+ * What the host gave for the next step is input and no state. It also holds the patches: they
+ * decide how fast later steps are and what reports say, but no position. Little-endian, doubles as
+ * they are. */
 #include "base/error.h"
 #include "base/hash.h"
 #include "world/bodies/bodies.h"
@@ -15,9 +16,10 @@
 #include <stddef.h>
 #include <string.h>
 
-/* 7: version; 8: the same with settings at the end, where they differ from those at the start. */
+/* 7: version; plus 1: with settings at the end, where they differ from those at the start; plus 2:
+ * with locks and drives of bodies before these. */
 static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', '7'};
-enum { WITH_SETTINGS = '8' };
+enum { WITH_SETTINGS = 1, WITH_CONTROLS = 2, WITH_ALL = WITH_SETTINGS + WITH_CONTROLS };
 
 typedef struct state_header {
     char magic[8];
@@ -73,12 +75,13 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     if (world->body_count > 0) hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
     hash = world_hash_settings(world, hash);
+    hash = world_hash_controls(world, hash);
     return contact_store_hash(&now->contacts, hash);
 }
 
 /* The variable parts of a state. */
 typedef struct part_sizes {
-    size_t contact_bytes, patch_bytes, ignored_count, hold_count, setting_bytes;
+    size_t contact_bytes, patch_bytes, ignored_count, hold_count, control_bytes, setting_bytes;
 } part_sizes;
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
@@ -87,16 +90,22 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
            world->particle_count + world->body_count * sizeof(body_rest) +
            world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
            parts.contact_bytes + parts.patch_bytes +
-           parts.ignored_count * sizeof(tulle_intersection) + parts.setting_bytes;
+           parts.ignored_count * sizeof(tulle_intersection) + parts.control_bytes +
+           parts.setting_bytes;
 }
 
 /* The parts that a header names, and what is left for settings. Each of its counts has been checked
  * to fit into the saved bytes. */
 static part_sizes read_parts(const tulle_world *world, const state_header *header) {
-    part_sizes parts = {(size_t)header->contact_bytes, (size_t)header->patch_bytes,
-                        (size_t)header->ignored_count, (size_t)header->hold_count, 0};
+    int const with = header->magic[7] - STATE_MAGIC[7];
+    part_sizes parts = {(size_t)header->contact_bytes,
+                        (size_t)header->patch_bytes,
+                        (size_t)header->ignored_count,
+                        (size_t)header->hold_count,
+                        with & WITH_CONTROLS ? world->body_count * sizeof *world->controls : 0,
+                        0};
     size_t const size = state_size(world, parts), all = (size_t)header->byte_count;
-    if (header->magic[7] == WITH_SETTINGS && all > size) parts.setting_bytes = all - size;
+    if ((with & WITH_SETTINGS) && all > size) parts.setting_bytes = all - size;
     return parts;
 }
 
@@ -105,6 +114,7 @@ static part_sizes measure_parts(const tulle_world *world) {
                         .patch_bytes = world->patches ? kept_patches_save(world->patches, NULL) : 0,
                         .ignored_count = world->ignored.count,
                         .hold_count = world->now.hold_count,
+                        .control_bytes = world_get_controls_size(world),
                         .setting_bytes = world_get_settings_size(world)};
 }
 
@@ -128,6 +138,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     cursor->used += parts.contact_bytes;
     if (parts.patch_bytes > 0) kept_patches_save(world->patches, cursor->bytes + cursor->used);
     cursor->used += parts.patch_bytes;
+    put(cursor, world->controls, parts.control_bytes);
     if (parts.setting_bytes > 0) world_put_settings(world, cursor->bytes + cursor->used);
     cursor->used += parts.setting_bytes;
 }
@@ -160,7 +171,8 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
                            .previous_time_step = now->previous_time_step,
                            .lost_energy = now->lost_energy};
     memcpy(header.magic, STATE_MAGIC, sizeof header.magic);
-    if (parts.setting_bytes > 0) header.magic[7] = WITH_SETTINGS;
+    header.magic[7] = (char)(STATE_MAGIC[7] + (parts.setting_bytes > 0 ? WITH_SETTINGS : 0) +
+                             (parts.control_bytes > 0 ? WITH_CONTROLS : 0));
     memcpy(cursor.bytes, &header, sizeof header);
     header.hash = compute_hash(cursor.bytes, size);
     memcpy(cursor.bytes, &header, sizeof header);
@@ -182,13 +194,13 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     if (memcmp(header->magic, STATE_MAGIC, sizeof header->magic - 1) != 0) {
         return error_set(error, TULLE_ERROR_PARSE, "these bytes are not a saved state");
     }
-    if (header->magic[7] != STATE_MAGIC[7] && header->magic[7] != WITH_SETTINGS) {
+    if (header->magic[7] < STATE_MAGIC[7] || header->magic[7] > STATE_MAGIC[7] + WITH_ALL) {
         return error_set(error, TULLE_ERROR_PARSE,
                          "the saved state is of another version of Tulle (format %c, this one "
-                         "reads %c and %c): start the run anew",
+                         "reads %c to %c): start the run anew",
                          header->magic[7] >= ' ' && header->magic[7] <= '~' ? header->magic[7]
                                                                             : '?',
-                         STATE_MAGIC[7], WITH_SETTINGS);
+                         STATE_MAGIC[7], STATE_MAGIC[7] + WITH_ALL);
     }
     uint64_t const left = byte_count / sizeof(tulle_intersection);
     if (header->byte_count != byte_count || header->contact_bytes > byte_count ||
@@ -267,6 +279,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     part_sizes const parts = read_parts(world, &header);
     const unsigned char *const settings =
         (const unsigned char *)bytes + byte_count - parts.setting_bytes;
+    const unsigned char *const controls = settings - parts.control_bytes;
 
     /* into the spare state first, so that a failure changes nothing */
     world_motion_state *const next = &world->next;
@@ -288,7 +301,11 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;
     next->lost_energy = header.lost_energy;
+    if (world->body_count > 0) /* not saved */
+        memset(next->drive_forces, 0, BODY_AXES * world->body_count * sizeof(double));
     status = world_check_settings(world, settings, parts.setting_bytes, error);
+    if (status == TULLE_OK)
+        status = world_check_controls(world, controls, parts.control_bytes, error);
     if (status == TULLE_OK) status = world_check_state(world, next, error);
     if (status == TULLE_OK) status = take_ignored(world, &cursor, parts.ignored_count, error);
     if (status != TULLE_OK) return status;
@@ -305,6 +322,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
 
     world_restore_ignored(world); /* as read */
     world_take_settings(world, settings, parts.setting_bytes);
+    world_take_controls(world, controls, parts.control_bytes);
     world->intersections.count = world->overlaps.count = 0;
     world_motion_state const old = world->now;
     world->now = *next;
