@@ -38,7 +38,7 @@ typedef struct session {
     uint64_t given;
     uint32_t cloth_count, obstacle_count;
     tulle_world_def def;
-    bool is_started;
+    bool is_started, watches;
     bool has_started_clean; /* nothing intersected at the start, and nothing is let through later */
     /* The saved state, and the hashes that steps led to since. */
     void *saved;
@@ -553,6 +553,38 @@ static void control_body(session *self) {
     for (int k = 0; k < 3; k++) FUZZ_CHECK(isfinite(force[k]) && isfinite(torque[k]));
 }
 
+/* Watches events, or takes those that are there. */
+static void watch(session *self) {
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    tulle_error error = {0};
+    if (fuzz_take_below(self->bytes, 3) == 0) {
+        tulle_event_watch wanted = tulle_event_watch_default();
+        wanted.kinds = fuzz_take(self->bytes) * 16u;
+        wanted.capacity = fuzz_take_below(self->bytes, 8);
+        wanted.contact_force = fuzz_take_between(self->bytes, -0.1, 1.0);
+        bool const is_good = wanted.kinds < 1u << TULLE_EVENT_KIND_COUNT && wanted.capacity > 0 &&
+                             wanted.contact_force >= 0.0;
+        tulle_status const status = tulle_world_watch_events(self->world, &wanted, &error);
+        FUZZ_CHECK((status == TULLE_OK) == is_good);
+        if (status) fuzz_check_error(status, &error);
+        if (status == TULLE_OK) self->watches = true;
+    }
+    tulle_event events[4];
+    size_t count;
+    uint64_t lost;
+    tulle_status const status =
+        tulle_world_poll_events(self->world, events, 4, &count, &lost, &error);
+    FUZZ_CHECK((status == TULLE_OK) == self->watches && count <= 4);
+    uint32_t const object_count = self->cloth_count + self->obstacle_count;
+    for (size_t i = 0; i < count; i++) {
+        FUZZ_CHECK(events[i].kind < TULLE_EVENT_KIND_COUNT && events[i].force >= 0.0);
+        FUZZ_CHECK(events[i].object_a < object_count || events[i].object_a == UINT32_MAX);
+        FUZZ_CHECK(events[i].object_b < object_count || events[i].object_b == UINT32_MAX);
+        FUZZ_CHECK(events[i].step < tulle_world_get_step_count(self->world));
+    }
+    FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+}
+
 /* Looks at everything; nothing changes by that. */
 static void look(session *self) {
     uint64_t const before = tulle_world_get_state_hash(self->world);
@@ -633,9 +665,9 @@ static run_end run(fuzz_bytes bytes, int threads, bool is_stopped_at_times) {
     count_call();
     start(&self);
     static void (*const calls[])(session *) = {
-        step,       step,         step,        step, step, save, go_back,
-        push_body,  look,         be_refused,  give, give, give, change_settings,
-        change_law, control_body, control_body};
+        step,       step,         step,         step, step, save, go_back,
+        push_body,  look,         be_refused,   give, give, give, change_settings,
+        change_law, control_body, control_body, watch};
     for (int left = CALLS_MAX; left > 0 && self.is_started && bytes.used < bytes.size; left--) {
         count_call();
         calls[fuzz_take_below(&bytes, sizeof calls / sizeof calls[0])](&self);

@@ -5,6 +5,7 @@
 #include "tulle/bodies.h"
 #include "tulle/check.h"
 #include "tulle/detect.h"
+#include "tulle/events.h"
 #include "tulle/live.h"
 #include "tulle/mesh.h"
 #include "tulle/shapes.h"

@@ -316,6 +316,8 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     if (status != TULLE_OK)
         return error_set(error, TULLE_ERROR_PARSE,
                          "the contacts of the saved state cannot be read: start the run anew");
+    status = world_find_touching(world, next, error);
+    if (status != TULLE_OK) return status;
     status = take_patches(world, cursor.bytes + cursor.used + parts.contact_bytes,
                           parts.patch_bytes, error);
     if (status != TULLE_OK) return status;
@@ -338,6 +340,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     }
     world_end_given(world, true);
     world_mark_bodies(world, &world->now);
+    world_restart_events(world);
     return TULLE_OK;
 }
 

@@ -17,6 +17,7 @@
 #include "geom/topology.h"
 #include "math/nested_aggregates.h"
 #include "tulle/bodies.h"
+#include "tulle/events.h"
 #include "world/motion.h"
 
 enum { WORLD_NAME_BYTES = 64, WORLD_MESSAGE_BYTES = 1024 };
@@ -191,6 +192,9 @@ typedef struct world_settings {
 
 typedef ARRAY(tulle_intersection) intersection_list;
 
+/* What is watched for the host; see events.c. */
+typedef struct world_events world_events;
+
 struct tulle_world {
     memory heap;
     tulle_world_def def;
@@ -257,6 +261,7 @@ struct tulle_world {
     ARRAY(uint64_t) ignored_keys;    /* the same as ignored_pair_key, ascending */
     ARRAY(tulle_contact) contacts;   /* accepted_rows as the user sees them, when has_contacts */
     bool has_contacts;
+    world_events *events;                  /* null: the host watches nothing */
     tulle_untangle_report untangle_report; /* of the start */
     arena scratch;
     char message[WORLD_MESSAGE_BYTES];
@@ -313,6 +318,15 @@ uint64_t world_hash_controls(const tulle_world *world, uint64_t hash);
 tulle_status world_check_controls(const tulle_world *world, const void *bytes, size_t size,
                                   tulle_error *error);
 void world_take_controls(tulle_world *world, const void *bytes, size_t size);
+
+/* events.c: looks for the objects that press on each other in a state that is about to become the
+ * world's; then, when it has, tells what has changed since the last look, or begins anew with an
+ * empty queue. Lets go of all. */
+tulle_status world_find_touching(tulle_world *world, const world_motion_state *state,
+                                 tulle_error *error);
+void world_tell_events(tulle_world *world);
+void world_restart_events(tulle_world *world);
+void world_release_events(tulle_world *world);
 
 /* given.c: before a step, obstacles that jump do so in world->now, where they count as absent, so
  * that they are judged as what appears. At its end, or when a state is loaded, what was given is

@@ -166,7 +166,7 @@ static tulle_world *make_bodies(void) {
     return world;
 }
 
-/* A box that is driven falls on a sheet that lies on the ground. */
+/* A box that is driven falls on a sheet that lies on the ground; the host watches. */
 static tulle_world *make_body_on_cloth(void) {
     tulle_world *const world = create(make_def());
     tulle_body const body = {.is_dynamic = 1, .density = 300.0, .velocity = {0.0, 0.0, -1.0}};
@@ -181,6 +181,8 @@ static tulle_world *make_body_on_cloth(void) {
     assert_int_equal(tulle_world_start(world, NULL), TULLE_OK);
     assert_int_equal(tulle_obstacle_set_drive(world, box, &drive, NULL), TULLE_OK);
     assert_int_equal(tulle_obstacle_set_locks(world, box, 0, TULLE_LOCK_Y, NULL), TULLE_OK);
+    tulle_event_watch const watch = tulle_event_watch_default();
+    assert_int_equal(tulle_world_watch_events(world, &watch, NULL), TULLE_OK);
     return world;
 }
 

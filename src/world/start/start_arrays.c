@@ -62,6 +62,7 @@ void world_release_start(tulle_world *world) {
     memory *const heap = &world->heap;
     size_t const n = world->vertex_count, surface_count = world->set.surface_count;
     world_release_detection(world);
+    world_release_events(world);
     linear_system_destroy(heap, &world->system);
     nested_aggregates_destroy(heap, world->aggregates);
     world->aggregates = NULL;
