@@ -548,6 +548,8 @@ static void control_body(session *self) {
         return;
     }
     self->is_on_the_way = false;
+    if (kind == 1 || kind == 2)
+        note_given(self, 200 + 10 * kind + id.index, numbers, 3); /* waits */
     double force[3], torque[3];
     FUZZ_CHECK_OK(tulle_obstacle_get_drive_force(self->world, id, force, torque, &error), &error);
     for (int k = 0; k < 3; k++) FUZZ_CHECK(isfinite(force[k]) && isfinite(torque[k]));
