@@ -80,7 +80,7 @@ int main(void) {
         require(
             tulle_obstacle_set_next_transform(world, bar, place, turn, TULLE_TRAVEL_MOVE, &error));
         tulle_wind wind = world_def.wind;
-        wind.velocity[1] = 5.0 * time; /* [m/s] */
+        wind.velocity[1] = 8.0 * time; /* [m/s] */
         require(tulle_world_set_wind(world, &wind, &error));
         require(tulle_world_step(world, STEP, NULL, &error));
 

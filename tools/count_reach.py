@@ -33,7 +33,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import check_sizes  # noqa: E402
 
 # 885 functions were there before hysteresis of woven cloth, whose sliders a step fills, measures and moves: 47 more.
-LIMITS = {"functions": 985, "depth": 14}
+LIMITS = {"functions": 1020, "depth": 14}
 WORD = re.compile(r"(?<![\w.])(?<!->)[A-Za-z_]\w*")
 MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+([A-Za-z_]\w*)((?:\\\n|[^\n])*)", re.M)
 KERNEL = re.compile(r"\bTULLE_KERNEL\(\s*(\w+)\s*\)")

@@ -89,6 +89,13 @@ static void make_base(void) {
     if (base_world) return;
     tulle_error error = {0};
     base_world = make_world();
+    tulle_obstacle_id const body = {0, 1};
+    tulle_body_drive drive = tulle_body_drive_default();
+    drive.stiffness[0] = drive.angular_damping[1] = 1.0;
+    drive.force_limit[0] = 0.1;
+    FUZZ_CHECK_OK(tulle_world_start(base_world, &error), &error);
+    FUZZ_CHECK_OK(tulle_obstacle_set_drive(base_world, body, &drive, &error), &error);
+    FUZZ_CHECK_OK(tulle_obstacle_set_locks(base_world, body, TULLE_LOCK_Y, 0, &error), &error);
     for (int i = 0; i < STEP_COUNT; i++)
         FUZZ_CHECK_OK(tulle_world_step(base_world, time_step, NULL, &error), &error);
     base_hash = tulle_world_get_state_hash(base_world);

@@ -39,7 +39,7 @@ typedef struct session {
     uint64_t given;
     uint32_t cloth_count, obstacle_count;
     tulle_world_def def;
-    bool is_started;
+    bool is_started, watches;
     bool has_started_clean; /* nothing intersected at the start, and nothing is let through later */
     /* The saved state, and the hashes that steps led to since. */
     void *saved;
@@ -669,6 +669,93 @@ static void ask_world(session *self, uint64_t chosen) {
     FUZZ_CHECK(none.count >= mesh.triangle_count); /* it meets itself at the least */
 }
 
+/* Locks and drives of a body, by what may be or by what may not; a force or a velocity now and
+ * then. */
+static void control_body(session *self) {
+    fuzz_bytes *const bytes = self->bytes;
+    tulle_obstacle_id const id = {fuzz_take_below(bytes, OBSTACLES_MAX + 1), 1};
+    bool const is_body = id.index < self->obstacle_count && self->is_body[id.index];
+    uint32_t const kind = fuzz_take_below(bytes, 8), bad = fuzz_take_below(bytes, 16);
+    static const double gains[] = {0.0, 1.0, 1e3, 1e12}, limits[] = {0.0, 0.1, 10.0, 1e6};
+    double const value = bad == 15 ? (double)NAN : bad == 14 ? 1e300 : 1.0;
+    double numbers[3];
+    for (int k = 0; k < 3; k++) numbers[k] = value * fuzz_take_between(bytes, -1.0, 1.0);
+    bool is_good =
+        is_body && fabs(numbers[0]) < 1e6 && fabs(numbers[1]) < 1e6 && fabs(numbers[2]) < 1e6;
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    tulle_error error = {0};
+    tulle_status status;
+    if (kind == 0) {
+        status = tulle_obstacle_set_velocity(self->world, id, numbers, numbers, &error);
+    } else if (kind == 1) {
+        status = tulle_obstacle_add_force(self->world, id, numbers, numbers, &error);
+    } else if (kind == 2) {
+        status = tulle_obstacle_add_torque(self->world, id, numbers, &error);
+    } else if (kind < 5) {
+        unsigned const locks = fuzz_take(bytes);
+        is_good = is_body && locks < 64;
+        status = tulle_obstacle_set_locks(self->world, id, locks % 8, locks / 8, &error);
+    } else {
+        tulle_body_drive drive = tulle_body_drive_default();
+        memcpy(drive.position, numbers, sizeof numbers);
+        memcpy(drive.velocity, numbers, sizeof numbers);
+        for (int k = 0; k < 3; k++) {
+            unsigned const choice = fuzz_take(bytes);
+            drive.stiffness[k] = gains[choice % 4];
+            drive.damping[k] = gains[choice / 4 % 4];
+            drive.force_limit[k] = limits[choice / 16 % 4];
+            drive.angular_stiffness[k] = gains[choice / 64];
+            drive.torque_limit[k] = limits[choice % 3];
+        }
+        status = tulle_obstacle_set_drive(self->world, id, &drive, &error);
+    }
+    say("control", status, &error);
+    FUZZ_CHECK((status == TULLE_OK) == is_good);
+    if (status) {
+        fuzz_check_error(status, &error);
+        FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+        return;
+    }
+    self->is_on_the_way = false;
+    if (kind == 1 || kind == 2)
+        note_given(self, 200 + 10 * kind + id.index, numbers, 3); /* waits */
+    double force[3], torque[3];
+    FUZZ_CHECK_OK(tulle_obstacle_get_drive_force(self->world, id, force, torque, &error), &error);
+    for (int k = 0; k < 3; k++) FUZZ_CHECK(isfinite(force[k]) && isfinite(torque[k]));
+}
+
+/* Watches events, or takes those that are there. */
+static void watch(session *self) {
+    uint64_t const before = tulle_world_get_state_hash(self->world);
+    tulle_error error = {0};
+    if (fuzz_take_below(self->bytes, 3) == 0) {
+        tulle_event_watch wanted = tulle_event_watch_default();
+        wanted.kinds = fuzz_take(self->bytes) * 16u;
+        wanted.capacity = fuzz_take_below(self->bytes, 8);
+        wanted.contact_force = fuzz_take_between(self->bytes, -0.1, 1.0);
+        bool const is_good = wanted.kinds < 1u << TULLE_EVENT_KIND_COUNT && wanted.capacity > 0 &&
+                             wanted.contact_force >= 0.0;
+        tulle_status const status = tulle_world_watch_events(self->world, &wanted, &error);
+        FUZZ_CHECK((status == TULLE_OK) == is_good);
+        if (status) fuzz_check_error(status, &error);
+        if (status == TULLE_OK) self->watches = true;
+    }
+    tulle_event events[4];
+    size_t count;
+    uint64_t lost;
+    tulle_status const status =
+        tulle_world_poll_events(self->world, events, 4, &count, &lost, &error);
+    FUZZ_CHECK((status == TULLE_OK) == self->watches && count <= 4);
+    uint32_t const object_count = self->cloth_count + self->obstacle_count;
+    for (size_t i = 0; i < count; i++) {
+        FUZZ_CHECK(events[i].kind < TULLE_EVENT_KIND_COUNT && events[i].force >= 0.0);
+        FUZZ_CHECK(events[i].object_a < object_count || events[i].object_a == UINT32_MAX);
+        FUZZ_CHECK(events[i].object_b < object_count || events[i].object_b == UINT32_MAX);
+        FUZZ_CHECK(events[i].step < tulle_world_get_step_count(self->world));
+    }
+    FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+}
+
 /* Looks at everything; nothing changes by that. */
 static void look(session *self) {
     uint64_t const before = tulle_world_get_state_hash(self->world);
@@ -680,6 +767,13 @@ static void look(session *self) {
         FUZZ_CHECK(contacts[i].object_a < self->cloth_count + self->obstacle_count);
         FUZZ_CHECK(contacts[i].object_b < self->cloth_count + self->obstacle_count);
         FUZZ_CHECK(isfinite(contacts[i].gap) && contacts[i].gap >= 0.0);
+    }
+    for (uint32_t i = 0; i < self->obstacle_count; i++) {
+        double impulse[3], moment[3];
+        FUZZ_CHECK_OK(tulle_obstacle_get_contact_impulse(self->world, (tulle_obstacle_id){i, 1},
+                                                         impulse, moment, &error),
+                      &error);
+        for (int k = 0; k < 3; k++) FUZZ_CHECK(isfinite(impulse[k]) && isfinite(moment[k]));
     }
     tulle_stretch const stretch = tulle_world_find_largest_stretch(self->world);
     FUZZ_CHECK(isfinite(stretch.stretch));
@@ -743,9 +837,9 @@ static run_end run(fuzz_bytes bytes, int threads, bool is_stopped_at_times) {
     count_call();
     start(&self);
     static void (*const calls[])(session *) = {
-        step,       step,   step,        step, step, save, go_back,
-        push_body,  look,   be_refused,  give, give, give, change_settings,
-        change_law, attach, change_cloth};
+        step,       step,   step,         step,         step,         save, go_back,
+        push_body,  look,   be_refused,   give,         give,         give, change_settings,
+        change_law, attach, change_cloth, control_body, control_body, watch};
     for (int left = CALLS_MAX; left > 0 && self.is_started && bytes.used < bytes.size; left--) {
         count_call();
         calls[fuzz_take_below(&bytes, sizeof calls / sizeof calls[0])](&self);

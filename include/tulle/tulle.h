@@ -3,8 +3,10 @@
 #define TULLE_TULLE_H
 #include "tulle/attach.h"
 #include "tulle/base.h"
+#include "tulle/bodies.h"
 #include "tulle/check.h"
 #include "tulle/detect.h"
+#include "tulle/events.h"
 #include "tulle/live.h"
 #include "tulle/mesh.h"
 #include "tulle/query.h"

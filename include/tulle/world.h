@@ -655,12 +655,12 @@ TULLE_API tulle_status tulle_obstacle_get_transform(const tulle_world *world, tu
 TULLE_API tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id,
                                                   const double point[3], const double impulse[3],
                                                   tulle_error *error);
-/* What contact gave a body in the last substep of the last accepted step: `impulse` [N s] is the
- * sum over its contacts, `angular_impulse` [N m s] the sum of their moments about its centre of
- * mass. Divided by the substep they are the mean force and torque. What rebounds add (restitution)
- * is left out. Both are zero while nothing touches the body and while it follows its script. Those
- * of a sleeping body are from the step in which it fell asleep. Errors as of
- * tulle_obstacle_get_transform. */
+/* What contact gave an obstacle in the last substep of the last accepted step: `impulse` [N s] is
+ * the sum over its contacts, `angular_impulse` [N m s] that of their moments about a body's centre
+ * of mass, else about the origin. Divided by the substep they are the mean force and torque. What
+ * rebounds add (restitution) is left out, and what two obstacles give each other that are no
+ * bodies. What sleeps counts as in the step in which it fell asleep. After a load only that counts,
+ * until the next step. Error: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, not started). */
 TULLE_API tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world,
                                                           tulle_obstacle_id id, double impulse[3],
                                                           double angular_impulse[3],

@@ -95,6 +95,32 @@ typedef struct paper_rules {
     uint8_t *after;  /* the same at its end, filled by the response */
 } paper_rules;
 
+/* What an axis of a driven body gets. */
+typedef enum drive_state {
+    DRIVE_FOLLOWS,  /* push - gain u */
+    DRIVE_AT_MOST,  /* the limit, forwards */
+    DRIVE_AT_LEAST, /* the limit, backwards */
+    DRIVE_IS_OFF    /* nothing */
+} drive_state;
+
+/* What drives and locks a body in one (sub)step, for each axis of the world: three of its centre,
+ * then three of its turn. The solve finds states and impulses (solve/body_drives.h). */
+enum { BODY_AXES = 6 };
+typedef struct body_drive {
+    bool is_locked[BODY_AXES];
+    double gains[BODY_AXES];  /* [kg], [kg m^2] >= 0 */
+    double pushes[BODY_AXES]; /* [N s], [N m s] */
+    double limits[BODY_AXES]; /* [N s], [N m s] >= 0 */
+    drive_state states[BODY_AXES];
+    double impulses[BODY_AXES]; /* [N s], [N m s] that it gives */
+} body_drive;
+
+/* A vector without its parts along axes that the centre is locked along. */
+static inline vec3 mask_locked(const body_drive *drive, vec3 a) {
+    return vec3_make(drive->is_locked[0] ? 0.0 : a.x, drive->is_locked[1] ? 0.0 : a.y,
+                     drive->is_locked[2] ? 0.0 : a.z);
+}
+
 /* A rigid body in one (sub)step. It has two slots among the vertices, after those of cloths. The
  * slot of body b is cloth_vertex_count + 2 b, where u is the velocity V of its centre. In the next
  * slot u is its angular velocity w, for the inertia at x0. The positions of the two slots are the
@@ -107,8 +133,13 @@ typedef struct contact_body {
     bool is_free;                      /* else scripted or absent: its slots are no unknowns */
     bool is_tied;                      /* a spring pulls it */
     rigid_state start;                 /* at x0 */
-    mat3 inertia, inverse_inertia;     /* about the centre, in the world's axes at x0 */
-    vec3 momentum, spin; /* [N s], [N m s] right-hand sides: those of the start, with gravity */
+    mat3 inertia;                      /* about the centre, in the world's axes at x0 */
+    body_drive *drive;                 /* null: nothing drives or locks it */
+    vec3 inverse_mass; /* [1/kg] of each axis. These two answer an impulse: with the gains that the
+                          drive follows, zero where it is locked */
+    mat3 inverse_inertia;
+    vec3 momentum, spin; /* [N s], [N m s] right-hand sides: those of the start, with gravity and
+                            what the host adds */
     mat3 turn;           /* predicted for the step */
     vec3 turn_vector;    /* [rad] h w of the prediction */
     vec3 fall;           /* [m/s] its mean velocity less V while nothing holds it */

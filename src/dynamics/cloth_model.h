@@ -166,6 +166,9 @@ typedef struct yarn_stretch {
 yarn_stretch cloth_find_longest_yarn(const cloth_model *model, const double *positions,
                                      bool by_limit);
 
+/* Whether a yarn of a triangle is longer than its fabric holds; false with springs. */
+bool cloth_is_overstretched(const cloth_model *model, const double *positions, size_t triangle);
+
 /* Values that count with this membrane must be finite and in the ranges of tulle_material;
  * TULLE_ERROR_INVALID_ARGUMENT says which is not. Dynamic friction is not looked at. */
 tulle_status material_validate(const tulle_material *material, tulle_membrane membrane,

@@ -92,6 +92,16 @@ static int find_edge_along(const membrane_element *element, int yarn) {
     return found;
 }
 
+bool cloth_is_overstretched(const cloth_model *model, const double *positions, size_t triangle) {
+    if (!model->elements) return false;
+    const membrane_element *const element = &model->elements[triangle];
+    bool is_beyond = false;
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++)
+        is_beyond |= measure_strain(element, positions, yarn) >
+                     model->fabrics[element->fabric].yarns[yarn].limit;
+    return is_beyond;
+}
+
 yarn_stretch cloth_find_longest_yarn(const cloth_model *model, const double *positions,
                                      bool by_limit) {
     yarn_stretch longest = {.strain = -1.0};

@@ -190,6 +190,7 @@ void world_end_given(tulle_world *world, bool has_failed) {
             obstacle->drive == TULLE_DRIVE_RIGID && obstacle->given != GIVEN_NOTHING;
         if (has_pose && !has_failed) world->now.poses[i] = obstacle->given_pose;
         obstacle->given = GIVEN_NOTHING;
+        obstacle->given_force = obstacle->given_torque = vec3_make(0.0, 0.0, 0.0);
         obstacle->has_jumped = false;
     }
     for (size_t i = 0; i < world->cloths.count; i++) {

@@ -3,8 +3,8 @@
  * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
  * impulses, ignored pairs, plastic parts where cloth has hysteresis, poses of obstacles that the
- * host drives as a whole, attachments, and what the host has changed:
- * gravity, wind, laws, materials, pins. What the host
+ * host drives as a whole, attachments, and what the host has changed: gravity, wind, laws,
+ * materials, pins, locks and drives. What the host
  * gave for the next step is input and no state. Obstacles that never move are left out: both states
  * of the world have them from its start on, to the bit (place_obstacles). It also holds the
  * patches: they decide how fast later steps are and what reports say, but no position.
@@ -28,7 +28,7 @@ typedef struct state_header {
     uint64_t byte_count, def_hash;
     uint64_t vertex_count, obstacle_count, step_count;
     uint64_t contact_bytes, patch_bytes, setting_bytes, ignored_count, hold_count;
-    uint64_t tie_count, attachment_count;
+    uint64_t control_bytes, tie_count, attachment_count;
     double time, previous_time_step, lost_energy;
 } state_header;
 
@@ -116,6 +116,7 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     if (world->body_count > 0) hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
     hash = world_hash_settings(world, hash);
+    hash = world_hash_controls(world, hash);
     if (now->attachment_count > 0) {
         hash = hash_bytes(hash, &now->attachment_count, sizeof now->attachment_count);
         hash = hash_bytes(hash, now->ties.data, now->ties.count * sizeof *now->ties.data);
@@ -125,7 +126,8 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
 
 /* The variable parts of a state. */
 typedef struct part_sizes {
-    size_t contact_bytes, patch_bytes, ignored_count, hold_count, setting_bytes, tie_count;
+    size_t contact_bytes, patch_bytes, ignored_count, hold_count, setting_bytes, control_bytes,
+        tie_count;
 } part_sizes;
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
@@ -134,7 +136,8 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
            world->particle_count + world->body_count * sizeof(body_rest) +
            world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
            parts.tie_count * sizeof(world_tie) + parts.contact_bytes + parts.patch_bytes +
-           parts.ignored_count * sizeof(tulle_intersection) + parts.setting_bytes;
+           parts.ignored_count * sizeof(tulle_intersection) + parts.control_bytes +
+           parts.setting_bytes;
 }
 
 /* The parts that a header names. Each of its counts has been checked to fit into the saved bytes.
@@ -142,7 +145,8 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
 static part_sizes read_parts(const state_header *header) {
     return (part_sizes){(size_t)header->contact_bytes, (size_t)header->patch_bytes,
                         (size_t)header->ignored_count, (size_t)header->hold_count,
-                        (size_t)header->setting_bytes, (size_t)header->tie_count};
+                        (size_t)header->setting_bytes, (size_t)header->control_bytes,
+                        (size_t)header->tie_count};
 }
 
 static part_sizes measure_parts(const tulle_world *world) {
@@ -151,6 +155,7 @@ static part_sizes measure_parts(const tulle_world *world) {
                         .ignored_count = world->ignored.count,
                         .hold_count = world->now.hold_count,
                         .setting_bytes = world_get_settings_size(world),
+                        .control_bytes = world_get_controls_size(world),
                         .tie_count = world->now.ties.count};
 }
 
@@ -174,6 +179,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     cursor->used += parts.contact_bytes;
     if (parts.patch_bytes > 0) kept_patches_save(world->patches, cursor->bytes + cursor->used);
     cursor->used += parts.patch_bytes;
+    put(cursor, world->controls, parts.control_bytes);
     if (parts.setting_bytes > 0) world_put_settings(world, cursor->bytes + cursor->used);
     cursor->used += parts.setting_bytes;
 }
@@ -195,6 +201,7 @@ static void write_state(const tulle_world *world, part_sizes parts, unsigned cha
                            .contact_bytes = parts.contact_bytes,
                            .patch_bytes = parts.patch_bytes,
                            .setting_bytes = parts.setting_bytes,
+                           .control_bytes = parts.control_bytes,
                            .ignored_count = parts.ignored_count,
                            .hold_count = parts.hold_count,
                            .tie_count = parts.tie_count,
@@ -272,12 +279,14 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     if (header->byte_count != byte_count || header->contact_bytes > byte_count ||
         header->patch_bytes > byte_count || header->ignored_count > left ||
         header->hold_count > HOLDS_MAX || header->setting_bytes > byte_count ||
-        header->tie_count > byte_count / sizeof(world_tie) ||
+        header->control_bytes > byte_count || header->tie_count > byte_count / sizeof(world_tie) ||
         header->attachment_count > UINT32_MAX || header->hash != compute_hash(bytes, byte_count)) {
         return error_set(error, TULLE_ERROR_PARSE, "the saved state is damaged or cut off");
     }
     if (header->def_hash != world->def_hash || header->vertex_count != world->vertex_count ||
         header->obstacle_count != world->obstacles.count ||
+        (header->control_bytes != 0 &&
+         header->control_bytes != world->body_count * sizeof *world->controls) ||
         state_size(world, read_parts(header)) != byte_count) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the saved state belongs to another scene");
@@ -347,6 +356,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     part_sizes const parts = read_parts(&header);
     const unsigned char *const settings =
         (const unsigned char *)bytes + byte_count - parts.setting_bytes;
+    const unsigned char *const controls = settings - parts.control_bytes;
 
     /* into the spare state first, so that a failure changes nothing */
     world_motion_state *const next = &world->next;
@@ -374,7 +384,11 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;
     next->lost_energy = header.lost_energy;
+    if (world->body_count > 0) /* not saved */
+        memset(next->drive_forces, 0, BODY_AXES * world->body_count * sizeof(double));
     status = world_check_settings(world, settings, parts.setting_bytes, error);
+    if (status == TULLE_OK)
+        status = world_check_controls(world, controls, parts.control_bytes, error);
     if (status == TULLE_OK) status = world_check_state(world, next, error);
     if (status == TULLE_OK) status = take_ignored(world, &cursor, parts.ignored_count, error);
     if (status != TULLE_OK) return status;
@@ -385,12 +399,15 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     if (status != TULLE_OK)
         return error_set(error, TULLE_ERROR_PARSE,
                          "the contacts of the saved state cannot be read: start the run anew");
+    status = world_find_touching(world, next, error);
+    if (status != TULLE_OK) return status;
     status = take_patches(world, cursor.bytes + cursor.used + parts.contact_bytes,
                           parts.patch_bytes, error);
     if (status != TULLE_OK) return status;
 
     world_restore_ignored(world); /* as read */
     world_take_settings(world, settings, parts.setting_bytes);
+    world_take_controls(world, controls, parts.control_bytes);
     world->intersections.count = world->overlaps.count = 0;
     world_motion_state const old = world->now;
     world->now = *next;
@@ -406,6 +423,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     }
     world_end_given(world, true);
     world_mark_bodies(world, &world->now);
+    world_restart_events(world);
     return TULLE_OK;
 }
 

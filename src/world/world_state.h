@@ -18,6 +18,8 @@
 #include "geom/topology.h"
 #include "math/nested_aggregates.h"
 #include "tulle/attach.h"
+#include "tulle/bodies.h"
+#include "tulle/events.h"
 #include "tulle/query.h"
 #include "world/motion.h"
 
@@ -100,9 +102,10 @@ typedef struct world_obstacle {
     tulle_body body;                         /* as the def said; the rest is for dynamic ones */
     rigid_body rigid;                        /* mass and moments */
     vec3 centre;                             /* [m] of mass, at motion zero */
-    quaternion axes; /* from the body's coordinates to the mesh's at motion zero */
-    double *points;  /* [m] vertices in the body's coordinates */
-    double radius;   /* [m] of the farthest vertex from the centre */
+    quaternion axes;                /* from the body's coordinates to the mesh's at motion zero */
+    double *points;                 /* [m] vertices in the body's coordinates */
+    double radius;                  /* [m] of the farthest vertex from the centre */
+    vec3 given_force, given_torque; /* [N], [N m] for the next step */
     uint32_t vertex_begin;
 } world_obstacle;
 
@@ -120,6 +123,14 @@ typedef struct body_rest {
     double impulse[3]; /* [N s] of all its contacts in the last substep before it fell asleep */
     double moment[3];  /* [N m s] of these impulses about the body's centre */
 } body_rest;
+
+/* What the host has a body do until it is told otherwise (tulle/bodies.h). Plain data without
+ * padding: saved and hashed as bytes. Zeroed is nothing. */
+typedef struct body_control {
+    tulle_body_drive drive;
+    uint32_t locks;     /* bit k: axis k of body_drive */
+    uint32_t is_driven; /* 0 or 1 */
+} body_control;
 
 /* What on_pinch: slow holds back (holds.h). Plain data without padding: saved and hashed as bytes.
  */
@@ -177,6 +188,7 @@ typedef struct world_motion_state {
     uint8_t *is_present;         /* per obstacle */
     uint8_t *particles;          /* particle_state of particle_count vertices */
     body_rest *rests;            /* per body */
+    double *drive_forces;        /* [N], [N m] 6 per body: of the last substep; not saved */
     motion_pose *poses;          /* of pose_count obstacles: those driven as a whole */
     world_hold holds[HOLDS_MAX];
     size_t hold_count;
@@ -226,6 +238,9 @@ typedef struct cloth_machinery {
 
 typedef ARRAY(tulle_intersection) intersection_list;
 
+/* What is watched for the host; see events.c. */
+typedef struct world_events world_events;
+
 struct tulle_world {
     memory heap;
     tulle_world_def def;
@@ -255,6 +270,7 @@ struct tulle_world {
     size_t body_count;         /* each has two slots after the cloth vertices, see bodies.h */
     uint32_t *surface_bodies;  /* number of each surface's body, or TULLE_NONE; null: no bodies */
     uint32_t *body_obstacles;  /* obstacle of each body */
+    body_control *controls;    /* per body */
     topology topo;
     surface_range *surfaces;
     surface_set set;
@@ -304,6 +320,7 @@ struct tulle_world {
     bool has_contacts;
     query_trees queries; /* of the last state that was asked, when has_queries */
     bool has_queries;
+    world_events *events;                  /* null: the host watches nothing */
     tulle_untangle_report untangle_report; /* of the start */
     arena scratch;
     char message[WORLD_MESSAGE_BYTES];
@@ -384,6 +401,24 @@ tulle_status world_keep_attachment(tulle_world *world, const tulle_attachment_de
 void world_release_attachments(tulle_world *world);
 /* ties/attach.c: makes those that were kept, at the end of a start. */
 tulle_status world_begin_attachments(tulle_world *world, tulle_error *error);
+
+/* body_control.c: the locks and drives of bodies as a state has them where there are any: how many
+ * bytes that is; their hash. */
+size_t world_get_controls_size(const tulle_world *world);
+uint64_t world_hash_controls(const tulle_world *world, uint64_t hash);
+/* body_control.c: checks such bytes; then puts them in force, or nothing where there are none. */
+tulle_status world_check_controls(const tulle_world *world, const void *bytes, size_t size,
+                                  tulle_error *error);
+void world_take_controls(tulle_world *world, const void *bytes, size_t size);
+
+/* events.c: looks for the objects that press on each other in a state that is about to become the
+ * world's; then, when it has, tells what has changed since the last look, or begins anew with an
+ * empty queue. Lets go of all. */
+tulle_status world_find_touching(tulle_world *world, const world_motion_state *state,
+                                 tulle_error *error);
+void world_tell_events(tulle_world *world);
+void world_restart_events(tulle_world *world);
+void world_release_events(tulle_world *world);
 
 /* given.c: before a step, obstacles that jump do so in world->now, where they count as absent, so
  * that they are judged as what appears. At its end, or when a state is loaded, what was given is

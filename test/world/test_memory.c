@@ -85,6 +85,12 @@ static tulle_status run_world(const tulle_world_def *def, const tulle_cloth_def 
         assert_int_equal(error.status, status);
         assert_true(status == TULLE_OK || strstr(error.message, "no memory"));
     }
+    if (status == TULLE_OK) {
+        tulle_event_watch const watch = tulle_event_watch_default();
+        tulle_error error = {0};
+        status = tulle_world_watch_events(world, &watch, &error);
+        assert_true(status == TULLE_OK || strstr(error.message, "no memory"));
+    }
     for (int i = 0; status == TULLE_OK && i < step_count; i++) {
         uint64_t const hash = tulle_world_get_state_hash(world);
         tulle_error error = {0};

@@ -16,9 +16,9 @@
 
 static const double STEP = 1.0 / 60.0;
 /* Bytes of the header: magic, hash, then numbers of 8 bytes. */
-enum { HASH_AT = 8, HASHED_FROM = 16, HEADER_BYTES = 136 };
+enum { HASH_AT = 8, HASHED_FROM = 16, HEADER_BYTES = 144 };
 enum { VERTEX_COUNT_AT = 32, CONTACT_BYTES_AT = 56, PATCH_BYTES_AT = 64, IGNORED_COUNT_AT = 80 };
-enum { HOLD_COUNT_AT = 88, TIE_COUNT_AT = 96, TIME_AT = 112, TIME_STEP_AT = 120, ENERGY_AT = 128 };
+enum { HOLD_COUNT_AT = 88, TIE_COUNT_AT = 104, TIME_AT = 120, TIME_STEP_AT = 128, ENERGY_AT = 136 };
 enum { CONTACT_HEADER_BYTES = 16, PATCH_ANGLE_AT = 40, PATCH_REACH_AT = 48 };
 
 static void add_moving(tulle_world *world, const tulle_mesh *mesh, double way) {

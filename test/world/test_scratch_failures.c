@@ -166,7 +166,7 @@ static tulle_world *make_bodies(void) {
     return world;
 }
 
-/* A box falls on a sheet that lies on the ground. */
+/* A box that is driven falls on a sheet that lies on the ground; the host watches. */
 static tulle_world *make_body_on_cloth(void) {
     tulle_world *const world = create(make_def());
     tulle_body const body = {.is_dynamic = 1, .density = 300.0, .velocity = {0.0, 0.0, -1.0}};
@@ -174,6 +174,15 @@ static tulle_world *make_body_on_cloth(void) {
     add_sheet(world, (sheet_def){.side = 0.2, .n = 5, .z = 0.004});
     add_box(world, (double[3]){1.0, 1.0, 0.1}, (double[3]){0.0, 0.0, -0.05}, NULL, still);
     add_box(world, (double[3]){0.1, 0.1, 0.1}, (double[3]){0.01, 0.02, 0.062}, &body, still);
+    tulle_body_drive drive = tulle_body_drive_default();
+    drive.damping[0] = 1e-3;
+    drive.force_limit[0] = 1e-6;
+    tulle_obstacle_id const box = {1, 1};
+    assert_int_equal(tulle_world_start(world, NULL), TULLE_OK);
+    assert_int_equal(tulle_obstacle_set_drive(world, box, &drive, NULL), TULLE_OK);
+    assert_int_equal(tulle_obstacle_set_locks(world, box, 0, TULLE_LOCK_Y, NULL), TULLE_OK);
+    tulle_event_watch const watch = tulle_event_watch_default();
+    assert_int_equal(tulle_world_watch_events(world, &watch, NULL), TULLE_OK);
     return world;
 }
 

@@ -34,6 +34,17 @@ void set_body_lifts(const contact_scene *scene, const row_list *list) {
     }
 }
 
+bool drift_body(const contact_body *body, vec3 velocity, vec3 turn_rate, double time,
+                rigid_state *state) {
+    const body_drive *const drive = body->drive;
+    if (!drive || !(drive->is_locked[3] || drive->is_locked[4] || drive->is_locked[5]))
+        return rigid_drift(body->body, velocity, time, state);
+    rigid_body even = *body->body; /* turns evenly */
+    even.moments = vec3_make(1.0, 1.0, 1.0);
+    state->spin = turn_rate;
+    return rigid_drift(&even, velocity, time, state);
+}
+
 void place_bodies(const contact_scene *scene, const double *u, double share, double *x1) {
     for (size_t b = 0; b < scene->body_count; b++) {
         const contact_body *const body = &scene->bodies[b];
@@ -44,15 +55,22 @@ void place_bodies(const contact_scene *scene, const double *u, double share, dou
             continue;
         }
         rigid_state state = body->start;
-        state.spin = mat3_multiply_vec3(&body->inertia, vec3_load(u, slot + 1));
+        vec3 const turn_rate = vec3_load(u, slot + 1);
+        state.spin = mat3_multiply_vec3(&body->inertia, turn_rate);
         vec3 const velocity = vec3_add(vec3_load(u, slot), body->lift);
-        if (!rigid_drift(body->body, velocity, share * scene->time_step, &state)) {
+        if (!drift_body(body, velocity, turn_rate, share * scene->time_step, &state)) {
             for (size_t i = 0; i < 6; i++) x1[3 * slot + i] = NAN;
             for (size_t i = 0; i < 3 * count; i++) x1[3 * begin + i] = NAN;
             continue;
         }
         vec3_store(x1, slot, state.position);
         vec3_store(x1, slot + 1, pack_orientation(state.orientation));
-        rigid_place(&state, body->points, count, x1 + 3 * begin);
+        /* what stands still keeps its bits */
+        bool const stands = body->drive && vec3_norm2(turn_rate) == 0.0;
+        if (stands) memcpy(x1 + 3 * (slot + 1), scene->x0 + 3 * (slot + 1), 3 * sizeof(double));
+        if (stands && vec3_norm2(velocity) == 0.0)
+            memcpy(x1 + 3 * begin, scene->x0 + 3 * begin, 3 * count * sizeof(double));
+        else
+            rigid_place(&state, body->points, count, x1 + 3 * begin);
     }
 }

@@ -23,6 +23,11 @@ quaternion unpack_orientation(vec3 parameters);
  * velocities at the start and the end, any other with that at the end. */
 void set_body_lifts(const contact_scene *scene, const row_list *list);
 
+/* rigid_drift of a body whose spin is set. One that is locked along an axis of its turn goes round
+ * evenly with `turn_rate` [rad/s] instead: what locks it gives the torque for that. */
+bool drift_body(const contact_body *body, vec3 velocity, vec3 turn_rate, double time,
+                rigid_state *state);
+
 /* Moves free bodies on by `share` of the step with u, and sets x1 of their slots and vertices. They
  * turn as free bodies with the spin that u stands for. Where that turn cannot be computed, as
  * beyond 99 turns, x1 becomes NaN. Slots of other bodies keep x0. */

@@ -83,9 +83,14 @@ void set_row_friction(const contact_scene *scene, contact_row *row) {
     for (int k = 0; k < 4; k++)
         if (scene->inverse_mass[row->frame.vertices[k]] > 0.0)
             law->fall += scene->time_step * row->frame.weights[k] * pull;
-    for (int side = 0; side < 2 && row->frame.has_body; side++)
-        if (row->frame.slots[side] != TULLE_NONE)
-            law->fall += scene->time_step * (side == 0 ? 1.0 : -1.0) * pull;
+    for (int side = 0; side < 2 && row->frame.has_body; side++) {
+        const contact_body *const body = find_side_body(scene, row, side);
+        if (!body) continue;
+        double own = pull;
+        if (body->drive)
+            own = vec3_dot(row->frame.normal, mask_locked(body->drive, scene->gravity));
+        law->fall += scene->time_step * (side == 0 ? 1.0 : -1.0) * own;
+    }
     vec3 const slip = vec3_add_scaled(velocity, row->frame.normal, -law->approach);
     law->restitution = given->restitution;
     law->is_sliding = vec3_norm(slip) > scene->settings.slip_speed;

@@ -48,6 +48,12 @@ vec3 get_free_velocity(const contact_scene *scene, const contact_row *row, const
     return sum;
 }
 
+/* Velocity [m/s] that an impulse gives a body's centre. */
+static vec3 get_centre_answer(const contact_body *body, vec3 impulse) {
+    vec3 const a = body->inverse_mass;
+    return vec3_make(a.x * impulse.x, a.y * impulse.y, a.z * impulse.z);
+}
+
 static void add_to(double *vectors, size_t index, vec3 vector, double factor) {
     vec3_store(vectors, index, vec3_add_scaled(vec3_load(vectors, index), vector, factor));
 }
@@ -113,8 +119,10 @@ double measure_row_mobility(const contact_scene *scene, const contact_row *row,
         const contact_body *const body = find_side_body(scene, row, side);
         if (!body) continue;
         vec3 const turn = vec3_cross(row->frame.arms[side], row->frame.normal);
-        mobility += 1.0 / body->body->mass +
-                    vec3_dot(turn, mat3_multiply_vec3(&body->inverse_inertia, turn));
+        mobility +=
+            (body->drive ? vec3_dot(row->frame.normal, get_centre_answer(body, row->frame.normal))
+                         : 1.0 / body->body->mass) +
+            vec3_dot(turn, mat3_multiply_vec3(&body->inverse_inertia, turn));
     }
     return mobility;
 }
@@ -130,7 +138,7 @@ void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, 
         if (!body) continue;
         size_t const slot = row->frame.slots[side];
         vec3 const turn = vec3_cross(row->frame.arms[side], impulse);
-        add_to(u, slot, impulse, SIDE_SIGNS[side] / body->body->mass);
+        add_to(u, slot, get_centre_answer(body, impulse), SIDE_SIGNS[side]);
         add_to(u, slot + 1, mat3_multiply_vec3(&body->inverse_inertia, turn), 1.0);
     }
 }
@@ -177,6 +185,25 @@ void set_row_bodies(const contact_scene *scene, contact_row *row) {
     }
 }
 
+/* The part of a normal impulse's motion that locks leave to the bodies of a row, 0 .. 4. Where it
+ * is but a trace, the row would throw a body along that trace: such a pair is like one of two
+ * obstacles, and only the safe commit looks after it. */
+static double measure_free_share(const contact_scene *scene, const contact_row *row) {
+    double sum = 0.0;
+    for (int side = 0; side < 2; side++) {
+        const contact_body *const body = find_side_body(scene, row, side);
+        if (!body) continue;
+        vec3 const arm = row->frame.arms[side], turn = vec3_cross(arm, row->frame.normal);
+        double const axes[6] = {
+            row->frame.normal.x, row->frame.normal.y, row->frame.normal.z, turn.x, turn.y, turn.z};
+        double const arm2 = vec3_norm2(arm);
+        for (int k = 0; k < BODY_AXES; k++)
+            if (!body->drive || !body->drive->is_locked[k])
+                sum += axes[k] * axes[k] * (k < 3 ? 1.0 : arm2 > 0.0 ? 1.0 / arm2 : 0.0);
+    }
+    return sum;
+}
+
 bool set_row_mobility(const contact_scene *scene, contact_row *row) {
     double of_vertices = 0.0, lightest = 0.0; /* [1/kg] */
     for (int k = 0; k < 4; k++) {
@@ -203,7 +230,7 @@ bool set_row_mobility(const contact_scene *scene, contact_row *row) {
             vec3 const arm = row->frame.arms[side];
             vec3 const turn =
                 mat3_multiply_vec3(&body->inverse_inertia, vec3_cross(arm, impulses[i]));
-            answers[i] = vec3_add_scaled(answers[i], impulses[i], 1.0 / body->body->mass);
+            answers[i] = vec3_add(answers[i], get_centre_answer(body, impulses[i]));
             answers[i] = vec3_add(answers[i], vec3_cross(turn, arm));
         }
     }
@@ -214,6 +241,17 @@ bool set_row_mobility(const contact_scene *scene, contact_row *row) {
     double const half = 0.5 * (aa - bb); /* no hypot: its last bits differ between processors */
     row->solve.slip_inverse_mass =
         of_vertices + 0.5 * (aa + bb) + sqrt(half * half + ab * ab); /* largest eigenvalue */
+    bool is_driven = false;
+    for (int side = 0; side < 2; side++) {
+        const contact_body *const body = find_side_body(scene, row, side);
+        is_driven |= body && body->drive;
+    }
+    if (is_driven) { /* friction against what cannot slip moves nothing, but has its bound */
+        double const least = LEAST_FREE_WEIGHT * LEAST_FREE_WEIGHT;
+        row->solve.slip_inverse_mass =
+            fmax(row->solve.slip_inverse_mass, least * row->solve.inverse_mass);
+        if (of_vertices == 0.0 && measure_free_share(scene, row) < least) return false;
+    }
     return row->solve.inverse_mass > 0.0;
 }
 

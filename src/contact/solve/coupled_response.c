@@ -2,12 +2,13 @@
  * of all rows and the motion of all cloth and bodies. */
 #include "contact/response.h"
 #include "contact/rows/stick_anchors.h"
+#include "contact/solve/body_drives.h"
 #include "contact/solve/project_impulses.h"
 
 static tulle_status answer_impacts(const contact_scene *scene, row_list *list, size_t first_new,
                                    double *u) {
     (void)first_new;
-    return project_impulses(scene, list->rows.data, list->rows.count, u);
+    return project_driven_impulses(scene, list->rows.data, list->rows.count, u);
 }
 
 /* Every vertex ends as the integrator says. */

@@ -2,6 +2,7 @@
 #include "contact/solve/solve_bodies.h"
 
 #include "contact/rows/row_motion.h"
+#include "contact/solve/body_drives.h"
 
 #include <string.h>
 
@@ -9,14 +10,12 @@ void fill_body_system(const contact_scene *scene, double *right_hand_side, doubl
     for (size_t b = 0; b < scene->body_count; b++) {
         const contact_body *const body = &scene->bodies[b];
         size_t const slot = get_body_slot(scene, b);
-        bool const is_free = body->is_free;
-        vec3 const zero = {0.0, 0.0, 0.0};
-        mat3 const mass = mat3_identity(is_free ? body->body->mass : 1.0);
-        mat3 const inertia = is_free ? body->inertia : mat3_identity(1.0);
-        vec3_store(right_hand_side, slot, is_free ? body->momentum : zero);
-        vec3_store(right_hand_side, slot + 1, is_free ? body->spin : zero);
-        memcpy(diagonal + 9 * slot, &mass, sizeof mass);
-        memcpy(diagonal + 9 * (slot + 1), &inertia, sizeof inertia);
+        body_system const none = {.mass = mat3_identity(1.0), .inertia = mat3_identity(1.0)};
+        body_system const own = body->is_free ? make_body_system(body) : none;
+        vec3_store(right_hand_side, slot, own.momentum);
+        vec3_store(right_hand_side, slot + 1, own.spin);
+        memcpy(diagonal + 9 * slot, &own.mass, sizeof own.mass);
+        memcpy(diagonal + 9 * (slot + 1), &own.inertia, sizeof own.inertia);
     }
 }
 
@@ -26,8 +25,10 @@ void start_bodies(const contact_scene *scene, const row_list *list, double *u) {
         size_t const slot = get_body_slot(scene, b);
         memset(u + 3 * slot, 0, 6 * sizeof(double));
         if (!body->is_free) continue;
-        vec3_store(u, slot, vec3_scale(body->momentum, 1.0 / body->body->mass));
-        vec3_store(u, slot + 1, mat3_multiply_vec3(&body->inverse_inertia, body->spin));
+        body_system const own = make_body_system(body);
+        vec3 const a = body->inverse_mass, p = own.momentum;
+        vec3_store(u, slot, vec3_make(a.x * p.x, a.y * p.y, a.z * p.z));
+        vec3_store(u, slot + 1, mat3_multiply_vec3(&body->inverse_inertia, own.spin));
     }
     for (size_t i = 0; list && i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
@@ -47,6 +48,8 @@ void apply_bodies(const contact_scene *scene, const double *x, double *y) {
         if (!body->is_free) continue;
         vec3_store(y, slot, vec3_scale(vec3_load(x, slot), body->body->mass));
         vec3_store(y, slot + 1, mat3_multiply_vec3(&body->inertia, vec3_load(x, slot + 1)));
+        for (int k = 0; body->drive && k < BODY_AXES; k++)
+            y[3 * slot + (size_t)k] += get_drive_gain(body->drive, k) * x[3 * slot + (size_t)k];
     }
 }
 

@@ -15,6 +15,7 @@
 #include "contact/solve/solve_motion.h"
 
 #include "contact/rows/row_motion.h"
+#include "contact/solve/body_drives.h"
 #include "contact/solve/end_round.h"
 #include "contact/solve/hard_rows.h"
 #include "contact/solve/project_impulses.h"
@@ -90,6 +91,7 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
         vec3 const velocity = get_solved_velocity(row, cloth_count, x);
         add_row_impulse(row, cloth_count, mat3_multiply_vec3(&row->solve.pull, velocity), y);
     }
+    if (!solve->is_cloth_only) clear_locked(solve->scene, y);
 }
 
 /* Adds the springs of ties to the right-hand side and to the rows of the round. */
@@ -180,6 +182,7 @@ static void prepare_round(motion_solve *solve, bool is_first) {
         row->solve.is_in_matrix = true;
         solve->hard_rows[solve->hard_count++] = row;
     }
+    fix_locked(scene, right_hand_side, solve->diagonal);
 }
 
 /* Moves u along one direction of rigid translations, as far as is best: each free cloth and body by
@@ -220,7 +223,8 @@ static void descend_translations(motion_solve *solve, bool is_common, const doub
         size_t const slot = get_body_slot(scene, b);
         if (!body->is_free) continue;
         vec3 const sum = vec3_load(residual, slot), spin = vec3_load(residual, slot + 1);
-        vec3_store(shift, slot, vec3_scale(sum, 1.0 / body->body->mass));
+        vec3 const a = body->inverse_mass;
+        vec3_store(shift, slot, vec3_make(a.x * sum.x, a.y * sum.y, a.z * sum.z));
         vec3_store(shift, slot + 1, mat3_multiply_vec3(&body->inverse_inertia, spin));
         total = vec3_add(total, sum);
         total_mass += body->body->mass;
@@ -237,6 +241,7 @@ static void descend_translations(motion_solve *solve, bool is_common, const doub
             vec3_store(shift, get_body_slot(scene, b), common);
             vec3_store(shift, get_body_slot(scene, b) + 1, vec3_make(0.0, 0.0, 0.0));
         }
+        clear_locked(scene, shift);
     }
     /* the way to the least of the quadratic form */
     double down = 0.0, curvature = 0.0;
@@ -455,11 +460,13 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
     contact_row *const rows = list->rows.data;
     size_t const row_count = list->rows.count;
     if (status == TULLE_OK) set_springs(&solve);
+    update_driven_rows(scene, rows, row_count);
     if (status == TULLE_OK) prepare_hard_rows(scene, solve.diagonal, rows, row_count, u);
     for (int round = 0; round < settings->solve_rounds_landing && status == TULLE_OK; round++) {
         uint32_t const before = report->cg_iterations;
         prepare_round(&solve, round == 0);
         status = solve_linear(&solve);
+        if (status == TULLE_OK && row_count == 0) (void)settle_drives(scene, rows, row_count, u);
         if (status != TULLE_OK || row_count == 0) break;
         round_result result;
         status =
@@ -467,14 +474,14 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                       solve.sums, u, &result);
         if (status != TULLE_OK) break;
         report->violation = result.largest_violation;
-        report->has_settled = result.has_settled;
+        report->has_settled = !settle_drives(scene, rows, row_count, u) && result.has_settled;
         if (round + 1 >= settings->solve_rounds && report->has_settled) break;
     }
     if (status == TULLE_OK && row_count > 0) {
         for (size_t i = 0; i < row_count; i++) rows[i].solve.is_in_matrix = false;
         /* mends what the tolerance of the solve left; larger changes would give springs energy */
         if (report->violation <= LEAST_VIOLATION)
-            status = project_impulses(scene, rows, row_count, u);
+            status = project_driven_impulses(scene, rows, row_count, u);
     }
     for (size_t i = 0; i < row_count; i++) {
         report->stick_count += rows[i].solve.state == ROW_STICKS;

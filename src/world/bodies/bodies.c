@@ -3,8 +3,10 @@
 
 #include "base/error.h"
 #include "contact/pairs/body_paths.h"
+#include "contact/solve/body_drives.h"
 #include "contact/solve/solve_bodies.h"
 #include "geom/mass_properties.h"
+#include "world/bodies/body_control.h"
 
 #include <math.h>
 #include <string.h>
@@ -135,11 +137,15 @@ void world_load_bodies(step_context *context, double share) {
     for (size_t b = 0; b < context->scene.body_count; b++) {
         contact_body *const body = &context->scene.bodies[b];
         if (!body->is_free) continue;
-        vec3 const fallen = vec3_add_scaled(body->start.velocity, gravity, ch);
+        const world_obstacle *const obstacle = get_body(context->world, b);
+        vec3 const pull = vec3_add_scaled(gravity, obstacle->given_force, 1.0 / body->body->mass);
+        vec3 const fallen = vec3_add_scaled(body->start.velocity, pull, ch);
+        vec3 const turned = vec3_add_scaled(body->start.spin, obstacle->given_torque, ch);
         body->momentum =
             vec3_scale(fallen, body->body->mass / (1.0 + ch * body->body->linear_damping));
-        body->spin = vec3_scale(body->start.spin, 1.0 / (1.0 + ch * body->body->angular_damping));
-        body->fall = vec3_scale(gravity, (0.5 - share) * h);
+        body->spin = vec3_scale(turned, 1.0 / (1.0 + ch * body->body->angular_damping));
+        body->fall = vec3_scale(pull, (0.5 - share) * h);
+        world_load_drive(context, b, ch);
     }
 }
 
@@ -172,21 +178,28 @@ tulle_status world_prepare_bodies(step_context *context) {
                3 * count * sizeof(double));
         body->inertia = rigid_compute_inertia(&obstacle->rigid, orientation);
         body->inverse_inertia = rigid_compute_inverse_inertia(&obstacle->rigid, orientation);
+        if (body->is_free && !world_prepare_drive(context, b)) return TULLE_ERROR_OUT_OF_MEMORY;
+        update_body_answers(body);
+        body->start.velocity = vec3_load(state->velocities, slot);
         body->start.spin =
             mat3_multiply_vec3(&body->inertia, vec3_load(state->velocities, slot + 1));
     }
     world_load_bodies(context, 1.0);
+    /* what drives do if nothing is in the way */
+    start_bodies(scene, NULL, context->mean_velocity);
+    (void)settle_drives(scene, NULL, 0, context->mean_velocity);
     /* the free turn in the step */
     for (size_t b = 0; b < world->body_count; b++) {
         contact_body *const body = &scene->bodies[b];
         if (!body->is_free) continue;
         body->lift = body->fall;
-        vec3 const turn_rate = mat3_multiply_vec3(&body->inverse_inertia, body->spin);
+        vec3 const turn_rate =
+            vec3_load(context->mean_velocity, (size_t)get_body_slot(scene, b) + 1);
         rigid_state end = body->start;
-        end.spin = body->spin;
+        end.spin = body->drive ? mat3_multiply_vec3(&body->inertia, turn_rate) : body->spin;
         body->turn = mat3_identity(1.0);
         body->turn_vector = vec3_make(0.0, 0.0, 0.0);
-        if (!rigid_drift(body->body, end.velocity, context->time_step, &end)) continue;
+        if (!drift_body(body, end.velocity, turn_rate, context->time_step, &end)) continue;
         body->turn_vector = vec3_scale(turn_rate, context->time_step);
         body->turn = quaternion_to_matrix(
             quaternion_multiply(end.orientation, quaternion_conjugate(body->start.orientation)));
@@ -240,13 +253,19 @@ void world_finish_bodies(const step_context *context, double *end) {
         size_t const slot = get_body_slot(scene, b);
         if (!body->is_free) {
             memcpy(end + 3 * slot, scene->v0 + 3 * slot, 6 * sizeof(double));
+            world_note_drive(context, b);
             if (context->state->rests[b].state != BODY_SLEEPS) follow_script(context, b, end);
             continue;
         }
         quaternion const orientation = unpack_orientation(vec3_load(context->end, slot + 1));
         vec3 const spin = mat3_multiply_vec3(&body->inertia, vec3_load(end, slot + 1));
-        mat3 const inverse = rigid_compute_inverse_inertia(body->body, orientation);
+        mat3 inverse = rigid_compute_inverse_inertia(body->body, orientation);
+        if (body->drive) {
+            mat3 const inertia = rigid_compute_inertia(body->body, orientation);
+            inverse = compute_free_inverse(&inertia, body->drive->is_locked + 3);
+        }
         vec3_store(end, slot + 1, mat3_multiply_vec3(&inverse, spin));
+        world_note_drive(context, b);
         double const rate = context->passed > 0.0 ? 1.0 / context->passed : 0.0;
         for (size_t i = 3 * (size_t)body->vertex_begin; i < 3 * (size_t)body->vertex_end; i++)
             end[i] = rate * (context->end[i] - scene->x0[i]);

@@ -54,6 +54,11 @@ typedef struct body_energies {
 body_energies world_measure_bodies(const tulle_world *world, const double *positions,
                                    const double *velocities);
 
+/* body_access.c: number of a body, or TULLE_NONE with an error. */
+uint32_t world_find_body(const tulle_world *world, tulle_obstacle_id id, tulle_error *error);
+/* body_control.c: stops a body along what is locked. */
+void world_stop_locked(const tulle_world *world, size_t body, double *velocities);
+
 /* body_access.c: the impulses [N s] of rows on the body of a slot, and their moments [N m s]. */
 void world_sum_contact_impulses(const row_list *rows, size_t slot, double impulse[3],
                                 double moment[3]);

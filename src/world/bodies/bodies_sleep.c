@@ -248,6 +248,7 @@ tulle_status world_settle_bodies(step_context *context, double time_step) {
         body_rest *const rest = &state->rests[b];
         if (rest->state == BODY_SLEEPS) continue;
         bool const may_sleep = rest->state == BODY_FREE && obstacle->body.sleep_speed > 0.0 &&
+                               !world->controls[b].is_driven &&
                                get_body_surface(world, b)->is_present;
         if (may_sleep) {
             size_t const slot = get_first_slot(world, b);

@@ -1,15 +1,15 @@
 /* world/bodies/body_access.c - what users read of rigid bodies, and impulses that they give. */
 #include "base/error.h"
 #include "contact/pairs/body_paths.h"
+#include "contact/solve/body_drives.h"
+#include "geom/distance.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Number of the body, or TULLE_NONE with an error. */
-static uint32_t find_body_number(const tulle_world *world, tulle_obstacle_id id,
-                                 tulle_error *error) {
+uint32_t world_find_body(const tulle_world *world, tulle_obstacle_id id, tulle_error *error) {
     bool const is_valid = world && id.generation == 1 && id.index < world->obstacles.count;
     if (!is_valid || !world->obstacles.data[id.index].body.is_dynamic) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -31,7 +31,7 @@ static quaternion get_orientation(const tulle_world *world, size_t slot) {
 tulle_status tulle_obstacle_get_transform(const tulle_world *world, tulle_obstacle_id id,
                                           tulle_transform *transform, tulle_error *error) {
     if (!transform) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for it");
-    uint32_t const body = find_body_number(world, id, error);
+    uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     const world_obstacle *const obstacle = &world->obstacles.data[id.index];
     size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
@@ -55,7 +55,7 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
                                         tulle_error *error) {
     if (!point || !impulse)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the point or the impulse is null");
-    uint32_t const body = find_body_number(world, id, error);
+    uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     const surface_range *const range = &world->surfaces[world->cloths.count + id.index];
     vec3 const at = vec3_load(point, 0), push = vec3_load(impulse, 0);
@@ -70,13 +70,20 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
     const rigid_body *const rigid = &world->obstacles.data[id.index].rigid;
     size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
     double *const velocities = world->now.velocities;
-    mat3 const inverse = rigid_compute_inverse_inertia(rigid, get_orientation(world, slot));
+    mat3 inverse = rigid_compute_inverse_inertia(rigid, get_orientation(world, slot));
+    uint32_t const locks = world->controls[body].locks >> 3; /* of the turn */
+    if (locks != 0) {
+        mat3 const inertia = rigid_compute_inertia(rigid, get_orientation(world, slot));
+        bool const is_locked[3] = {locks & 1u, locks & 2u, locks & 4u};
+        inverse = compute_free_inverse(&inertia, is_locked);
+    }
     vec3 const arm = vec3_sub(at, vec3_load(world->now.positions, slot));
     vec3_store(velocities, slot,
                vec3_add_scaled(vec3_load(velocities, slot), push, 1.0 / rigid->mass));
     vec3_store(velocities, slot + 1,
                vec3_add(vec3_load(velocities, slot + 1),
                         mat3_multiply_vec3(&inverse, vec3_cross(arm, push))));
+    world_stop_locked(world, body, velocities);
     return TULLE_OK;
 }
 
@@ -95,32 +102,106 @@ void world_sum_contact_impulses(const row_list *rows, size_t slot, double impuls
     vec3_store(moment, 0, turn);
 }
 
+/* Impulses [N s] on a surface, and their moments [N m s] about a point. */
+typedef struct impulse_sum {
+    size_t surface;
+    vec3 about, impulse, moment;
+} impulse_sum;
+
+/* Adds what the contact of a row's frame gives the surface where one side of it lies there: the
+ * opposite of what it gives the other side, at the point of that. */
+static void add_contact(const tulle_world *world, const row_frame *frame, vec3 impulse,
+                        impulse_sum *sum) {
+    int const first_count = frame->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
+    for (int side = 0; side < 2; side++) {
+        int const own = side == 0 ? 0 : first_count;
+        int const begin = side == 0 ? first_count : 0, end = side == 0 ? 4 : first_count;
+        if (world->vertex_surface[frame->vertices[own]] != sum->surface) continue;
+        vec3 point = {0.0, 0.0, 0.0};
+        for (int k = begin; k < end; k++)
+            point = vec3_add_scaled(point, vec3_load(world->now.positions, frame->vertices[k]),
+                                    fabs(frame->weights[k]));
+        vec3 const given = vec3_scale(impulse, side == 0 ? 1.0 : -1.0);
+        sum->impulse = vec3_add(sum->impulse, given);
+        sum->moment = vec3_add(sum->moment, vec3_cross(vec3_sub(point, sum->about), given));
+    }
+}
+
+/* Whether a vertex lies on a body that slept through the last step: then its contacts with what
+ * stands are in the store alone. */
+static bool has_slept(const tulle_world *world, uint32_t vertex) {
+    uint32_t const body = world->surface_bodies[world->vertex_surface[vertex]];
+    if (body == TULLE_NONE || world->now.rests[body].state != BODY_SLEEPS) return false;
+    size_t const slot = get_first_slot(world, body);
+    for (size_t i = 0; i < world->accepted_rows.rows.count; i++) {
+        const row_frame *const frame = &world->accepted_rows.rows.data[i].frame;
+        if (frame->has_body && (frame->slots[0] == slot || frame->slots[1] == slot)) return false;
+    }
+    return true;
+}
+
+/* The sum for what follows a script or stands. */
+static void sum_scripted_impulses(const tulle_world *world, impulse_sum *sum) {
+    for (size_t i = 0; i < world->accepted_rows.rows.count; i++) {
+        const contact_row *const row = &world->accepted_rows.rows.data[i];
+        add_contact(world, &row->frame, row->solve.impulse, sum);
+    }
+    const contact_store *const store = &world->now.contacts;
+    for (size_t i = 0; world->has_sleep && i < store->contacts.count; i++) {
+        const stored_contact *const contact = &store->contacts.data[i];
+        row_frame frame = {.kind = (feature_kind)contact->kind};
+        feature_pair_vertices(&world->topo, frame.kind,
+                              (feature_pair){contact->first, contact->second}, frame.vertices);
+        uint32_t const ends[2] = {frame.vertices[0], frame.vertices[3]};
+        bool const is_first = world->vertex_surface[ends[0]] == sum->surface;
+        bool const is_second = world->vertex_surface[ends[1]] == sum->surface;
+        if ((!is_first && !is_second) || !has_slept(world, ends[is_first ? 1 : 0])) continue;
+        vec3 points[4];
+        for (int k = 0; k < 4; k++) points[k] = vec3_load(world->now.positions, frame.vertices[k]);
+        closest_points const closest = closest_of_pair(frame.kind, points);
+        memcpy(frame.weights, closest.weights, sizeof frame.weights);
+        add_contact(world, &frame, vec3_load(contact->impulse, 0), sum);
+    }
+}
+
 tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world, tulle_obstacle_id id,
                                                 double impulse[3], double angular_impulse[3],
                                                 tulle_error *error) {
     if (!impulse || !angular_impulse)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for the impulses");
-    uint32_t const body = find_body_number(world, id, error);
-    if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
-    const body_rest *const rest = &world->now.rests[body];
-    if (rest->state == BODY_SLEEPS) {
-        memcpy(impulse, rest->impulse, sizeof rest->impulse);
-        memcpy(angular_impulse, rest->moment, sizeof rest->moment);
+    bool const is_valid = world && id.generation == 1 && id.index < world->obstacles.count;
+    if (!is_valid || !world->is_started)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         is_valid ? "the world has not started: nothing touches anything yet"
+                                  : "the world has no such obstacle");
+    size_t const surface = world->cloths.count + id.index;
+    uint32_t const body = world->surface_bodies ? world->surface_bodies[surface] : TULLE_NONE;
+    uint32_t const state = body == TULLE_NONE ? BODY_SCRIPTED : world->now.rests[body].state;
+    impulse_sum sum = {.surface = surface};
+    if (body != TULLE_NONE)
+        sum.about = vec3_load(world->now.positions, get_first_slot(world, body));
+    if (state == BODY_SLEEPS) {
+        memcpy(impulse, world->now.rests[body].impulse, 3 * sizeof(double));
+        memcpy(angular_impulse, world->now.rests[body].moment, 3 * sizeof(double));
+    } else if (state == BODY_FREE) {
+        world_sum_contact_impulses(&world->accepted_rows, get_first_slot(world, body), impulse,
+                                   angular_impulse);
     } else {
-        world_sum_contact_impulses(&world->accepted_rows, slot, impulse, angular_impulse);
+        sum_scripted_impulses(world, &sum);
+        vec3_store(impulse, 0, sum.impulse);
+        vec3_store(angular_impulse, 0, sum.moment);
     }
     return TULLE_OK;
 }
 
 int tulle_obstacle_is_asleep(const tulle_world *world, tulle_obstacle_id id) {
     if (!world || !world->is_started) return 0;
-    uint32_t const body = find_body_number(world, id, NULL);
+    uint32_t const body = world_find_body(world, id, NULL);
     return body != TULLE_NONE && world->now.rests[body].state == BODY_SLEEPS;
 }
 
 tulle_status tulle_obstacle_wake(tulle_world *world, tulle_obstacle_id id, tulle_error *error) {
-    uint32_t const body = find_body_number(world, id, error);
+    uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     world_wake_body(world, &world->now, body);
     return TULLE_OK;

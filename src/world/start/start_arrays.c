@@ -15,7 +15,8 @@ bool world_allocate_start(tulle_world *world) {
     world->is_fixed = memory_allocate_zeroed(heap, n, 1);
     world->vertex_surface = memory_allocate(heap, n * sizeof(uint32_t));
     world->laws = memory_allocate_zeroed(heap, surface_count * surface_count, sizeof(contact_law));
-    bool has_all = world->rest && world->targets && world->inverse_masses &&
+    world->controls = memory_allocate_zeroed(heap, world->body_count, sizeof *world->controls);
+    bool has_all = world->controls && world->rest && world->targets && world->inverse_masses &&
                    world->active_inverse_masses && world->is_fixed && world->vertex_surface &&
                    world->laws;
     world_motion_state *const states[2] = {&world->now, &world->next};
@@ -29,12 +30,14 @@ bool world_allocate_start(tulle_world *world) {
         state->is_present = memory_allocate_zeroed(heap, world->obstacles.count, 1);
         state->particles = memory_allocate_zeroed(heap, world->particle_count, 1);
         state->rests = memory_allocate_zeroed(heap, world->body_count, sizeof *state->rests);
+        state->drive_forces =
+            memory_allocate_zeroed(heap, BODY_AXES * world->body_count, sizeof(double));
         state->poses = memory_allocate(heap, world->pose_count * sizeof *state->poses);
         for (size_t k = 0; state->poses && k < world->pose_count; k++)
             state->poses[k] = motion_compute_pose(&world->obstacles.data[k].motion, 0.0);
         has_all = has_all && state->positions && state->velocities && state->previous_mean &&
                   state->previous_velocities && state->is_released && state->is_present &&
-                  state->particles && state->rests && state->poses;
+                  state->particles && state->rests && state->drive_forces && state->poses;
     }
     return has_all;
 }
@@ -57,6 +60,7 @@ void world_release_start(tulle_world *world) {
     memory *const heap = &world->heap;
     size_t const n = world->vertex_count, surface_count = world->set.surface_count;
     world_release_detection(world);
+    world_release_events(world);
     cloth_machinery made = {world->model, world->system, world->aggregates};
     world_release_machinery(world, &made);
     world_release_machinery(world, &world->spare);
@@ -75,12 +79,14 @@ void world_release_start(tulle_world *world) {
         memory_release(heap, state->is_present, world->obstacles.count);
         memory_release(heap, state->particles, world->particle_count);
         memory_release(heap, state->rests, world->body_count * sizeof *state->rests);
+        memory_release(heap, state->drive_forces, BODY_AXES * world->body_count * sizeof(double));
         memory_release(heap, state->poses, world->pose_count * sizeof *state->poses);
         ARRAY_FREE(heap, &state->contacts.contacts);
         ARRAY_FREE(heap, &state->ties);
         memset(state, 0, sizeof *state);
     }
     memory_release(heap, world->surface_bodies, surface_count * sizeof *world->surface_bodies);
+    memory_release(heap, world->controls, world->body_count * sizeof *world->controls);
     memory_release(heap, world->body_obstacles, world->body_count * sizeof *world->body_obstacles);
     query_trees_destroy(&world->queries, heap, world->topo.triangle_count);
     world->has_queries = false;
@@ -106,6 +112,7 @@ void world_release_start(tulle_world *world) {
     world->surfaces = NULL;
     world->collides = NULL;
     world->surface_bodies = world->body_obstacles = NULL;
+    world->controls = NULL;
     world->rest = world->targets = world->inverse_masses = world->active_inverse_masses = NULL;
     world->is_fixed = NULL;
     world->vertex_surface = NULL;

@@ -3,6 +3,7 @@
  * Takes u, the paths that commit_safely has proven and the rows with their impulses. Gives the
  * state its positions, velocities, contacts and time. No other stage changes the state. */
 #include "contact/rows/carry_over.h"
+#include "contact/solve/body_drives.h"
 #include "contact/solve/end_velocities.h"
 #include "dynamics/hysteresis.h"
 #include "world/bodies/bodies.h"
@@ -50,6 +51,7 @@ static tulle_status accept_velocities(step_context *context) {
 
     /* the laws of impact, as far as energy allows */
     end_velocities ends = {.is_inelastic = system->integrator != TULLE_INTEGRATOR_IMPLICIT_EULER};
+    rest_drives(&context->scene, rows->rows.data, rows->rows.count);
     if (is_whole) {
         bool may_rebound = false;
         for (size_t i = 0; i < rows->rows.count; i++)

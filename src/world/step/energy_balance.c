@@ -6,6 +6,7 @@
  * energy. */
 #include "contact/solve/end_velocities.h"
 #include "world/bodies/bodies.h"
+#include "world/bodies/body_control.h"
 #include "world/ties/ties.h"
 
 /* A gain is worth another solve if it is over the sum of two slacks. This is the first one, as a
@@ -98,8 +99,8 @@ tulle_status world_compute_kinetic_limit(step_context *context, kinetic_limit *l
     double const potential_start = start.gravity + start.elastic.stretch + start.elastic.bend;
     double const potential_end = end.gravity + end.elastic.stretch + end.elastic.bend;
     limit->energy = limit->start + before.gravity - after.gravity + potential_start -
-                    potential_end + wind + pins + world_measure_tie_work(context) -
-                    measure_kinetic(context, true);
+                    potential_end + wind + pins + world_measure_tie_work(context) +
+                    world_measure_control_work(context) - measure_kinetic(context, true);
     return TULLE_OK;
 }
 

@@ -5,7 +5,6 @@
  * h^2 g for cloth, without contact and inner forces, and the way to the target for what follows a
  * script. Stages 2 to 5 search along them. */
 #include "contact/pairs/body_paths.h"
-#include "contact/solve/solve_bodies.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/pinch/holds.h"
@@ -114,7 +113,6 @@ tulle_status world_predict_paths(step_context *context) {
         double *const u = context->mean_velocity;
         for (size_t v = 0; v < world->cloth_vertex_count; v++)
             vec3_store(u, v, vec3_add(vec3_load(state->velocities, v), fall));
-        start_bodies(&context->scene, NULL, u);
         prescribe_motion(&context->scene, u);
         propose_paths(&context->scene, u, context->predicted);
     }

@@ -203,9 +203,13 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
         status =
             error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted in step %llu, which is undone",
                       (unsigned long long)world->step_count);
+    if (status == TULLE_OK) status = world_find_touching(world, context.state, error);
     if (status == TULLE_OK) status = world_swap_states(world, error);
     world_end_given(world, status != TULLE_OK);
-    if (status != TULLE_OK) world_undo_step(world);
+    if (status == TULLE_OK)
+        world_tell_events(world);
+    else
+        world_undo_step(world);
     (void)parallel_use(before);
 
     local.time = world->now.time;

@@ -41,8 +41,11 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
     }
     if (world->particle_count > 0)
         memcpy(target->particles, source->particles, world->particle_count);
-    if (world->body_count > 0)
+    if (world->body_count > 0) {
         memcpy(target->rests, source->rests, world->body_count * sizeof *target->rests);
+        memcpy(target->drive_forces, source->drive_forces,
+               BODY_AXES * world->body_count * sizeof(double));
+    }
     if (world->pose_count > 0)
         memcpy(target->poses, source->poses, world->pose_count * sizeof *target->poses);
     for (size_t i = 0; i < world->obstacles.count; i++) { /* a jump is no velocity */

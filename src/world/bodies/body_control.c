@@ -1,0 +1,336 @@
+/* world/bodies/body_control.c - what the host has bodies do: velocities, forces, locks and drives
+ * (tulle/bodies.h).
+ *
+ * In: the calls of the host, checked. Out: velocities of slots; forces for the next step, of which
+ * given.c lets go; locks and drives, which are part of the state; and for each substep what contact
+ * solves for (contact/solve/body_drives.h).
+ *
+ * A drive of stiffness k and damping d gives  F = k (x* - x1) + d (v* - u)  with x1 = x0 + h u.
+ * Over the time g in which forces act on u this is the impulse  push - gain u,  with gain = g (d +
+ * h k),  push = g (k (x* - x0) + d v*). */
+#include "world/bodies/body_control.h"
+
+#include "base/error.h"
+#include "base/hash.h"
+#include "contact/pairs/body_paths.h"
+#include "contact/solve/body_drives.h"
+#include "world/bodies/bodies.h"
+#include "world/bodies/bodies_sleep.h"
+
+#include <math.h>
+#include <string.h>
+
+/* [m/s], [rad/s]; [N], [N m] and the like; [m] as for meshes */
+static const double SPEED_MAX = 1e6, FORCE_MAX = 1e12, COORDINATE_MAX = 1e100;
+
+/* ---- checks ---- */
+
+/* Numbers of a call, and what they may be. */
+typedef struct given_numbers {
+    const char *what;
+    const double *numbers;
+    int count;
+    double low, high;
+} given_numbers;
+
+static tulle_status check_numbers(const char *owner, given_numbers given, tulle_error *error) {
+    for (int k = 0; k < given.count; k++)
+        if (!(given.numbers[k] >= given.low && given.numbers[k] <= given.high))
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "%s: %s[%d] is %g; it must be %g to %g", owner, given.what, k,
+                             given.numbers[k], given.low, given.high);
+    return TULLE_OK;
+}
+
+static tulle_status check_drive(const char *owner, const tulle_body_drive *drive,
+                                tulle_error *error) {
+    double const any = (double)INFINITY;
+    given_numbers const parts[] = {
+        {"position", drive->position, 3, -COORDINATE_MAX, COORDINATE_MAX},
+        {"rotation", drive->rotation, 4, -2.0, 2.0},
+        {"velocity", drive->velocity, 3, -SPEED_MAX, SPEED_MAX},
+        {"angular_velocity", drive->angular_velocity, 3, -SPEED_MAX, SPEED_MAX},
+        {"stiffness", drive->stiffness, 3, 0.0, FORCE_MAX},
+        {"damping", drive->damping, 3, 0.0, FORCE_MAX},
+        {"force_limit", drive->force_limit, 3, 0.0, any},
+        {"angular_stiffness", drive->angular_stiffness, 3, 0.0, FORCE_MAX},
+        {"angular_damping", drive->angular_damping, 3, 0.0, FORCE_MAX},
+        {"torque_limit", drive->torque_limit, 3, 0.0, any},
+    };
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0] && status == TULLE_OK; i++)
+        status = check_numbers(owner, parts[i], error);
+    if (status != TULLE_OK) return status;
+    double const norm = quaternion_norm(quaternion_load(drive->rotation));
+    if (fabs(norm - 1.0) <= QUATERNION_TOLERANCE) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "%s: the rotation has length %g; give a unit quaternion", owner, norm);
+}
+
+/* Number of a body that is there and answers, or TULLE_NONE with an error. */
+static uint32_t find_free_body(const tulle_world *world, tulle_obstacle_id id, tulle_error *error) {
+    uint32_t const body = world_find_body(world, id, error);
+    if (body == TULLE_NONE || body_answers(world, body)) return body;
+    error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+              "'%s' follows its script or is absent: it takes no velocities and no forces",
+              world->obstacles.data[id.index].name);
+    return TULLE_NONE;
+}
+
+/* ---- velocities and forces ---- */
+
+void world_stop_locked(const tulle_world *world, size_t body, double *velocities) {
+    double *const axes = velocities + 3 * get_first_slot(world, body);
+    for (int k = 0; k < BODY_AXES; k++)
+        if (world->controls[body].locks >> k & 1u) axes[k] = 0.0;
+}
+
+tulle_status tulle_obstacle_set_velocity(tulle_world *world, tulle_obstacle_id id,
+                                         const double velocity[3], const double angular_velocity[3],
+                                         tulle_error *error) {
+    uint32_t const body = find_free_body(world, id, error);
+    if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
+    const char *const name = world->obstacles.data[id.index].name;
+    const double *const given[2] = {velocity, angular_velocity};
+    static const char *const whats[2] = {"velocity", "angular_velocity"};
+    for (int i = 0; i < 2; i++) {
+        tulle_status const status =
+            given[i]
+                ? check_numbers(name, (given_numbers){whats[i], given[i], 3, -SPEED_MAX, SPEED_MAX},
+                                error)
+                : TULLE_OK;
+        if (status != TULLE_OK) return status;
+    }
+    world_wake_body(world, &world->now, body);
+    size_t const slot = get_first_slot(world, body);
+    for (size_t i = 0; i < 2; i++)
+        if (given[i]) memcpy(world->now.velocities + 3 * (slot + i), given[i], 3 * sizeof(double));
+    world_stop_locked(world, body, world->now.velocities);
+    return TULLE_OK;
+}
+
+/* Adds to what the body is given for the next step. */
+static tulle_status give(tulle_world *world, tulle_obstacle_id id, uint32_t body, vec3 force,
+                         vec3 torque, tulle_error *error) {
+    world_obstacle *const obstacle = &world->obstacles.data[id.index];
+    double sums[BODY_AXES];
+    vec3_store(sums, 0, vec3_add(obstacle->given_force, force));
+    vec3_store(sums, 1, vec3_add(obstacle->given_torque, torque));
+    tulle_status const status = check_numbers(
+        obstacle->name,
+        (given_numbers){"the sum of forces and torques", sums, BODY_AXES, -FORCE_MAX, FORCE_MAX},
+        error);
+    if (status != TULLE_OK) return status;
+    obstacle->given_force = vec3_load(sums, 0);
+    obstacle->given_torque = vec3_load(sums, 1);
+    world_wake_body(world, &world->now, body);
+    return TULLE_OK;
+}
+
+tulle_status tulle_obstacle_add_force(tulle_world *world, tulle_obstacle_id id,
+                                      const double point[3], const double force[3],
+                                      tulle_error *error) {
+    if (!force) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the force is null");
+    uint32_t const body = find_free_body(world, id, error);
+    if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
+    const char *const name = world->obstacles.data[id.index].name;
+    tulle_status status =
+        check_numbers(name, (given_numbers){"force", force, 3, -FORCE_MAX, FORCE_MAX}, error);
+    if (status == TULLE_OK && point)
+        status = check_numbers(
+            name, (given_numbers){"point", point, 3, -COORDINATE_MAX, COORDINATE_MAX}, error);
+    if (status != TULLE_OK) return status;
+    vec3 const centre = vec3_load(world->now.positions, get_first_slot(world, body));
+    vec3 const at = point ? vec3_load(point, 0) : centre, pull = vec3_load(force, 0);
+    return give(world, id, body, pull, vec3_cross(vec3_sub(at, centre), pull), error);
+}
+
+tulle_status tulle_obstacle_add_torque(tulle_world *world, tulle_obstacle_id id,
+                                       const double torque[3], tulle_error *error) {
+    if (!torque) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the torque is null");
+    uint32_t const body = find_free_body(world, id, error);
+    if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
+    const char *const name = world->obstacles.data[id.index].name;
+    tulle_status const status =
+        check_numbers(name, (given_numbers){"torque", torque, 3, -FORCE_MAX, FORCE_MAX}, error);
+    if (status != TULLE_OK) return status;
+    return give(world, id, body, vec3_make(0.0, 0.0, 0.0), vec3_load(torque, 0), error);
+}
+
+/* ---- locks and drives ---- */
+
+tulle_status tulle_obstacle_set_locks(tulle_world *world, tulle_obstacle_id id,
+                                      unsigned translations, unsigned rotations,
+                                      tulle_error *error) {
+    uint32_t const body = world_find_body(world, id, error);
+    if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
+    if (translations > TULLE_LOCK_ALL || rotations > TULLE_LOCK_ALL)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the locks are %u and %u; each must be a sum of TULLE_LOCK_X, _Y, _Z",
+                         world->obstacles.data[id.index].name, translations, rotations);
+    world->controls[body].locks = translations | rotations << 3;
+    if (body_answers(world, body)) world_stop_locked(world, body, world->now.velocities);
+    world_wake_body(world, &world->now, body);
+    return TULLE_OK;
+}
+
+tulle_body_drive tulle_body_drive_default(void) {
+    return (tulle_body_drive){
+        .rotation = {1.0, 0.0, 0.0, 0.0},
+        .force_limit = {(double)INFINITY, (double)INFINITY, (double)INFINITY},
+        .torque_limit = {(double)INFINITY, (double)INFINITY, (double)INFINITY}};
+}
+
+tulle_status tulle_obstacle_set_drive(tulle_world *world, tulle_obstacle_id id,
+                                      const tulle_body_drive *drive, tulle_error *error) {
+    uint32_t const body = world_find_body(world, id, error);
+    if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
+    tulle_status const status =
+        drive ? check_drive(world->obstacles.data[id.index].name, drive, error) : TULLE_OK;
+    if (status != TULLE_OK) return status;
+    bool is_driven = false;
+    for (int k = 0; drive && k < 3; k++)
+        is_driven |= drive->stiffness[k] > 0.0 || drive->damping[k] > 0.0 ||
+                     drive->angular_stiffness[k] > 0.0 || drive->angular_damping[k] > 0.0;
+    body_control *const control = &world->controls[body];
+    memset(&control->drive, 0, sizeof control->drive);
+    if (is_driven) control->drive = *drive;
+    control->is_driven = is_driven;
+    world_wake_body(world, &world->now, body);
+    return TULLE_OK;
+}
+
+tulle_status tulle_obstacle_get_drive_force(const tulle_world *world, tulle_obstacle_id id,
+                                            double force[3], double torque[3], tulle_error *error) {
+    if (!force || !torque)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for the force");
+    uint32_t const body = world_find_body(world, id, error);
+    if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
+    const double *const forces = world->now.drive_forces + BODY_AXES * (size_t)body;
+    memcpy(force, forces, 3 * sizeof(double));
+    memcpy(torque, forces + 3, 3 * sizeof(double));
+    return TULLE_OK;
+}
+
+/* ---- in a state ---- */
+
+size_t world_get_controls_size(const tulle_world *world) {
+    bool has_any = false;
+    for (size_t b = 0; b < world->body_count; b++)
+        has_any |= world->controls[b].locks != 0 || world->controls[b].is_driven;
+    return has_any ? world->body_count * sizeof *world->controls : 0;
+}
+
+uint64_t world_hash_controls(const tulle_world *world, uint64_t hash) {
+    size_t const size = world_get_controls_size(world);
+    return size > 0 ? hash_bytes(hash, world->controls, size) : hash;
+}
+
+tulle_status world_check_controls(const tulle_world *world, const void *bytes, size_t size,
+                                  tulle_error *error) {
+    bool is_valid = true;
+    for (size_t b = 0; b < size / sizeof(body_control) && is_valid; b++) {
+        body_control control;
+        memcpy(&control, (const unsigned char *)bytes + b * sizeof control, sizeof control);
+        is_valid = control.locks < 1u << BODY_AXES && control.is_driven <= 1 &&
+                   (!control.is_driven || check_drive("", &control.drive, NULL) == TULLE_OK);
+    }
+    (void)world;
+    if (is_valid) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_PARSE,
+                     "the saved state has locks or drives that no body has: start the run anew");
+}
+
+void world_take_controls(tulle_world *world, const void *bytes, size_t size) {
+    if (world->body_count > 0)
+        memset(world->controls, 0, world->body_count * sizeof *world->controls);
+    if (size > 0) memcpy(world->controls, bytes, size);
+}
+
+/* ---- in a substep ---- */
+
+bool world_prepare_drive(step_context *context, size_t body) {
+    tulle_world *const world = context->world;
+    const body_control *const control = &world->controls[body];
+    if (control->locks == 0 && !control->is_driven) return true;
+    body_drive *const drive = ARENA_NEW_ZEROED(&world->scratch, body_drive, 1);
+    if (!drive) return false;
+    for (int k = 0; k < BODY_AXES; k++) drive->is_locked[k] = control->locks >> k & 1u;
+    world_stop_locked(world, body, context->state->velocities);
+    context->scene.bodies[body].drive = drive;
+    return true;
+}
+
+/* The shortest turn [rad] from one orientation to another, as a vector. */
+static vec3 compute_turn(quaternion from, quaternion to) {
+    vec3 const quarter = /* tan(angle / 4) along the axis */
+        pack_orientation(quaternion_multiply(to, quaternion_conjugate(from)));
+    double const size = vec3_norm(quarter);
+    return size > 0.0 ? vec3_scale(quarter, 4.0 * atan(size) / size) : quarter;
+}
+
+void world_load_drive(const step_context *context, size_t body, double ch) {
+    const tulle_world *const world = context->world;
+    contact_body *const moved = &context->scene.bodies[body];
+    const body_control *const control = &world->controls[body];
+    if (!moved->drive) return;
+    moved->fall = mask_locked(moved->drive, moved->fall);
+    if (!control->is_driven) return;
+    const tulle_body_drive *const given = &control->drive;
+    quaternion const target = quaternion_multiply(
+        quaternion_normalize(quaternion_load(given->rotation)), get_body(world, body)->axes);
+    double ways[BODY_AXES];
+    vec3_store(ways, 0, vec3_sub(vec3_load(given->position, 0), moved->start.position));
+    vec3_store(ways, 1, compute_turn(moved->start.orientation, target));
+    for (int k = 0; k < BODY_AXES; k++) {
+        bool const turns = k >= 3;
+        int const axis = k % 3;
+        double const stiffness = (turns ? given->angular_stiffness : given->stiffness)[axis];
+        double const damping = (turns ? given->angular_damping : given->damping)[axis];
+        double const speed = (turns ? given->angular_velocity : given->velocity)[axis];
+        double const limit = (turns ? given->torque_limit : given->force_limit)[axis];
+        if (moved->drive->is_locked[k]) continue;
+        moved->drive->gains[k] = ch * (damping + context->time_step * stiffness);
+        moved->drive->pushes[k] = ch * (stiffness * ways[k] + damping * speed);
+        moved->drive->limits[k] = ch * limit;
+    }
+    /* what is driven goes by u alone, which the drive reckons with */
+    double fall[3];
+    vec3_store(fall, 0, moved->fall);
+    for (int k = 0; k < 3; k++)
+        if (moved->drive->gains[k] > 0.0) fall[k] = 0.0;
+    moved->fall = vec3_load(fall, 0);
+    update_body_answers(moved);
+}
+
+void world_note_drive(const step_context *context, size_t body) {
+    const tulle_world *const world = context->world;
+    const body_control *const control = &world->controls[body];
+    const body_drive *const drive = context->scene.bodies[body].drive;
+    double *const forces = context->state->drive_forces + BODY_AXES * body;
+    memset(forces, 0, BODY_AXES * sizeof *forces);
+    double const time = world->system.share * context->time_step;
+    for (int k = 0; drive && control->is_driven && k < BODY_AXES; k++) {
+        double const limit =
+            k < 3 ? control->drive.force_limit[k] : control->drive.torque_limit[k - 3];
+        forces[k] = fmax(-limit, fmin(limit, drive->impulses[k] / time));
+    }
+}
+
+double world_measure_control_work(const step_context *context) {
+    const tulle_world *const world = context->world;
+    double work = 0.0;
+    for (size_t b = 0; b < world->body_count; b++) {
+        const world_obstacle *const obstacle = get_body(world, b);
+        size_t const slot = get_first_slot(world, b);
+        const double *const u = context->mean_velocity + 3 * slot;
+        const body_drive *const drive = context->scene.bodies[b].drive;
+        if (!context->scene.bodies[b].is_free) continue;
+        for (int k = 0; drive && k < BODY_AXES; k++) work += drive->impulses[k] * u[k];
+        vec3 const way =
+            vec3_sub(vec3_load(context->end, slot), vec3_load(context->state->positions, slot));
+        work += vec3_dot(obstacle->given_force, way) +
+                context->time_step * vec3_dot(obstacle->given_torque, vec3_load(u, 1));
+    }
+    return work;
+}

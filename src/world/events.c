@@ -1,0 +1,264 @@
+/* world/events.c - events for the host (tulle/events.h).
+ *
+ * A look at a state gives marks, a set of bits for each object, and the pairs of objects that
+ * press on each other. Both follow from the state alone. What a look finds is held against the
+ * look before; the differences go into a queue of fixed size. Looks that need memory come before a
+ * step is accepted, so that a failure leaves the world as it was. */
+#include "base/error.h"
+#include "base/sort.h"
+#include "world/pinch/holds.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A pair of objects that touch. */
+typedef struct touching_pair {
+    uint64_t key; /* the lower object, then the other one */
+    double force; /* [N] */
+} touching_pair;
+
+typedef ARRAY(touching_pair) pair_array;
+
+/* What an object is. The last entry of the marks is the world's own. */
+enum { IS_ASLEEP = 1, IS_PINCHED = 2, IS_OVERSTRETCHED = 4, IS_PRESENT = 8, IS_TANGLED = 16 };
+
+struct world_events {
+    tulle_event_watch watch;
+    uint8_t *marks;          /* surface_count + 1, as of the last look */
+    pair_array pairs, found; /* of the last look, and of the one that is being made; ascending */
+    tulle_event *queue;      /* a ring of watch.capacity */
+    size_t first, count;
+    uint64_t lost;
+};
+
+static bool is_watched(const world_events *events, tulle_event_kind kind) {
+    return (events->watch.kinds >> kind & 1u) != 0;
+}
+
+/* ---- a look ---- */
+
+/* The load [N s] of one contact. */
+typedef struct contact_load {
+    uint64_t key, index;
+    double load;
+} contact_load;
+
+static int compare_loads(const void *one, const void *two) {
+    const contact_load *const a = one, *const b = two;
+    if (a->key != b->key) return a->key < b->key ? -1 : 1;
+    return a->index < b->index ? -1 : a->index > b->index;
+}
+
+tulle_status world_find_touching(tulle_world *world, const world_motion_state *state,
+                                 tulle_error *error) {
+    world_events *const events = world->events;
+    if (!events) return TULLE_OK;
+    const contact_store *const store = &state->contacts;
+    size_t const count = store->contacts.count;
+    events->found.count = 0;
+    if (!is_watched(events, TULLE_EVENT_CONTACT_BEGIN) &&
+        !is_watched(events, TULLE_EVENT_CONTACT_END))
+        return TULLE_OK;
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    contact_load *const loads = ARENA_NEW(&world->scratch, contact_load, count);
+    bool has_memory = loads || count == 0;
+    for (size_t i = 0; has_memory && i < count; i++) {
+        const stored_contact *const contact = &store->contacts.data[i];
+        uint32_t v[4];
+        feature_pair_vertices(&world->topo, (feature_kind)contact->kind,
+                              (feature_pair){contact->first, contact->second}, v);
+        uint64_t const a = world->vertex_surface[v[0]], b = world->vertex_surface[v[3]];
+        double const load = vec3_dot(vec3_load(contact->impulse, 0), vec3_load(contact->normal, 0));
+        loads[i] = (contact_load){a < b ? a << 32 | b : b << 32 | a, i, fmax(load, 0.0)};
+    }
+    if (has_memory) sort_by_heap(loads, count, sizeof *loads, compare_loads);
+    for (size_t i = 0; has_memory && i < count;) {
+        touching_pair pair = {loads[i].key, 0.0};
+        for (; i < count && loads[i].key == pair.key; i++) pair.force += loads[i].load;
+        pair.force /= store->time_step;
+        if (!(pair.force > events->watch.contact_force)) continue;
+        has_memory = ARRAY_RESERVE(&world->heap, &events->found, 1);
+        if (has_memory) events->found.data[events->found.count++] = pair;
+    }
+    arena_release(&world->scratch, mark);
+    return has_memory ? TULLE_OK
+                      : error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
+}
+
+static bool is_overstretched(const tulle_world *world, size_t surface) {
+    const surface_range *const range = &world->surfaces[surface];
+    for (size_t t = range->triangle_begin; t < range->triangle_end; t++)
+        if (cloth_is_overstretched(world->model, world->now.positions, t)) return true;
+    return false;
+}
+
+/* What an object is now; surface_count stands for the world. */
+static uint8_t find_marks(const tulle_world *world, size_t surface) {
+    size_t const cloth_count = world->cloths.count;
+    if (surface < cloth_count) {
+        bool const is_asked = is_watched(world->events, TULLE_EVENT_OVERSTRETCH_BEGIN) ||
+                              is_watched(world->events, TULLE_EVENT_OVERSTRETCH_END);
+        return is_asked && is_overstretched(world, surface) ? IS_OVERSTRETCHED : 0;
+    }
+    size_t const obstacle = surface - cloth_count; /* all of them for the world */
+    int marks = world_is_held_or_released(world, &world->now, obstacle) ? IS_PINCHED : 0;
+    if (obstacle == world->obstacles.count)
+        return (uint8_t)(marks | (world->ignored.count > 0 ? IS_TANGLED : 0));
+    if (world->now.is_present[obstacle] || world->now.is_released[obstacle]) marks |= IS_PRESENT;
+    uint32_t const body = world->surface_bodies ? world->surface_bodies[surface] : TULLE_NONE;
+    if (body != TULLE_NONE && world->now.rests[body].state == BODY_SLEEPS) marks |= IS_ASLEEP;
+    return (uint8_t)marks;
+}
+
+/* ---- what has changed ---- */
+
+static void add_event(tulle_world *world, tulle_event_kind kind, uint64_t key, double force) {
+    world_events *const events = world->events;
+    if (!is_watched(events, kind)) return;
+    if (events->count == events->watch.capacity) {
+        events->lost++;
+        return;
+    }
+    size_t const at = (events->first + events->count++) % events->watch.capacity;
+    events->queue[at] = (tulle_event){.kind = kind,
+                                      .object_a = (uint32_t)(key >> 32),
+                                      .object_b = (uint32_t)key,
+                                      .step = world->step_count - 1,
+                                      .time = world->now.time,
+                                      .force = force};
+}
+
+/* The pairs that were found take the place of those before. */
+static void swap_pairs(world_events *events) {
+    pair_array const old = events->pairs;
+    events->pairs = events->found;
+    events->found = old;
+}
+
+void world_tell_events(tulle_world *world) {
+    static const struct {
+        uint8_t mark;
+        tulle_event_kind begin, end;
+    } changes[] = {
+        {IS_ASLEEP, TULLE_EVENT_SLEEP, TULLE_EVENT_WAKE},
+        {IS_PINCHED, TULLE_EVENT_PINCH_BEGIN, TULLE_EVENT_PINCH_END},
+        {IS_OVERSTRETCHED, TULLE_EVENT_OVERSTRETCH_BEGIN, TULLE_EVENT_OVERSTRETCH_END},
+        {IS_PRESENT, TULLE_EVENT_APPEAR, TULLE_EVENT_LEAVE},
+        {IS_TANGLED, TULLE_EVENT_KIND_COUNT, TULLE_EVENT_UNTANGLED},
+    };
+    world_events *const events = world->events;
+    if (!events) return;
+    size_t i = 0, k = 0;
+    while (i < events->pairs.count || k < events->found.count) {
+        uint64_t const was = i < events->pairs.count ? events->pairs.data[i].key : UINT64_MAX;
+        uint64_t const is = k < events->found.count ? events->found.data[k].key : UINT64_MAX;
+        if (was < is) add_event(world, TULLE_EVENT_CONTACT_END, was, 0.0);
+        if (is < was) add_event(world, TULLE_EVENT_CONTACT_BEGIN, is, events->found.data[k].force);
+        i += was <= is;
+        k += is <= was;
+    }
+    swap_pairs(events);
+    for (size_t s = 0; s <= world->set.surface_count; s++) {
+        uint8_t const was = events->marks[s], is = find_marks(world, s);
+        uint64_t const object = s < world->set.surface_count ? s : UINT32_MAX;
+        events->marks[s] = is;
+        for (size_t c = 0; was != is && c < sizeof changes / sizeof changes[0]; c++) {
+            if (((was ^ is) & changes[c].mark) == 0) continue;
+            bool const begins = (is & changes[c].mark) != 0;
+            add_event(world, begins ? changes[c].begin : changes[c].end, object << 32 | UINT32_MAX,
+                      0.0);
+        }
+    }
+}
+
+void world_restart_events(tulle_world *world) {
+    world_events *const events = world->events;
+    if (!events) return;
+    events->first = events->count = 0;
+    events->lost = 0;
+    swap_pairs(events);
+    for (size_t s = 0; s <= world->set.surface_count; s++) events->marks[s] = find_marks(world, s);
+}
+
+/* ---- calls ---- */
+
+static void destroy_events(tulle_world *world, world_events *events) {
+    memory *const heap = &world->heap;
+    if (!events) return;
+    memory_release(heap, events->marks, world->set.surface_count + 1);
+    memory_release(heap, events->queue, events->watch.capacity * sizeof *events->queue);
+    ARRAY_FREE(heap, &events->pairs);
+    ARRAY_FREE(heap, &events->found);
+    memory_release(heap, events, sizeof *events);
+}
+
+void world_release_events(tulle_world *world) {
+    destroy_events(world, world->events);
+    world->events = NULL;
+}
+
+tulle_event_watch tulle_event_watch_default(void) {
+    return (tulle_event_watch){.kinds = (1u << TULLE_EVENT_KIND_COUNT) - 1u, .capacity = 1024};
+}
+
+/* [N], events */
+static const double FORCE_MAX = 1e300;
+enum { CAPACITY_MAX = 1 << 24 };
+
+tulle_status tulle_world_watch_events(tulle_world *world, const tulle_event_watch *watch,
+                                      tulle_error *error) {
+    if (!world || !world->is_started)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         world ? "call tulle_world_start before events are watched"
+                               : "the world is null");
+    if (!watch) {
+        world_release_events(world);
+        return TULLE_OK;
+    }
+    const char *what = NULL;
+    if (watch->kinds >= 1u << TULLE_EVENT_KIND_COUNT) what = "kinds that there are not";
+    if (!(watch->contact_force >= 0.0 && watch->contact_force <= FORCE_MAX))
+        what = "a contact force that is no number from 0 to 1e300 N";
+    if (watch->capacity < 1 || watch->capacity > CAPACITY_MAX)
+        what = "a capacity that is not 1 to 2^24";
+    if (what)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the watch of events has %s", what);
+    memory *const heap = &world->heap;
+    world_events *const before = world->events;
+    world_events *const events = memory_allocate_zeroed(heap, 1, sizeof *events);
+    if (!events) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
+    events->watch = *watch;
+    events->marks = memory_allocate_zeroed(heap, world->set.surface_count + 1, 1);
+    events->queue = memory_allocate(heap, watch->capacity * sizeof *events->queue);
+    world->events = events;
+    tulle_status const status =
+        events->marks && events->queue
+            ? world_find_touching(world, &world->now, error)
+            : error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
+    if (status == TULLE_OK)
+        world_restart_events(world);
+    else
+        world->events = before;
+    destroy_events(world, status == TULLE_OK ? before : events);
+    return status;
+}
+
+tulle_status tulle_world_poll_events(tulle_world *world, tulle_event *events, size_t capacity,
+                                     size_t *count, uint64_t *lost, tulle_error *error) {
+    if (count) *count = 0;
+    if (!world || !world->events || !count || (!events && capacity > 0))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         world && !world->events
+                             ? "the world watches no events; call tulle_world_watch_events"
+                             : "the world, the count or the place for events is null");
+    world_events *const own = world->events;
+    for (; *count < capacity && own->count > 0; own->count--) {
+        events[(*count)++] = own->queue[own->first];
+        own->first = (own->first + 1) % own->watch.capacity;
+    }
+    if (lost) {
+        *lost = own->lost;
+        own->lost = 0;
+    }
+    return TULLE_OK;
+}
