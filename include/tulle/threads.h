@@ -4,14 +4,14 @@
  * What may run at the same time:
  *
  *   - Calls for different worlds, on any threads. Worlds share nothing, so each comes to the bits
- *     that it has alone. Two worlds may go from thread to thread, as long as no two calls for one
- *     world run at the same time and what one thread did is seen by the next.
- *   - Calls for one world that only read it (those with a `const tulle_world *`), beside one
- * another. What they give is borrowed until a call that changes the world.
+ *     that it has alone. A world may go from thread to thread, as long as what one thread did is
+ *     seen by the next.
+ *   - Calls for one world that only read it, those with a `const tulle_world *`. What they give
+ *     is borrowed until a call that changes the world.
  *   - Functions that take no world: shapes, meshes, materials, the judge, a detector of one's own.
  *
- * What may not: two calls for one world of which one changes it. A call for a world from a task, a
- * stop request or a frame reader of that world.
+ * What may not: two calls for one world of which one changes it; and a call for a world from a
+ * task, a stop request or a frame reader of that world, but for what tulle_stop_request allows.
  *
  * What the host shares must bear it: an allocator, tasks, a frame reader or a stop request that
  * several worlds have is called from several threads at once. A thread that calls the library with
@@ -28,10 +28,9 @@ extern "C" {
 /* Lets tulle_world_start, tulle_world_step, tulle_world_load_state and tulle_cloth_get_patches run
  * their loops by `tasks`, copied, in place of threads of the library: at most def.threads tasks at
  * a time, some thousand times a step. The bits are the same. `run` is called by the thread that
- * called the world; while it waits it may do other work, also for other worlds. Tasks that `run`
- * leaves out are made up for where it runs none at all. Null `tasks`: threads of the library again.
- * May be called before the start and between any calls. Errors: TULLE_ERROR_INVALID_ARGUMENT (null
- * world, null `run`); all stays as it was then. */
+ * called the world; while it waits it may do other work, also for other worlds. Null `tasks`:
+ * threads of the library again. May be called before the start and between any calls. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null world, null `run`); all stays as it was then. */
 TULLE_API tulle_status tulle_world_set_tasks(tulle_world *world, const tulle_tasks *tasks,
                                              tulle_error *error);
 
