@@ -8,6 +8,7 @@
  * on one thread and on two, where a bit of the input says so: both end in the same state.
  * TULLE_FUZZ_SAY=1 prints the calls. How many worlds and calls there were is told now and then, and
  * at the end. */
+#include "support/queries.h"
 #include "support/shapes.h"
 
 #include "tulle/tulle.h"
@@ -456,6 +457,17 @@ static void go_back(session *self) {
     check_state(self);
 }
 
+/* After a call that may change the state, but not when it fails. */
+static void end_change(session *self, uint64_t before, tulle_status status,
+                       const tulle_error *error) {
+    if (status) {
+        fuzz_check_error(status, error);
+        FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
+    } else {
+        self->is_on_the_way = false;
+    }
+}
+
 /* Changes gravity or wind, to what may be or to what may not. */
 static void change_settings(session *self) {
     fuzz_bytes *const bytes = self->bytes;
@@ -474,12 +486,7 @@ static void change_settings(session *self) {
                                          : tulle_world_set_wind(self->world, &wind, &error);
     say("change", status, &error);
     FUZZ_CHECK((status == TULLE_OK) == is_good);
-    if (status) {
-        fuzz_check_error(status, &error);
-        FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
-        return;
-    }
-    self->is_on_the_way = false;
+    end_change(self, before, status, &error);
 }
 
 /* Changes the law of a cloth and an obstacle, if they are there. */
@@ -497,11 +504,7 @@ static void change_law(session *self) {
         tulle_world_set_cloth_obstacle_law(self->world, cloth, obstacle, &law, &error);
     say("change a law", status, &error);
     FUZZ_CHECK((status == TULLE_OK) == is_good);
-    FUZZ_CHECK(status == TULLE_OK || tulle_world_get_state_hash(self->world) == before);
-    if (status)
-        fuzz_check_error(status, &error);
-    else
-        self->is_on_the_way = false;
+    end_change(self, before, status, &error);
 }
 
 /* Changes what a cloth is made of, how thick it is, or lets go of a pin. */
@@ -531,12 +534,7 @@ static void change_cloth(session *self) {
                 fmin(self->release_times[id.index], tulle_world_get_time(self->world));
     }
     say("change cloth", status, &error);
-    if (status) {
-        fuzz_check_error(status, &error);
-        FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
-        return;
-    }
-    self->is_on_the_way = false;
+    end_change(self, before, status, &error);
 }
 
 /* Attaches vertices of a cloth to this or that, moves what it attached, or lets go. */
@@ -564,8 +562,8 @@ static void attach(session *self) {
         uint32_t const triangles[3] = {fuzz_take_below(bytes, 16), 0, 1};
         double const weights[9] = {0.2, 0.3, 0.5, 1.0, 0.0, 0.0, 1.2, -0.1, -0.1};
         if (kind < 4) def.points = points;
-        if (kind == 4 || kind == 5) def.obstacle.index = fuzz_take_below(bytes, OBSTACLES_MAX);
-        if (kind == 4 || kind == 5) def.obstacle.generation = 1;
+        if (kind == 4 || kind == 5)
+            def.obstacle = (tulle_obstacle_id){fuzz_take_below(bytes, OBSTACLES_MAX), 1};
         if (kind > 5) def.other_cloth = (tulle_cloth_id){fuzz_take_below(bytes, CLOTHS_MAX), 1};
         if (kind == 5 || kind == 7) {
             def.triangles = triangles;
@@ -581,12 +579,7 @@ static void attach(session *self) {
                    tulle_attachment_get_report(self->world, made).held_count > 0);
     }
     say("attach", status, &error);
-    if (status) {
-        fuzz_check_error(status, &error);
-        FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
-        return;
-    }
-    self->is_on_the_way = false;
+    end_change(self, before, status, &error);
 }
 
 static void push_body(session *self) {
@@ -607,66 +600,6 @@ static void push_body(session *self) {
     }
     self->is_on_the_way = false;
     FUZZ_CHECK_OK(tulle_obstacle_wake(self->world, id, &error), &error);
-}
-
-/* Rays, nearest points and boxes agree about a place that was found. */
-static void check_hit(session *self, const tulle_hit *hit) {
-    tulle_error error = {0};
-    if (hit->object.kind == TULLE_OBJECT_NONE) return;
-    tulle_object_info const info = tulle_object_get_info(self->world, hit->object);
-    FUZZ_CHECK(hit->triangle < info.triangle_count && hit->distance >= 0.0);
-    double *const x = calloc(3 * info.vertex_count, sizeof *x);
-    FUZZ_CHECK(x);
-    tulle_target const target = {x, 3 * info.vertex_count * sizeof *x, 0, TULLE_NUMBER_DOUBLE};
-    FUZZ_CHECK_OK(
-        tulle_object_copy_values(self->world, hit->object, TULLE_VALUES_POSITIONS, &target, &error),
-        &error);
-    double size = 1.0, low[3], high[3];
-    for (size_t k = 0; k < 9; k++)
-        size = fmax(size, fabs(x[3 * info.triangles[3 * hit->triangle + k / 3] + k % 3]));
-    free(x);
-    for (int k = 0; k < 3; k++) {
-        low[k] = hit->position[k] - 1e-9 * size;
-        high[k] = hit->position[k] + 1e-9 * size;
-    }
-    tulle_hit nearest;
-    FUZZ_CHECK_OK(tulle_world_find_closest_point(self->world, hit->position, 1e-9 * size, 0,
-                                                 &nearest, &error),
-                  &error);
-    FUZZ_CHECK(nearest.object.kind != TULLE_OBJECT_NONE);
-    static tulle_found_triangle triangles[16384];
-    tulle_found found = {triangles, 16384, 0};
-    FUZZ_CHECK_OK(tulle_world_find_box_overlaps(self->world, low, high, 0, &found, &error), &error);
-    bool is_found = found.count > found.capacity;
-    for (size_t i = 0; i < found.count && i < found.capacity; i++)
-        is_found |= memcmp(&triangles[i].object, &hit->object, sizeof hit->object) == 0 &&
-                    triangles[i].triangle == hit->triangle;
-    FUZZ_CHECK(is_found);
-}
-
-/* Asks for what is on a ray, near a point and at a mesh, which the state chooses. */
-static void ask_world(session *self, uint64_t chosen) {
-    tulle_error error = {0};
-    tulle_ray ray = {.skips_back_faces = (int)(chosen % 2)};
-    for (int k = 0; k < 3; k++) {
-        ray.from[k] = (double)(chosen >> (8 * k + 1) & 255) / 128.0 - 1.0;
-        ray.to[k] = (double)(chosen >> (8 * k + 26) & 255) / 128.0 - 1.0;
-    }
-    bool const is_good = memcmp(ray.from, ray.to, sizeof ray.from) != 0;
-    tulle_hit hit;
-    tulle_status const status = tulle_world_cast_ray(self->world, &ray, &hit, &error);
-    FUZZ_CHECK((status == TULLE_OK) == is_good);
-    check_hit(self, &hit);
-    FUZZ_CHECK_OK(
-        tulle_world_find_closest_point(self->world, ray.from, (double)INFINITY, 0, &hit, &error),
-        &error);
-    FUZZ_CHECK(hit.object.kind != TULLE_OBJECT_NONE);
-    check_hit(self, &hit);
-    tulle_mesh_view mesh = tulle_mesh_get_view(&self->cloths[0]);
-    mesh.positions = tulle_cloth_get_positions(self->world, (tulle_cloth_id){0, 1}, NULL);
-    tulle_found none = {NULL, 0, 0};
-    FUZZ_CHECK_OK(tulle_world_find_mesh_overlaps(self->world, mesh, 0, &none, &error), &error);
-    FUZZ_CHECK(none.count >= mesh.triangle_count); /* it meets itself at the least */
 }
 
 /* Locks and drives of a body, by what may be or by what may not; a force or a velocity now and
@@ -791,7 +724,7 @@ static void look(session *self) {
     tulle_status const status =
         tulle_cloth_get_patches(self->world, cloth, &options, labels, &count, &error);
     FUZZ_CHECK((status == TULLE_OK) == (cloth.index < self->cloth_count));
-    ask_world(self, before);
+    queries_ask(self->world, &self->cloths[0], before);
     FUZZ_CHECK(tulle_world_get_state_hash(self->world) == before);
 }
 

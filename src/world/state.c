@@ -414,7 +414,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     world->next = old;
     world->step_count = header.step_count;
     world->accepted_rows.rows.count = 0; /* a saved state has no rows */
-    world->has_contacts = false;
+    world->has_contacts = world->has_queries = false;
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world_obstacle *const obstacle = &world->obstacles.data[i];
         world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];

@@ -466,8 +466,11 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
         uint32_t const before = report->cg_iterations;
         prepare_round(&solve, round == 0);
         status = solve_linear(&solve);
-        if (status == TULLE_OK && row_count == 0) (void)settle_drives(scene, rows, row_count, u);
-        if (status != TULLE_OK || row_count == 0) break;
+        if (status != TULLE_OK) break;
+        if (row_count == 0) { /* ties alone may answer what a drive does now */
+            if (settle_drives(scene, rows, row_count, u) && system->spring_count > 0) continue;
+            break;
+        }
         round_result result;
         status =
             end_round(scene, list, report->is_costly ? UINT32_MAX : report->cg_iterations - before,

@@ -481,7 +481,7 @@ static void crafted_drives_are_refused(void **state) {
         if (kind == 5) wrong.drive.force_limit[2] = -1.0;
         if (kind == 6) wrong.drive.position[0] = 1e101;
         memcpy(control, &wrong, sizeof wrong);
-        uint64_t const new_hash = hash_bytes(HASH_SEED, (unsigned char *)bytes + 16, size - 16);
+        uint64_t const new_hash = hash_block((unsigned char *)bytes + 16, size - 16);
         memcpy((unsigned char *)bytes + 8, &new_hash, sizeof new_hash);
         assert_int_equal(tulle_world_load_state(self.world, bytes, size, &error),
                          TULLE_ERROR_PARSE);
