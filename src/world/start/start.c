@@ -261,13 +261,6 @@ tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error)
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
     if (world->is_started) return TULLE_OK;
     atomic_store(&world->stop.is_stopped, false);
-    bool has_what_moves = world->cloths.count > 0;
-    for (size_t i = 0; i < world->obstacles.count; i++)
-        has_what_moves |= world->obstacles.data[i].body.is_dynamic != 0;
-    if (!has_what_moves) {
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the world has no cloth and no rigid body; add one before it starts");
-    }
     const tulle_tasks *const before = parallel_use(world->tasks);
     tulle_status status = start_stages(world, is_judged, error);
     if (status == TULLE_OK && is_judged) status = world_begin_attachments(world, error);

@@ -143,6 +143,10 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
         }
     }
     world->edge_length = measure_mean_edge(world, 0, world->cloth_edge_count);
+    if (!isfinite(smallest)) { /* nothing meets anything */
+        world->minimum_gap = world->def.minimum_gap;
+        return TULLE_OK;
+    }
 
     double extent = 0.0; /* [m] the largest coordinate; the slots of bodies are no places */
     size_t const slots = world->cloth_vertex_count, after = slots + 2 * world->body_count;
