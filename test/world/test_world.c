@@ -417,7 +417,6 @@ static void bad_definitions_are_named(void **state) {
     assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, &error),
                      TULLE_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "vertex 99"));
-    assert_non_null(strstr(error.message, "no cloth"));
     small_add_cloth(world, &sheet);
     assert_int_equal(tulle_world_step(world, 0.0, NULL, &error), TULLE_ERROR_INVALID_ARGUMENT);
     assert_int_equal(tulle_world_step(world, (double)NAN, NULL, &error),
