@@ -20,6 +20,20 @@ extern "C" {
  * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
 TULLE_API tulle_status tulle_mesh_read(const char *path, tulle_mesh *mesh, tulle_error *error);
 
+/* What names a part of an OBJ file. */
+typedef enum tulle_mesh_part_kind {
+    TULLE_MESH_PART_GROUP,   /* g or o */
+    TULLE_MESH_PART_MATERIAL /* usemtl */
+} tulle_mesh_part_kind;
+/* Triangles that follow each other in an OBJ file and have a name in common. */
+typedef struct tulle_mesh_part {
+    const char *name;          /* as in the file; several words of o and usemtl have one blank
+                                * between them */
+    tulle_mesh_part_kind kind; /* what gave the name */
+    size_t first;              /* number of the first triangle, as the file has them */
+    size_t count;              /* number of triangles, at least 1 */
+} tulle_mesh_part;
+
 /* What a reader tells of a mesh file beside the mesh. Release with tulle_mesh_source_destroy. */
 typedef struct tulle_mesh_source {
     size_t vertex_count;      /* vertices of the file */
@@ -30,6 +44,12 @@ typedef struct tulle_mesh_source {
      * the vertex properties s, t (or u, v, or texture_u, texture_v) of PLY; NaN at a corner without
      * any. Null where no corner has any */
     double *corner_uvs;
+    /* part_count parts of an OBJ file, in the order of their ends; a name may have several, and
+     * they overlap. Null where no triangle has a name */
+    tulle_mesh_part *parts;
+    size_t part_count;    /* number of parts */
+    char *part_names;     /* the names of the parts, each with a 0 behind it; null as parts */
+    size_t part_bytes;    /* [bytes] of part_names */
     char note[1024];      /* what was passed over: kinds, how many, first lines; or empty */
     int has_passed_shape; /* 1: not only names, normals, textures and materials were passed over */
 } tulle_mesh_source;

@@ -13,6 +13,9 @@ void mesh_builder_destroy(mesh_builder *builder) {
     ARRAY_FREE(builder->heap, &builder->triangles);
     ARRAY_FREE(builder->heap, &builder->uvs);
     ARRAY_FREE(builder->heap, &builder->corner_uvs);
+    ARRAY_FREE(builder->heap, &builder->parts);
+    for (int k = 0; k < PART_KIND_COUNT; k++) ARRAY_FREE(builder->heap, &builder->open_parts[k]);
+    ARRAY_FREE(builder->heap, &builder->part_names);
     ARRAY_FREE(builder->heap, &builder->vertex_lines);
     ARRAY_FREE(builder->heap, &builder->triangle_lines);
 }
@@ -69,6 +72,43 @@ bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex, uint32_t uv
     return true;
 }
 
+bool mesh_builder_end_parts(mesh_builder *builder, part_kind kind) {
+    size_t const triangle_count = builder->triangles.count / 3;
+    size_t const count = builder->open_parts[kind].count;
+    if (!ARRAY_RESERVE(builder->heap, &builder->parts, count)) return false;
+    for (size_t i = 0; i < count; i++) {
+        named_part part = builder->open_parts[kind].data[i];
+        part.count = triangle_count - part.first;
+        if (part.count > 0) builder->parts.data[builder->parts.count++] = part;
+    }
+    builder->open_parts[kind].count = 0;
+    return true;
+}
+
+bool mesh_builder_begin_part(mesh_builder *builder, part_kind kind, const char *name,
+                             size_t length) {
+    if (!ARRAY_RESERVE(builder->heap, &builder->open_parts[kind], 1) ||
+        !ARRAY_RESERVE(builder->heap, &builder->part_names, length + 1))
+        return false;
+    builder->open_parts[kind].data[builder->open_parts[kind].count++] =
+        (named_part){kind, builder->part_names.count, builder->triangles.count / 3, 0};
+    char *const kept = builder->part_names.data + builder->part_names.count;
+    memcpy(kept, name, length);
+    kept[length] = '\0';
+    builder->part_names.count += length + 1;
+    return true;
+}
+
+bool mesh_builder_extend_name(mesh_builder *builder, const char *word, size_t length) {
+    if (!ARRAY_RESERVE(builder->heap, &builder->part_names, length + 1)) return false;
+    char *const end = builder->part_names.data + builder->part_names.count;
+    end[-1] = ' ';
+    memcpy(end, word, length);
+    end[length] = '\0';
+    builder->part_names.count += length + 1;
+    return true;
+}
+
 tulle_status mesh_builder_finish(const mesh_builder *builder, const char *path, tulle_mesh *mesh,
                                  tulle_error *error) {
     size_t const vertex_count = mesh_builder_get_vertex_count(builder);
@@ -116,7 +156,28 @@ static double *list_uvs(memory *heap, const mesh_builder *builder) {
     return uvs;
 }
 
-tulle_status mesh_builder_take_source(const mesh_builder *builder, tulle_mesh_source *source) {
+/* Ends all parts and copies them; where no part has triangles there is nothing to copy. */
+static bool take_parts(memory *heap, mesh_builder *builder, tulle_mesh_source *made) {
+    for (int kind = 0; kind < PART_KIND_COUNT; kind++)
+        if (!mesh_builder_end_parts(builder, (part_kind)kind)) return false;
+    if (builder->parts.count == 0) return true;
+    made->part_count = builder->parts.count;
+    made->part_bytes = builder->part_names.count;
+    made->parts = memory_allocate(heap, made->part_count * sizeof *made->parts);
+    made->part_names = memory_allocate(heap, made->part_bytes);
+    if (!made->parts || !made->part_names) return false;
+    memcpy(made->part_names, builder->part_names.data, made->part_bytes);
+    for (size_t i = 0; i < made->part_count; i++) {
+        const named_part *const part = &builder->parts.data[i];
+        made->parts[i] = (tulle_mesh_part){made->part_names + part->name,
+                                           part->kind == PART_MATERIAL ? TULLE_MESH_PART_MATERIAL
+                                                                       : TULLE_MESH_PART_GROUP,
+                                           part->first, part->count};
+    }
+    return true;
+}
+
+tulle_status mesh_builder_take_source(mesh_builder *builder, tulle_mesh_source *source) {
     memory heap = memory_default();
     tulle_mesh_source made = {.vertex_count = builder->positions.count / 3,
                               .triangle_count = builder->triangles.count / 3};
@@ -129,7 +190,8 @@ tulle_status mesh_builder_take_source(const mesh_builder *builder, tulle_mesh_so
         made.triangle_lines = memory_allocate(&heap, triangle_bytes);
     }
     bool const has_lines = made.vertex_lines && made.triangle_lines;
-    if ((is_dressed && !made.corner_uvs) || (builder->keeps_lines && !has_lines)) {
+    if (!take_parts(&heap, builder, &made) || (is_dressed && !made.corner_uvs) ||
+        (builder->keeps_lines && !has_lines)) {
         tulle_mesh_source_destroy(&made);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }

@@ -7,6 +7,14 @@
 
 #include "tulle_io/mesh_files.h"
 
+/* What began a part; a statement ends those of its kind. */
+typedef enum part_kind { PART_GROUP, PART_OBJECT, PART_MATERIAL, PART_KIND_COUNT } part_kind;
+typedef struct named_part {
+    part_kind kind;
+    size_t name;         /* its place in the names */
+    size_t first, count; /* triangles; the count is known at the end */
+} named_part;
+
 typedef struct mesh_builder {
     memory *heap;
     ARRAY(double) positions;
@@ -19,6 +27,11 @@ typedef struct mesh_builder {
     ARRAY(double) uvs;
     ARRAY(uint32_t) corner_uvs;
     uint32_t fan_first_uv, fan_last_uv;
+    bool keeps_parts;
+    ARRAY(named_part) parts; /* that have ended and have triangles */
+    /* That triangles to come belong to, by their kind. */
+    ARRAY(named_part) open_parts[PART_KIND_COUNT];
+    ARRAY(char) part_names;
     bool keeps_lines; /* of vertices and triangles, for messages */
     uint32_t line;    /* of the file, set by the reader */
     ARRAY(uint32_t) vertex_lines;
@@ -41,14 +54,24 @@ bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex, uint32_t uv
 #define MESH_NO_UV UINT32_MAX
 bool mesh_builder_add_uv(mesh_builder *builder, double u, double v);
 
+/* Ends the parts of a kind: triangles to come do not belong to them. */
+bool mesh_builder_end_parts(mesh_builder *builder, part_kind kind);
+/* Begins a part, beside the open ones. The name is `length` bytes without a 0. False when memory is
+ * short. */
+bool mesh_builder_begin_part(mesh_builder *builder, part_kind kind, const char *name,
+                             size_t length);
+
+/* Adds a blank and a word to the name begun last. */
+bool mesh_builder_extend_name(mesh_builder *builder, const char *word, size_t length);
+
 /* Makes the mesh; checks that there are vertices and that all indices are below their number.
  * Leaves the builder as it is. */
 tulle_status mesh_builder_finish(const mesh_builder *builder, const char *path, tulle_mesh *mesh,
                                  tulle_error *error);
 
-/* Copies the texture coordinates of corners, and the lines of vertices and triangles where they are
- * kept. TULLE_ERROR_OUT_OF_MEMORY leaves the source empty. */
-tulle_status mesh_builder_take_source(const mesh_builder *builder, tulle_mesh_source *source);
+/* Copies the texture coordinates of corners, the parts, and the lines of vertices and triangles
+ * where they are kept; ends all parts. TULLE_ERROR_OUT_OF_MEMORY leaves the source empty. */
+tulle_status mesh_builder_take_source(mesh_builder *builder, tulle_mesh_source *source);
 
 /* Largest number of vertices and triangles that a mesh may have. */
 #define MESH_COUNT_LIMIT ((size_t)0x7fffffff)

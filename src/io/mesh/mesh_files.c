@@ -80,6 +80,8 @@ void tulle_mesh_source_destroy(tulle_mesh_source *source) {
     memory_release(&heap, source->vertex_lines, source->vertex_count * sizeof(uint32_t));
     memory_release(&heap, source->triangle_lines, source->triangle_count * sizeof(uint32_t));
     memory_release(&heap, source->corner_uvs, 6 * source->triangle_count * sizeof(double));
+    memory_release(&heap, source->parts, source->part_count * sizeof *source->parts);
+    memory_release(&heap, source->part_names, source->part_bytes);
     *source = (tulle_mesh_source){0};
 }
 

@@ -1,8 +1,10 @@
 /* io/mesh/obj.c - reads Wavefront OBJ: the positions of `v`, the polygons of `f` and, for those who
- * ask, the texture coordinates of `vt`. Corners may be v, v/vt, v//vn or v/vt/vn, counted from 1
- * or, negative, from the end. All other statements are passed over and noted: those of the format,
- * as normals, groups, materials and lines, and those that only some program knows, as seams of
- * garments. What is wrong with texture coordinates is no error of the mesh: the corner has none. */
+ * ask, the texture coordinates of `vt` and which triangles have a name by `g`, `o` or `usemtl`.
+ * Corners may be v, v/vt, v//vn or v/vt/vn, counted from 1 or, negative, from the end. All other
+ * statements are passed over: those of the format, as normals and lines, and those that only some
+ * program knows, as seams of garments. They are noted, and names are too: who wants the triangles
+ * alone loses them. What is wrong with texture coordinates is no error of the mesh: the corner has
+ * none. */
 #include "io/mesh/mesh_builder.h"
 #include "io/text/number.h"
 #include "io/text/text_cursor.h"
@@ -166,6 +168,34 @@ static tulle_status read_face(obj_reader *reader, tulle_error *error) {
     return TULLE_OK;
 }
 
+/* Names of triangles to come: `g` has one in each word, `o` and `usemtl` all their words, of which
+ * the first may begin with '#'. */
+static tulle_status read_part_names(obj_reader *reader, part_kind kind, tulle_error *error) {
+    bool is_good = mesh_builder_end_parts(&reader->builder, kind);
+    text_word word = text_take_word(&reader->text);
+    if (kind == PART_GROUP) {
+        for (; is_good && word.length > 0 && word.text[0] != '#';
+             word = text_take_word(&reader->text))
+            is_good = mesh_builder_begin_part(&reader->builder, kind, word.text, word.length);
+    } else if (word.length > 0) {
+        is_good = mesh_builder_begin_part(&reader->builder, kind, word.text, word.length);
+        for (word = text_take_word(&reader->text);
+             is_good && word.length > 0 && word.text[0] != '#';
+             word = text_take_word(&reader->text))
+            is_good = mesh_builder_extend_name(&reader->builder, word.text, word.length);
+    }
+    return is_good ? TULLE_OK : file_fail_memory(error, reader->text.path);
+}
+
+/* Whether a statement names triangles, and how. */
+static bool is_part(text_word word, part_kind *kind) {
+    static const char *const names[] = {
+        [PART_GROUP] = "g", [PART_OBJECT] = "o", [PART_MATERIAL] = "usemtl"};
+    for (int k = 0; k < 3; k++)
+        if (text_word_is(word, names[k])) return *kind = (part_kind)k, true;
+    return false;
+}
+
 static tulle_status read_statement(obj_reader *reader, tulle_error *error) {
     reader->builder.line = (uint32_t)reader->text.line;
     text_word const word = text_take_word(&reader->text);
@@ -174,7 +204,9 @@ static tulle_status read_statement(obj_reader *reader, tulle_error *error) {
     if (text_word_is(word, "vt"))
         return reader->builder.keeps_uvs ? read_uv(reader, error) : TULLE_OK;
     if (word.text[0] != '#') note_passed_over(reader, word);
-    return TULLE_OK;
+    part_kind kind;
+    bool const has_name = reader->builder.keeps_parts && is_part(word, &kind);
+    return has_name ? read_part_names(reader, kind, error) : TULLE_OK;
 }
 
 static tulle_status read_statements(obj_reader *reader, tulle_error *error) {
@@ -202,6 +234,7 @@ tulle_status obj_read(memory *heap, const char *path, const file_data *data, tul
                          .builder = mesh_builder_make(heap)};
     reader.text.joins_lines = true;
     reader.builder.keeps_lines = reader.builder.keeps_uvs = source != NULL;
+    reader.builder.keeps_parts = source != NULL;
     tulle_status status = read_statements(&reader, error);
     if (!status) status = mesh_builder_finish(&reader.builder, path, mesh, error);
     if (!status && source) {

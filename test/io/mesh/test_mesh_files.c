@@ -84,6 +84,72 @@ static void obj_statements_of_other_tools_are_noted(void **state) {
     }
 }
 
+/* Which triangles have a name by g, o and usemtl: a g has several names, an o and a usemtl one of
+ * several words; each ends those of its kind. */
+static void obj_parts_have_names(void **state) {
+    (void)state;
+    static const char text[] =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\no My  Shirt\t2 # cut\ng left  upper\n"
+        "usemtl #ff00\nf 1 2 3 4\ng\nusemtl red \\\nwool\nf 1 2 3\ng empty\ng upper # x\n"
+        "o\nf 2 3 4\nf 1 2 4\nusemtl last\n";
+    static const struct {
+        const char *name;
+        tulle_mesh_part_kind kind;
+        size_t first, count;
+    } parts[] = {
+        {"left", TULLE_MESH_PART_GROUP, 1, 2},        {"upper", TULLE_MESH_PART_GROUP, 1, 2},
+        {"#ff00", TULLE_MESH_PART_MATERIAL, 1, 2},    {"My Shirt 2", TULLE_MESH_PART_GROUP, 1, 3},
+        {"red wool", TULLE_MESH_PART_MATERIAL, 3, 3}, {"upper", TULLE_MESH_PART_GROUP, 4, 2}};
+    put_text(test_path("parts.obj"), text);
+    tulle_mesh mesh = {0};
+    tulle_mesh_source source;
+    assert_int_equal(tulle_mesh_read_source(test_path("parts.obj"), &mesh, &source, NULL),
+                     TULLE_OK);
+    assert_int_equal(mesh.triangle_count, 6);
+    assert_int_equal(source.part_count, sizeof parts / sizeof parts[0]);
+    for (size_t i = 0; i < source.part_count; i++) {
+        assert_string_equal(source.parts[i].name, parts[i].name);
+        assert_int_equal(source.parts[i].kind, parts[i].kind);
+        assert_int_equal(source.parts[i].first, parts[i].first);
+        assert_int_equal(source.parts[i].count, parts[i].count);
+    }
+    tulle_mesh_source_destroy(&source);
+    tulle_mesh_destroy(&mesh);
+    /* Without faces, or without names, nothing has a name. */
+    static const char *const without[] = {"v 0 0 0\ng a\nusemtl b\n",
+                                          "v 0 0 0\nv 1 0 0\nv 1 1 0\ng\nusemtl\nf 1 2 3\n"};
+    for (size_t i = 0; i < 2; i++) {
+        put_text(test_path("parts.obj"), without[i]);
+        assert_int_equal(tulle_mesh_read_source(test_path("parts.obj"), &mesh, &source, NULL),
+                         TULLE_OK);
+        assert_true(source.part_count == 0 && !source.parts && !source.part_names);
+        tulle_mesh_source_destroy(&source);
+        tulle_mesh_destroy(&mesh);
+    }
+}
+
+/* Many names and many statements: each name ends once, so the time grows with the file. */
+static void obj_parts_cost_no_more_than_their_text(void **state) {
+    (void)state;
+    enum { NAME_COUNT = 200000 };
+    char *const text = malloc(NAME_COUNT * 16 + 100), *end = text;
+    assert_non_null(text);
+    end += sprintf(end, "v 0 0 0\nv 1 0 0\nv 1 1 0\ng");
+    for (int i = 0; i < NAME_COUNT; i++) end += sprintf(end, " n");
+    end += sprintf(end, "\n");
+    for (int i = 0; i < NAME_COUNT; i++) end += sprintf(end, "usemtl m\n");
+    sprintf(end, "f 1 2 3\n");
+    put_text(test_path("names.obj"), text);
+    free(text);
+    tulle_mesh mesh = {0};
+    tulle_mesh_source source;
+    assert_int_equal(tulle_mesh_read_source(test_path("names.obj"), &mesh, &source, NULL),
+                     TULLE_OK);
+    assert_int_equal(source.part_count, NAME_COUNT + 1);
+    tulle_mesh_source_destroy(&source);
+    tulle_mesh_destroy(&mesh);
+}
+
 /* What is wrong with a mesh is told with the lines of its file; other formats have none. */
 static void obj_lines_are_kept_for_messages(void **state) {
     (void)state;
@@ -469,6 +535,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(obj_in_many_dresses),
         cmocka_unit_test(obj_statements_of_other_tools_are_noted),
+        cmocka_unit_test(obj_parts_have_names),
+        cmocka_unit_test(obj_parts_cost_no_more_than_their_text),
         cmocka_unit_test(obj_lines_are_kept_for_messages),
         cmocka_unit_test(long_lines_are_read_in_linear_time),
         cmocka_unit_test(ply_text_with_other_elements),
