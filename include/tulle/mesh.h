@@ -28,9 +28,10 @@ TULLE_API void tulle_mesh_destroy(tulle_mesh *mesh);
 /* The mesh as a borrowed view. Null gives an empty one. */
 TULLE_API tulle_mesh_view tulle_mesh_get_view(const tulle_mesh *mesh);
 
-/* Moves every vertex x to translation + R (scale * x). `scale`: a factor > 0 for each axis;
+/* Moves every vertex x to translation + R (scale * x). `scale`: a factor for each axis, not 0;
  * `rotation`: R as a unit quaternion w, x, y, z; `translation`: [m]. Where one of the four is null,
- * the mesh stays as it is. */
+ * the mesh stays as it is. Where the product of the factors is negative the mesh is mirrored, and
+ * the last two corners of each triangle change places, so that what faced outwards still does. */
 TULLE_API void tulle_mesh_transform(tulle_mesh *mesh, const double scale[3],
                                     const double rotation[4], const double translation[3]);
 

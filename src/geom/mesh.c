@@ -65,6 +65,12 @@ void tulle_mesh_transform(tulle_mesh *mesh, const double scale[3], const double 
         vec3 const scaled = vec3_make(scale[0] * x.x, scale[1] * x.y, scale[2] * x.z);
         vec3_store(mesh->positions, v, vec3_add(shift, mat3_multiply_vec3(&matrix, scaled)));
     }
+    bool const is_mirrored = (scale[0] < 0.0) ^ (scale[1] < 0.0) ^ (scale[2] < 0.0);
+    for (size_t t = 0; is_mirrored && mesh->triangles && t < mesh->triangle_count; t++) {
+        uint32_t *const corners = mesh->triangles + 3 * t, second = corners[1];
+        corners[1] = corners[2];
+        corners[2] = second;
+    }
 }
 
 static double get_largest_component(vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }

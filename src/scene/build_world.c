@@ -123,7 +123,7 @@ static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_world *wo
         def.frame_context = obstacle->sequence;
         def.frame_count = sequence_get_frame_count(obstacle->sequence);
         def.frame_start_time = sequence->start + obstacle->delay;
-        def.frame_interval = sequence->interval;
+        def.frame_interval = sequence_get_interval(sequence);
     }
     tulle_status status = tulle_world_add_obstacle(world, &def, id, error);
     return status == TULLE_OK ? TULLE_OK : add_place(&obstacle->keys->head, status, error);

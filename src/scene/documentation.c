@@ -91,6 +91,8 @@ static void print_default(const schema_map *map, const schema_key *key, FILE *st
         fprintf(stream, "required");
     else if (key->flags & SCHEMA_ALTERNATIVE)
         fprintf(stream, map->needs_alternative ? "one of these" : "none");
+    else if (key->flags & SCHEMA_SECOND_ALTERNATIVE)
+        fprintf(stream, map->needs_second_alternative ? "one of these" : "none");
     else if (key->type == SCHEMA_MAP)
         fprintf(stream, "its defaults");
     else
@@ -108,8 +110,22 @@ static void print_range(const schema_key *key, FILE *stream) {
     if (is_limited && key->flags & SCHEMA_ABOVE_MINIMUM)
         fprintf(stream, "above %.10g, to %.16g", key->minimum, key->maximum);
     else if (is_limited)
-        fprintf(stream, "%.10g to %.16g%s", key->minimum, key->maximum, entries);
+        fprintf(stream, "%.10g to %.16g%s%s", key->minimum, key->maximum, entries,
+                key->flags & SCHEMA_NOT_ZERO ? ", not 0" : "");
     if (key->word) fprintf(stream, "%s`%s`", is_limited ? ", or " : "", key->word);
+}
+
+/* Which keys with the flag go together. */
+static void print_choice(const schema_map *map, unsigned flag, bool is_needed, FILE *stream) {
+    const char *separator = is_needed ? "\nExactly one of " : "\nAt most one of ";
+    bool has_any = false;
+    for (size_t k = 0; k < map->key_count; k++) {
+        if (!(map->keys[k].flags & flag)) continue;
+        fprintf(stream, "%s`%s`", separator, map->keys[k].name);
+        separator = ", ";
+        has_any = true;
+    }
+    if (has_any) fprintf(stream, is_needed ? " is needed.\n" : " may be given.\n");
 }
 
 static void print_map(const map_entry *entry, FILE *stream) {
@@ -128,15 +144,8 @@ static void print_map(const map_entry *entry, FILE *stream) {
         print_range(key, stream);
         fprintf(stream, " | %s |\n", key->meaning);
     }
-    if (map->needs_alternative) {
-        const char *separator = "\nExactly one of ";
-        for (size_t k = 0; k < map->key_count; k++) {
-            if (!(map->keys[k].flags & SCHEMA_ALTERNATIVE)) continue;
-            fprintf(stream, "%s`%s`", separator, map->keys[k].name);
-            separator = ", ";
-        }
-        fprintf(stream, " is needed.\n");
-    }
+    print_choice(map, SCHEMA_ALTERNATIVE, map->needs_alternative, stream);
+    print_choice(map, SCHEMA_SECOND_ALTERNATIVE, map->needs_second_alternative, stream);
 }
 
 static void print_units(FILE *stream) {

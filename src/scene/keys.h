@@ -76,12 +76,32 @@ typedef struct line_keys {
     double radius;
 } line_keys;
 
-typedef struct pin_keys {
+typedef struct sphere_keys {
     schema_head head;
+    schema_vector center;
+    double radius;
+} sphere_keys;
+
+typedef struct near_keys {
+    schema_head head;
+    const char *to;
+    double within;
+} near_keys;
+
+/* Which vertices an entry means: one of them is given. */
+typedef struct choice_keys {
     box_keys box;
     line_keys line;
+    sphere_keys sphere;
+    near_keys near;
+    const char *group, *material;
     schema_indices vertices;
     schema_vector nearest;
+} choice_keys;
+
+typedef struct pin_keys {
+    schema_head head;
+    choice_keys where;
     schema_list keyframes;
     bool eased;
     schema_vector pivot;
@@ -90,30 +110,34 @@ typedef struct pin_keys {
 
 typedef struct attach_keys {
     schema_head head;
-    box_keys box;
-    line_keys line;
-    schema_indices vertices;
-    schema_vector nearest;
+    choice_keys where;
     const char *to;
     double within, stiffness, breaks_at, release;
 } attach_keys;
 
 typedef struct crease_keys {
     schema_head head;
-    box_keys box;
-    line_keys line;
-    schema_indices vertices;
+    choice_keys where;
     double angle;
 } crease_keys;
 
 typedef struct region_keys {
     schema_head head;
-    box_keys box;
-    line_keys line;
-    schema_indices vertices;
+    choice_keys where;
     double shrink;
     schema_vector grain;
 } region_keys;
+
+typedef enum place_up { UP_Z, UP_Y, UP_X } place_up;
+
+typedef struct place_keys {
+    schema_head head;
+    int up; /* place_up */
+    double size, height;
+    bool center;
+    double on;
+    const char *on_top_of;
+} place_keys;
 
 typedef struct cloth_keys {
     schema_head head;
@@ -121,6 +145,7 @@ typedef struct cloth_keys {
     mesh_keys mesh;
     schema_vector scale, translate, velocity;
     schema_rotation rotate;
+    place_keys place;
     material_keys material;
     rest_keys rest;
     schema_vector grain, grain_uv;
@@ -131,11 +156,14 @@ typedef struct cloth_keys {
     double pattern_size;
 } cloth_keys;
 
+typedef enum sequence_loop { LOOP_ONCE, LOOP_REPEAT, LOOP_PINGPONG } sequence_loop;
+
 typedef struct sequence_keys {
     schema_head head;
     const char *files, *cache;
     uint64_t first, last;
-    double interval, start;
+    double interval, fps, speed, start;
+    int loop; /* sequence_loop */
 } sequence_keys;
 
 typedef struct motion_keys {
@@ -195,6 +223,7 @@ typedef struct obstacle_keys {
     mesh_keys mesh;
     schema_vector scale, translate;
     schema_rotation rotate;
+    place_keys place;
     const char *material;
     double friction, dynamic_friction, restitution, friction_across, appears, disappears;
     schema_vector grain;
@@ -259,9 +288,10 @@ typedef struct scene_keys {
 } scene_keys;
 
 extern const schema_map scene_map, time_map, wind_map, mesh_map, curve_map, material_map, rest_map,
-    keyframe_map, box_map, line_map, pin_map, attach_map, region_map, crease_map, cloth_map,
-    sequence_map, motion_map, dynamic_map, row_map, grid_map, ring_map, spiral_map, copies_map,
-    obstacle_map, pair_map, material_pair_map, contact_map, solver_map, camera_map, picture_map;
+    keyframe_map, box_map, line_map, sphere_map, near_map, pin_map, attach_map, region_map,
+    crease_map, cloth_map, place_map, sequence_map, motion_map, dynamic_map, row_map, grid_map,
+    ring_map, spiral_map, copies_map, obstacle_map, pair_map, material_pair_map, contact_map,
+    solver_map, camera_map, picture_map;
 
 /* An integer that stands for "derived from the scene's seed". */
 #define SEED_AUTO ((uint64_t)1 << 60)

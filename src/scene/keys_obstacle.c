@@ -1,6 +1,8 @@
 /* scene/keys_obstacle.c - the table of keys: mesh sequences, motion, copies and obstacles. */
 #include "scene/keys_table.h"
 
+/* In the order of sequence_loop. */
+static const char *const loop_names[] = {"once", "repeat", "pingpong", NULL};
 static const schema_key sequence_table[] = {
     {.name = "files",
      .type = SCHEMA_PATH,
@@ -33,9 +35,34 @@ static const schema_key sequence_table[] = {
      .unit = UNIT_TIME,
      .minimum = 0,
      .maximum = 1e6,
-     .flags = SCHEMA_ABOVE_MINIMUM | SCHEMA_REQUIRED,
+     .flags = SCHEMA_ABOVE_MINIMUM | SCHEMA_SECOND_ALTERNATIVE,
      FIELD(sequence_keys, interval),
      .meaning = "time from one frame to the next"},
+    {.name = "fps",
+     .type = SCHEMA_NUMBER,
+     .minimum = 0,
+     .maximum = 1e6,
+     .flags = SCHEMA_ABOVE_MINIMUM | SCHEMA_SECOND_ALTERNATIVE,
+     FIELD(sequence_keys, fps),
+     .meaning = "frames in a second"},
+    {.name = "speed",
+     .type = SCHEMA_NUMBER,
+     .fallback = "1",
+     .minimum = 0,
+     .maximum = 1000,
+     .flags = SCHEMA_ABOVE_MINIMUM,
+     FIELD(sequence_keys, speed),
+     .meaning = "factor on the speed: 2 plays in half of the time"},
+    {.name = "loop",
+     .type = SCHEMA_CHOICE,
+     .choices = loop_names,
+     .fallback = "once",
+     FIELD(sequence_keys, loop),
+     .meaning = "what follows the last frame. once: it stands still; pingpong: backwards to the "
+                "first frame, forwards again, and so on; repeat: the first frame, and so on. The "
+                "ends must meet then: from the last frame to the first no vertex may go more than "
+                "twice as far as one goes between other frames. A last frame that is the first "
+                "once more counts once"},
     {.name = "start",
      ANY_TIME,
      .fallback = "0",
@@ -47,7 +74,8 @@ const schema_map sequence_map = {
     .meaning = "Frames of a deforming mesh; vertices move linearly in between. The obstacle's "
                "scale, rotate and translate apply to every frame.",
     MAP_OF(sequence_table, sequence_keys),
-    .needs_alternative = true};
+    .needs_alternative = true,
+    .needs_second_alternative = true};
 
 static const schema_key motion_table[] = {
     {.name = "keyframes",
@@ -153,8 +181,8 @@ const schema_map dynamic_map = {
     .title = "Rigid body",
     .meaning = "An obstacle that answers contact with cloth, with obstacles and with other bodies. "
                "Its mesh must face outwards, and be closed unless area_density is given. It may "
-               "intersect nothing at the start. Give at most one of mass, density and "
-               "area_density. `dynamic: true` is a body with all defaults, `false` is none.",
+               "intersect nothing at the start. `dynamic: true` is a body with all defaults, "
+               "`false` is none.",
     MAP_OF(dynamic_table, dynamic_keys),
     .takes_flag = true};
 
@@ -300,6 +328,7 @@ static const schema_key obstacle_table[] = {
      .meaning = "any triangles, closed or not"},
     SCALE(obstacle_keys),
     ROTATE(obstacle_keys),
+    PLACE(obstacle_keys),
     TRANSLATE(obstacle_keys),
     {.name = "material",
      .type = SCHEMA_NAME,

@@ -38,6 +38,29 @@
         .meaning = text                                                                            \
     }
 
+/* The keys of which one chooses vertices of a cloth; the texts are ends of sentences: what lies
+ * somewhere, what belongs to some part, what has numbers. */
+#define CHOICE_MAP(owner, key, map_name, text)                                                     \
+    {                                                                                              \
+        .name = #key, .type = SCHEMA_MAP, .map = &map_name,                                        \
+        .flags = SCHEMA_ALTERNATIVE | SCHEMA_OPTIONAL, FIELD(owner, where.key), .meaning = text    \
+    }
+#define CHOICE_PART(owner, key, text)                                                              \
+    {                                                                                              \
+        .name = #key, .type = SCHEMA_TEXT, .flags = SCHEMA_ALTERNATIVE, FIELD(owner, where.key),   \
+        .meaning = text                                                                            \
+    }
+#define VERTEX_CHOICE(owner, lying, belonging, numbered)                                           \
+    CHOICE_MAP(owner, box, box_map, lying "in a box"),                                             \
+        CHOICE_MAP(owner, line, line_map, lying "along a segment"),                                \
+        CHOICE_MAP(owner, sphere, sphere_map, lying "in a sphere"),                                \
+        CHOICE_MAP(owner, near, near_map, lying "near an obstacle"),                               \
+        CHOICE_PART(owner, group, belonging "of a group or an object (g, o) of the OBJ file"),     \
+        CHOICE_PART(owner, material, belonging "of a material (usemtl) of the OBJ file"), {        \
+        .name = "vertices", .type = SCHEMA_INDICES, .flags = SCHEMA_ALTERNATIVE,                   \
+        FIELD(owner, where.vertices), .meaning = numbered ", as in [0, 12, 40-49]"                 \
+    }
+
 /* sRGB, as color pickers give it. */
 #define COLOR                                                                                      \
     .type = SCHEMA_VECTOR, .least_count = 3, .most_count = 3, .minimum = 0, .maximum = 1,          \
@@ -46,9 +69,10 @@
 #define SCALE(owner)                                                                               \
     {                                                                                              \
         .name = "scale", .type = SCHEMA_VECTOR, .fallback = "1", .least_count = 3,                 \
-        .most_count = 3, .minimum = 0, .maximum = 1e6,                                             \
-        .flags = SCHEMA_UNIFORM | SCHEMA_ABOVE_MINIMUM, FIELD(owner, scale),                       \
-        .meaning = "factor along x, y, z, or one for all; applied first"                           \
+        .most_count = 3, .minimum = -1e6, .maximum = 1e6,                                          \
+        .flags = SCHEMA_UNIFORM | SCHEMA_NOT_ZERO, FIELD(owner, scale),                            \
+        .meaning = "factor along x, y, z, or one for all; applied first. A negative one mirrors: " \
+                   "fronts stay fronts, and what faces outwards goes on to do so"                  \
     }
 #define ROTATE(owner)                                                                              \
     {                                                                                              \
@@ -57,6 +81,12 @@
         .meaning =                                                                                 \
             "turn about the origin: angles about fixed x, then y, then z, or {axis, angle}; "      \
             "applied second"                                                                       \
+    }
+#define PLACE(owner)                                                                               \
+    {                                                                                              \
+        .name = "place", .type = SCHEMA_MAP, .map = &place_map, .flags = SCHEMA_OPTIONAL,          \
+        FIELD(owner, place), .derived = "where its coordinates say",                               \
+        .meaning = "turns it upright, gives it a size and sets it down"                            \
     }
 #define TRANSLATE(owner)                                                                           \
     {                                                                                              \

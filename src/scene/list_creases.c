@@ -19,10 +19,9 @@ static size_t find_edges(const tulle_mesh *mesh, const unsigned char *marks, dou
 
 static bool mark(const rest_work *work, const crease_keys *keys, unsigned char *marks) {
     const tulle_mesh *const mesh = &work->cloth->mesh;
-    vertex_choice const choice = {&crease_map,     keys, &keys->box, &keys->line,
-                                  &keys->vertices, NULL};
+    vertex_choice const choice = {&crease_map, keys, &keys->where};
     memset(marks, 0, mesh->vertex_count);
-    return choose_vertices(work->scene, mesh, &choice, 1, marks);
+    return choose_vertices(work->scene, work->cloth, &choice, 1, marks);
 }
 
 bool list_creases(const rest_work *work) {

@@ -187,14 +187,22 @@ static bool finish(const scene_work *work) {
     return true;
 }
 
+/* What mesh files have beside the meshes is needed until all vertices are chosen. */
+static void release_sources(tulle_scene *loaded) {
+    for (size_t i = 0; i < loaded->cloth_count; i++)
+        tulle_mesh_source_destroy(&loaded->cloths[i].source);
+}
+
 static bool load(const scene_work *work, const char *const *overrides, size_t override_count) {
     if (!read_scene_keys(work, overrides, override_count)) return false;
     bool is_good = set_frame_count(work);
     is_good &= check_picture(work);
-    is_good &= make_cloths(work);
+    /* Cloth may stand on an obstacle and choose vertices near one. */
     is_good &= make_all_obstacles(work);
-    return is_good && check_names(work) && make_attachments(work) && make_pairs(work) &&
-           finish(work);
+    is_good &= make_cloths(work);
+    is_good = is_good && check_names(work) && make_attachments(work);
+    release_sources(work->scene);
+    return is_good && make_pairs(work) && finish(work);
 }
 
 tulle_status tulle_scene_load(const char *path, const char *const *overrides, size_t override_count,
@@ -228,6 +236,7 @@ tulle_status tulle_scene_load(const char *path, const char *const *overrides, si
 
 void tulle_scene_destroy(tulle_scene *loaded) {
     if (!loaded) return;
+    release_sources(loaded);
     for (size_t i = 0; i < loaded->cloth_count; i++) tulle_mesh_destroy(&loaded->cloths[i].mesh);
     for (size_t i = 0; i < loaded->obstacle_count; i++)
         tulle_mesh_destroy(&loaded->obstacles[i].mesh);

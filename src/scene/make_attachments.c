@@ -34,10 +34,8 @@ static bool make_attachment(const scene_work *work, const scene_cloth *cloth,
         problem_add_memory(work->problems, work->scene->path);
         return false;
     }
-    vertex_choice const choice = {&attach_map,     keys,          &keys->box, &keys->line,
-                                  &keys->vertices, &keys->nearest};
-    if (!find_holder(work, keys, &made->object) ||
-        !choose_vertices(work, &cloth->mesh, &choice, 1, marks))
+    vertex_choice const choice = {&attach_map, keys, &keys->where};
+    if (!find_holder(work, keys, &made->object) || !choose_vertices(work, cloth, &choice, 1, marks))
         return false;
     for (size_t v = 0; v < vertex_count; v++)
         if (marks[v]) made->vertices[made->vertex_count++] = (uint32_t)v;

@@ -13,19 +13,32 @@ bool check_grain(const scene_work *work, const schema_head *head, const schema_v
     return false;
 }
 
+/* Texture coordinates follow the corners that change places where the mesh is mirrored. */
+static void mirror_corners(const scene_cloth *cloth) {
+    const double *const scale = cloth->place.scale;
+    double *const uvs = cloth->source.corner_uvs;
+    bool const is_mirrored = (scale[0] < 0.0) ^ (scale[1] < 0.0) ^ (scale[2] < 0.0);
+    for (size_t t = 0; is_mirrored && uvs && t < cloth->mesh.triangle_count; t++)
+        for (size_t k = 6 * t + 2; k < 6 * t + 4; k++) {
+            double const second = uvs[k];
+            uvs[k] = uvs[k + 2];
+            uvs[k + 2] = second;
+        }
+}
+
 bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, scene_cloth *cloth) {
     cloth->keys = keys;
     cloth->name = keys->name ? keys->name : store_text(work, "cloth%zu", index);
     bool is_good = cloth->name != NULL && check_grain(work, &keys->head, &keys->grain);
     is_good &= make_material(work, &keys->material, cloth);
-    tulle_mesh_source source = {0};
-    if (!make_mesh(work, &keys->mesh, TULLE_MESH_ROLE_CLOTH, &cloth->mesh, &source)) return false;
-    tulle_mesh_transform(&cloth->mesh, keys->scale.value, keys->rotate.quaternion,
-                         keys->translate.value);
+    if (!make_mesh(work, &keys->mesh, TULLE_MESH_ROLE_CLOTH, &cloth->mesh, &cloth->source) ||
+        !find_placement(work, &keys->scale, &keys->rotate, &keys->place, &cloth->mesh,
+                        &cloth->place))
+        return false;
+    mirror_corners(cloth);
+    place_cloth_mesh(cloth, &cloth->mesh);
     is_good &= count_mesh(work, &cloth->mesh, keys->mesh.head.place, keys->mesh.head.path);
-    is_good = is_good && make_rest(work, keys, &source, cloth);
-    tulle_mesh_source_destroy(&source);
-    return is_good && make_pins(work, cloth);
+    return is_good && make_rest(work, keys, cloth) && make_pins(work, cloth);
 }
 
 /* Which vertices are free still, and which the pin at hand takes. */
@@ -38,9 +51,8 @@ typedef struct pin_work {
 
 static bool mark_vertices(const pin_work *work) {
     const pin_keys *const keys = work->keys;
-    vertex_choice const choice = {&pin_map,        keys,          &keys->box, &keys->line,
-                                  &keys->vertices, &keys->nearest};
-    return choose_vertices(work->scene, &work->cloth->mesh, &choice, 2, work->marks);
+    vertex_choice const choice = {&pin_map, keys, &keys->where};
+    return choose_vertices(work->scene, work->cloth, &choice, 2, work->marks);
 }
 
 /* Lists the marked vertices that no earlier pin took, in order. */

@@ -10,6 +10,7 @@ typedef struct obstacle_work {
     const char *name;
     size_t copy_count;
     pose *poses;              /* of the copies */
+    placement place;          /* of each, before its layout */
     tulle_mesh mesh;          /* unplaced */
     scene_sequence *sequence; /* unplaced; null: none */
 } obstacle_work;
@@ -25,13 +26,12 @@ static bool copy_mesh(const tulle_mesh *mesh, tulle_mesh *copy, tulle_error *err
 }
 
 /* Keyframes act along the axes of the scene, turned with the copy by the layout. */
-static bool move_copy(const obstacle_work *work, const pose *layout, const pose *placement,
+static bool move_copy(const obstacle_work *work, const pose *layout, const pose *whole,
                       scene_obstacle *obstacle) {
     const motion_keys *motion = &work->keys->motion;
     if (!motion->head.node) return true;
     if (work->sequence) {
-        obstacle->sequence =
-            sequence_place(work->scene, work->sequence, work->keys->scale.value, placement);
+        obstacle->sequence = sequence_place(work->scene, work->sequence, work->place.scale, whole);
         return obstacle->sequence != NULL;
     }
     double *pivot = obstacle->motion.pivot;
@@ -63,17 +63,15 @@ static bool make_copy(const obstacle_work *work, size_t index, scene_obstacle *o
         problem_add_error(into->problems, keys->head.place, keys->head.path, &error);
         return false;
     }
-    pose layout = work->poses[index], turn = POSE_IDENTITY;
+    pose layout = work->poses[index];
     for (int k = 0; k < 3; k++) layout.translation[k] += keys->translate.value[k];
-    memcpy(turn.rotation, keys->rotate.quaternion, sizeof turn.rotation);
-    const pose placement = pose_compose(&layout, &turn);
-    tulle_mesh_transform(&obstacle->mesh, keys->scale.value, placement.rotation,
-                         placement.translation);
+    const pose whole = pose_compose(&layout, &work->place.turn);
+    tulle_mesh_transform(&obstacle->mesh, work->place.scale, whole.rotation, whole.translation);
     const double grain[3] = {1.0, 0.0, 0.0};
     const bool has_grain = schema_is_given(&obstacle_map, keys, "grain");
     rotate_vector(layout.rotation, has_grain ? keys->grain.value : grain, obstacle->grain);
     return count_mesh(into, &obstacle->mesh, keys->head.place, keys->head.path) &&
-           move_copy(work, &layout, &placement, obstacle);
+           move_copy(work, &layout, &whole, obstacle);
 }
 
 /* The mesh of the entry, from its own key or from its sequence. */
@@ -109,8 +107,10 @@ bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t in
         return false;
     }
     place_copies(&keys->copies, entry.copy_count, entry.poses);
-    bool is_good = check_dynamic_friction(work, keys, keys->dynamic_friction, keys->friction) &&
-                   make_source(&entry);
+    bool is_good =
+        check_dynamic_friction(work, keys, keys->dynamic_friction, keys->friction) &&
+        make_source(&entry) &&
+        find_placement(work, &keys->scale, &keys->rotate, &keys->place, &entry.mesh, &entry.place);
     for (size_t i = 0; is_good && i < entry.copy_count; i++)
         is_good = make_copy(&entry, i, &obstacles[i]);
     tulle_mesh_destroy(&entry.mesh);

@@ -155,8 +155,7 @@ static bool read_rest(const rest_work *work, const rest_keys *keys) {
                           &error);
         return false;
     }
-    tulle_mesh_transform(&rest, work->keys->scale.value, work->keys->rotate.quaternion,
-                         work->keys->translate.value);
+    place_cloth_mesh(work->cloth, &rest);
     bool const is_good =
         use_rest_mesh(work, keys, &rest) &&
         count_mesh(work->scene, &rest, schema_place(keys, "file"), keys->head.path);
@@ -272,8 +271,8 @@ static bool lay_warps(const rest_work *work) {
     return true;
 }
 
-bool make_rest(const scene_work *scene, const cloth_keys *keys, const tulle_mesh_source *source,
-               scene_cloth *cloth) {
+bool make_rest(const scene_work *scene, const cloth_keys *keys, scene_cloth *cloth) {
+    const tulle_mesh_source *const source = &cloth->source;
     rest_work work = {scene, keys, cloth, source->corner_uvs, source->triangle_lines, NULL};
     const rest_keys *const rest = &keys->rest;
     bool const is_uv = schema_is_given(&rest_map, rest, "uv");

@@ -19,6 +19,12 @@ enum {
 
 typedef struct scene_sequence scene_sequence;
 
+/* Where a mesh goes before it is translated: x -> pose (scale * x). */
+typedef struct placement {
+    double scale[3];
+    pose turn; /* the length of its quaternion is divided out by tulle_mesh_transform */
+} placement;
+
 /* Vertices of a cloth and the object that holds them, counted as cloths and obstacles together. */
 typedef struct scene_attachment {
     const attach_keys *keys;
@@ -30,7 +36,9 @@ typedef struct scene_cloth {
     const cloth_keys *keys;
     const char *name;
     const char *contact_material;
-    tulle_mesh mesh; /* at the start */
+    placement place;
+    tulle_mesh mesh;          /* at the start */
+    tulle_mesh_source source; /* what its file has beside; while the scene is loaded */
     tulle_material material;
     /* At rest, as of tulle_cloth_def; null: not given. */
     double *rest_positions, *rest_corners, *warps;
@@ -120,6 +128,19 @@ bool count_mesh(const scene_work *work, const tulle_mesh *mesh, scene_place plac
 bool make_motion(const scene_work *work, const schema_list *keyframes, const pose *axes,
                  double delay, tulle_motion *motion);
 
+/* Finds where a mesh goes that is as its file has it. False after a problem. */
+bool find_placement(const scene_work *work, const schema_vector *scale,
+                    const schema_rotation *rotate, const place_keys *place, const tulle_mesh *mesh,
+                    placement *result);
+/* Moves a cloth's mesh, or its rest mesh, to its place. */
+void place_cloth_mesh(const scene_cloth *cloth, tulle_mesh *mesh);
+/* The obstacles of one name made so far: one, or all copies of an entry. False where there is none.
+ */
+bool find_obstacles(const tulle_scene *loaded, const char *name, size_t *begin, size_t *end);
+/* Adds a problem about a name that no obstacle has. Always false. */
+bool refuse_obstacle_name(const scene_work *work, const void *keys, const char *key,
+                          const char *name);
+
 /* Makes a cloth with its pins. False after a problem; the mesh is then destroyed with the scene. */
 bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, scene_cloth *cloth);
 /* Fills the cloth's material and its name in contacts. False after a problem. */
@@ -127,22 +148,28 @@ bool make_material(const scene_work *work, const material_keys *keys, scene_clot
 /* Whether the grain of an entry has a direction. False with a problem. */
 bool check_grain(const scene_work *work, const schema_head *head, const schema_vector *grain);
 /* Fills what is at rest. False after a problem. */
-bool make_rest(const scene_work *scene, const cloth_keys *keys, const tulle_mesh_source *source,
-               scene_cloth *cloth);
+bool make_rest(const scene_work *scene, const cloth_keys *keys, scene_cloth *cloth);
 bool make_pins(const scene_work *work, scene_cloth *cloth);
-/* Which vertices a map of keys names; the map has at least one of the keys box, line, vertices,
- * nearest. */
+/* The vertices that an entry means: `keys` is the entry, a struct of `map`. */
 typedef struct vertex_choice {
     const schema_map *map;
     const void *keys;
-    const box_keys *box;
-    const line_keys *line;
-    const schema_indices *vertices;
-    const schema_vector *nearest; /* null: there is no such key */
+    const choice_keys *where;
 } vertex_choice;
-/* Adds `mark` to the marks of these vertices. False after a problem. */
-bool choose_vertices(const scene_work *work, const tulle_mesh *mesh, const vertex_choice *choice,
+/* Adds `mark` to the marks of these vertices of a cloth. False after a problem. */
+bool choose_vertices(const scene_work *work, const scene_cloth *cloth, const vertex_choice *choice,
                      unsigned char mark, unsigned char *marks);
+/* Whether the entry names a group or a material of the cloth's file. */
+bool names_part(const vertex_choice *choice);
+/* Sets the flags of that part's triangles. False after a problem: there is no such part. */
+bool choose_part(const scene_work *work, const scene_cloth *cloth, const vertex_choice *choice,
+                 unsigned char *flags);
+/* Adds `mark` to the marks of the vertices that are at most `within` [m] from the triangles of an
+ * obstacle, both as they start. False after a problem. */
+bool mark_near(const scene_work *work, const tulle_mesh *mesh, const tulle_mesh *obstacle,
+               double within, unsigned char mark, unsigned char *marks);
+/* [m] */
+double measure_to_segment(const double a[3], const double b[3], const double point[3]);
 /* Adds a problem that tells where the cloth lies. Always false. */
 bool refuse_empty_choice(const scene_work *work, const tulle_mesh *mesh, const schema_head *head,
                          const char *problem);
@@ -171,8 +198,11 @@ bool make_pairs(const scene_work *work);
 scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys, tulle_mesh *mesh);
 /* A second reader of the same frames with its own placement; null after a problem. */
 scene_sequence *sequence_place(const scene_work *work, const scene_sequence *origin,
-                               const double scale[3], const pose *placement);
+                               const double scale[3], const pose *whole);
+/* Frames that the world may ask for; more than it can ever reach where the sequence loops. */
 uint32_t sequence_get_frame_count(const scene_sequence *sequence);
+/* [s] From one frame to the next. */
+double sequence_get_interval(const sequence_keys *keys);
 /* A tulle_frame_reader; context is the sequence. */
 tulle_status sequence_read(void *context, uint32_t frame, double *positions, tulle_error *error);
 

@@ -33,7 +33,9 @@ enum {
     SCHEMA_ABOVE_MINIMUM = 4, /* the minimum itself is out of range */
     SCHEMA_UNIFORM = 8,       /* a vector may be one number, for all its components */
     SCHEMA_OPTIONAL = 16,     /* a map or alternative without defaults: absent when not given */
-    SCHEMA_PICTURE = 32       /* says how pictures look; a run does not depend on it */
+    SCHEMA_PICTURE = 32,      /* says how pictures look; a run does not depend on it */
+    SCHEMA_NOT_ZERO = 64,     /* zero is out of range */
+    SCHEMA_SECOND_ALTERNATIVE = 128 /* as SCHEMA_ALTERNATIVE: a second choice in the same map */
 };
 
 typedef struct schema_vector {
@@ -91,7 +93,7 @@ struct schema_map {
     const schema_key *keys;
     size_t key_count; /* <= 64 */
     size_t size;      /* [bytes] of the struct */
-    bool needs_alternative;
+    bool needs_alternative, needs_second_alternative;
     bool takes_flag;      /* `true` stands for a map without keys, `false` for none */
     const char *selector; /* name of the choice that `applies` refers to; null: none */
 };

@@ -218,15 +218,15 @@ static void find_given(map_work *work) {
     }
 }
 
-/* At most one alternative may be given, exactly one where the map needs one. One that comes from an
- * override replaces one of the file. */
-static void choose_alternative(map_work *work) {
+/* At most one key with the flag may be given, exactly one where one is needed. One that comes from
+ * an override replaces one of the file. */
+static void choose_alternative(map_work *work, unsigned flag, bool is_needed) {
     char list[200] = "";
     size_t used = 0, count = 0;
     const scene_node *first = NULL, *chosen = NULL;
     for (size_t k = 0; k < work->map->key_count; k++) {
         const schema_key *key = &work->map->keys[k];
-        if (!(key->flags & SCHEMA_ALTERNATIVE)) continue;
+        if (!(key->flags & flag)) continue;
         int added = snprintf(list + used, sizeof list - used, "%s%s", used ? ", " : "", key->name);
         if (added > 0) used += (size_t)added;
         const scene_node *node = tree_find(work->node, key->name);
@@ -235,7 +235,7 @@ static void choose_alternative(map_work *work) {
         if (!first) first = node;
         if (node->key_place.line == 0) chosen = node;
     }
-    if (count == 0 && work->map->needs_alternative)
+    if (count == 0 && is_needed)
         complain(work, work->head->place, "%s: needs one of the keys %s", work->head->path, list);
     if (count < 2) return;
     if (!chosen) {
@@ -244,8 +244,7 @@ static void choose_alternative(map_work *work) {
         return;
     }
     for (size_t k = 0; k < work->map->key_count; k++)
-        if (work->map->keys[k].flags & SCHEMA_ALTERNATIVE &&
-            strcmp(work->map->keys[k].name, chosen->key) != 0)
+        if (work->map->keys[k].flags & flag && strcmp(work->map->keys[k].name, chosen->key) != 0)
             work->head->given &= ~(UINT64_C(1) << k);
 }
 
@@ -264,7 +263,8 @@ bool schema_read(const schema_reader *reader, const schema_map *map, const scene
     }
     if (node) {
         find_given(&work);
-        choose_alternative(&work);
+        choose_alternative(&work, SCHEMA_ALTERNATIVE, map->needs_alternative);
+        choose_alternative(&work, SCHEMA_SECOND_ALTERNATIVE, map->needs_second_alternative);
     }
     for (const scene_node *child = node ? node->first : NULL; child; child = child->next) {
         size_t k = schema_find_key(map, child->key);

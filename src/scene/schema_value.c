@@ -29,8 +29,9 @@ static void describe_range(const schema_key *key, const char *unit, char *text, 
     const char *least = key->flags & SCHEMA_ABOVE_MINIMUM ? "above" : "at least";
     bool has_least = key->minimum > -DBL_MAX, has_most = key->maximum < DBL_MAX;
     if (has_least && has_most)
-        snprintf(text, capacity, "%s %.10g%s%s and at most %.10g%s%s", least, key->minimum, space,
-                 unit, key->maximum, space, unit);
+        snprintf(text, capacity, "%s %.10g%s%s and at most %.10g%s%s%s", least, key->minimum, space,
+                 unit, key->maximum, space, unit,
+                 key->flags & SCHEMA_NOT_ZERO ? ", and not 0" : "");
     else if (has_least)
         snprintf(text, capacity, "%s %.10g%s%s", least, key->minimum, space, unit);
     else
@@ -40,6 +41,7 @@ static void describe_range(const schema_key *key, const char *unit, char *text, 
 static bool is_in_range(const schema_key *key, double value) {
     if (key->minimum == 0 && key->maximum == 0) return true;
     if (value < key->minimum || value > key->maximum) return false;
+    if (key->flags & SCHEMA_NOT_ZERO && value == 0) return false;
     return !(key->flags & SCHEMA_ABOVE_MINIMUM) || value > key->minimum;
 }
 

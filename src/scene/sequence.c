@@ -16,7 +16,9 @@ struct scene_sequence {
     const char *files; /* path with one %d, null for a cache */
     const char *cache; /* path */
     uint64_t first;
-    uint32_t frame_count;
+    uint32_t frame_count; /* read from files */
+    uint32_t period;      /* frames of a round, there and back with pingpong */
+    bool is_looped;
     size_t vertex_count;
     double scale[3];
     pose placement;
@@ -25,7 +27,16 @@ struct scene_sequence {
     int next_kept; /* the slot to be replaced next */
 };
 
-enum { number_width_limit = 18 };
+enum {
+    number_width_limit = 18,
+    ENDLESS_FRAMES = 1000000000 /* the most that an obstacle may have */
+};
+
+/* A last frame as near to the first as this, against the largest step of a vertex between frames,
+ * is the first one again. */
+static const double SAME_FRAME_SHARE = 1e-3;
+/* The step from the last frame to the first may be so many times the largest one between frames. */
+static const double SEAM_STEP_RATIO = 2.0;
 
 /* Finds the one %d, %4d or %04d of a pattern. */
 static bool split_pattern(const char *pattern, size_t *before, const char **after, int *width,
@@ -109,11 +120,18 @@ static tulle_status read_frame(const scene_sequence *sequence, uint32_t frame, d
     return status;
 }
 
-tulle_status sequence_read(void *context, uint32_t frame, double *positions, tulle_error *error) {
+/* The frame of the files that is shown as a frame of the world. */
+static uint32_t fold_frame(const scene_sequence *sequence, uint32_t frame) {
+    uint32_t const within = frame % sequence->period;
+    return within < sequence->frame_count ? within : sequence->period - within;
+}
+
+tulle_status sequence_read(void *context, uint32_t wanted, double *positions, tulle_error *error) {
     scene_sequence *sequence = context;
-    if (frame >= sequence->frame_count)
+    if (wanted >= sequence_get_frame_count(sequence))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "frame %u of a sequence of %u",
-                         (unsigned)frame, (unsigned)sequence->frame_count);
+                         (unsigned)wanted, (unsigned)sequence_get_frame_count(sequence));
+    uint32_t const frame = fold_frame(sequence, wanted);
     size_t byte_count = 3 * sequence->vertex_count * sizeof(double);
     for (int slot = 0; slot < 2; slot++) {
         if (sequence->kept_frame[slot] != frame) continue;
@@ -133,10 +151,17 @@ tulle_status sequence_read(void *context, uint32_t frame, double *positions, tul
     return TULLE_OK;
 }
 
-uint32_t sequence_get_frame_count(const scene_sequence *sequence) { return sequence->frame_count; }
+uint32_t sequence_get_frame_count(const scene_sequence *sequence) {
+    return sequence->is_looped ? ENDLESS_FRAMES : sequence->frame_count;
+}
+
+double sequence_get_interval(const sequence_keys *keys) {
+    bool const has_fps = schema_is_given(&sequence_map, keys, "fps");
+    return (has_fps ? 1.0 / keys->fps : keys->interval) / keys->speed;
+}
 
 scene_sequence *sequence_place(const scene_work *work, const scene_sequence *origin,
-                               const double scale[3], const pose *placement) {
+                               const double scale[3], const pose *whole) {
     arena *storage = &work->scene->storage;
     scene_sequence *sequence = ARENA_NEW(storage, scene_sequence, 1);
     double *kept = ARENA_NEW(storage, double, 6 * origin->vertex_count);
@@ -146,7 +171,7 @@ scene_sequence *sequence_place(const scene_work *work, const scene_sequence *ori
     }
     *sequence = *origin;
     memcpy(sequence->scale, scale, sizeof sequence->scale);
-    sequence->placement = *placement;
+    sequence->placement = *whole;
     sequence->kept[0] = kept;
     sequence->kept[1] = kept + 3 * origin->vertex_count;
     sequence->kept_frame[0] = sequence->kept_frame[1] = TULLE_NONE;
@@ -262,6 +287,97 @@ static bool begin_files(const scene_work *work, const sequence_keys *keys,
     return set_range(work, keys, 0, sequence);
 }
 
+/* ---- loops ---- */
+
+/* How far the vertices move, unplaced. */
+typedef struct sequence_steps {
+    double largest; /* [m] between frames that follow each other */
+    double seam;    /* [m] from the last to the first */
+    size_t seam_vertex;
+} sequence_steps;
+
+static double find_largest_step(const double *from, const double *to, size_t vertex_count,
+                                size_t *vertex) {
+    double largest = 0.0;
+    *vertex = 0;
+    for (size_t v = 0; v < vertex_count; v++) {
+        const double *const a = from + 3 * v, *const b = to + 3 * v;
+        double const step = hypot(hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2]);
+        if (step > largest) largest = step, *vertex = v;
+    }
+    return largest;
+}
+
+/* `room`: for the positions of three frames. */
+static tulle_status measure_steps(const scene_sequence *sequence, double *room,
+                                  sequence_steps *steps, tulle_error *error) {
+    size_t const count = 3 * sequence->vertex_count;
+    double *const first = room, *before = room + count, *now = room + 2 * count;
+    size_t vertex;
+    *steps = (sequence_steps){0};
+    tulle_status status = read_frame(sequence, 0, first, error);
+    memcpy(before, first, count * sizeof *first);
+    for (uint32_t frame = 1; status == TULLE_OK && frame < sequence->frame_count; frame++) {
+        status = read_frame(sequence, frame, now, error);
+        if (status != TULLE_OK) break;
+        steps->largest =
+            fmax(steps->largest, find_largest_step(before, now, sequence->vertex_count, &vertex));
+        double *const spare = before;
+        before = now;
+        now = spare;
+    }
+    steps->seam = find_largest_step(before, first, sequence->vertex_count, &steps->seam_vertex);
+    return status;
+}
+
+static bool refuse_loop(const scene_work *work, const sequence_keys *keys, const char *text) {
+    if (text)
+        problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "loop"),
+                    "%s.loop: %s", keys->head.path, text);
+    return false;
+}
+
+/* Whether the ends meet, and how long a round is. False after a problem. */
+static bool join_ends(const scene_work *work, const sequence_keys *keys, scene_sequence *sequence) {
+    memory *const heap = &work->scene->heap;
+    size_t const bytes = 9 * sequence->vertex_count * sizeof(double);
+    double *const room = memory_allocate_zeroed(heap, 9 * sequence->vertex_count, sizeof *room);
+    if (!room) {
+        problem_add_memory(work->problems, work->scene->path);
+        return false;
+    }
+    sequence_steps steps;
+    tulle_error error = {0};
+    tulle_status const status = measure_steps(sequence, room, &steps, &error);
+    memory_release(heap, room, bytes);
+    if (status != TULLE_OK) {
+        problem_add_error(work->problems, schema_place(keys, "loop"), keys->head.path, &error);
+        return false;
+    }
+    if (steps.seam <= SAME_FRAME_SHARE * steps.largest)
+        sequence->period = sequence->frame_count - 1;
+    else if (!(steps.seam <= SEAM_STEP_RATIO * steps.largest))
+        return refuse_loop(
+            work, keys,
+            store_text(work,
+                       "the ends do not meet: from the last frame to the first vertex %zu goes "
+                       "%.3g m, between other frames none goes more than %.3g m; pingpong needs no "
+                       "ends that meet",
+                       steps.seam_vertex, steps.seam, steps.largest));
+    return true;
+}
+
+static bool set_loop(const scene_work *work, const sequence_keys *keys, scene_sequence *sequence) {
+    sequence->period = sequence->frame_count;
+    sequence->is_looped = keys->loop != LOOP_ONCE;
+    if (!sequence->is_looped) return true;
+    if (sequence->frame_count < 2)
+        return refuse_loop(work, keys, "there is one frame only, a loop needs two at least");
+    if (keys->loop == LOOP_REPEAT) return join_ends(work, keys, sequence);
+    sequence->period = 2 * (sequence->frame_count - 1);
+    return true;
+}
+
 scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys, tulle_mesh *mesh) {
     const sequence_keys *from = &keys->motion.sequence;
     scene_sequence *sequence = ARENA_NEW_ZEROED(&work->scene->storage, scene_sequence, 1);
@@ -280,7 +396,7 @@ scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys,
     tulle_error error = {0};
     tulle_status status = has_files ? check_files(work, sequence, mesh, &error)
                                     : check_cache(work->scene, sequence, mesh, &error);
-    if (status == TULLE_OK) return sequence;
+    if (status == TULLE_OK) return set_loop(work, from, sequence) ? sequence : NULL;
     if (!error.file[0]) snprintf(error.file, sizeof error.file, "%s", path);
     problem_add_error(work->problems, schema_place(from, has_files ? "files" : "cache"),
                       from->head.path, &error);

@@ -6,6 +6,8 @@
 #include "math/vec3.h"
 #include "support/failing_heap.h"
 
+#include "tulle/shapes.h"
+
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -223,6 +225,40 @@ static void transform_scales_turns_moves(void **state) {
     tulle_mesh_destroy(&mesh);
 }
 
+/* The signed volume of a closed mesh, by the divergence theorem. */
+static double measure_volume(const tulle_mesh *mesh) {
+    double sum = 0.0;
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        const double *p[3];
+        for (size_t k = 0; k < 3; k++)
+            p[k] = mesh->positions + 3 * (size_t)mesh->triangles[3 * t + k];
+        sum += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) +
+               p[0][1] * (p[1][2] * p[2][0] - p[1][0] * p[2][2]) +
+               p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
+    }
+    return sum / 6.0;
+}
+
+/* Whatever the signs, the outside stays outside: the volume is that of the box, and positive. */
+static void transform_mirrors(void **state) {
+    (void)state;
+    for (int signs = 0; signs < 8; signs++) {
+        tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_BOX);
+        tulle_mesh mesh = {0};
+        for (int k = 0; k < 3; k++) def.size[k] = 1.0;
+        assert_int_equal(tulle_shape_generate(&def, &mesh, NULL), TULLE_OK);
+        double scale[3] = {2, 3, 4}, shift[3] = {5, 6, 7};
+        double const rotation[4] = {0.5, 0.5, 0.5, 0.5};
+        for (int k = 0; k < 3; k++)
+            if (signs >> k & 1) scale[k] = -scale[k];
+        double const before = mesh.positions[0];
+        tulle_mesh_transform(&mesh, scale, rotation, shift);
+        assert_true(fabs(measure_volume(&mesh) - 24.0) < 1e-12);
+        assert_true(fabs(mesh.positions[1] - (6.0 + scale[0] * before)) < 1e-12);
+        tulle_mesh_destroy(&mesh);
+    }
+}
+
 static void info_of_grid(void **state) {
     (void)state;
     sample s;
@@ -380,6 +416,7 @@ int main(void) {
         cmocka_unit_test(unreferenced_vertices_are_named),
         cmocka_unit_test(meshes_live_and_die),
         cmocka_unit_test(transform_scales_turns_moves),
+        cmocka_unit_test(transform_mirrors),
         cmocka_unit_test(info_of_grid),
         cmocka_unit_test(info_of_odd_soups),
         cmocka_unit_test(random_soups_are_judged_like_brute_force),

@@ -180,7 +180,7 @@ static const refusal refusals[] = {
      "obstacles[0].motion: is text, must be a map with keys keyframes, sequence, eased, pivot"},
     /* ranges, units, NaN */
     {"obstacles:\n  - {mesh: {shape: box}, scale: 0}\n", false, 5, 33,
-     "obstacles[0].scale: is '0', must be above 0 and at most 1000000"},
+     "obstacles[0].scale: is '0', must be at least -1000000 and at most 1000000, and not 0"},
     {"obstacles:\n  - {mesh: {shape: box}, friction: -1}\n", false, 5, 36,
      "obstacles[0].friction: is '-1', must be at least 0 and at most 10"},
     {"wind: {gust_length: -2 mm}\n", false, 4, 21,
@@ -226,7 +226,8 @@ static const refusal refusals[] = {
     {"time: {frames: 3}\ncloth: [{mesh: {shape: net}, pins: [{vertices: [0-19999999, 7]}]}]\n",
      true, 2, 61, "cloth[0].pins[0].vertices: is '7', must be within 20000000 indices in all"},
     {"time: {frames: 3}\ncloth: [{mesh: {shape: net}, pins: [{}]}]\n", true, 2, 37,
-     "cloth[0].pins[0]: needs one of the keys box, line, vertices, nearest"},
+     "cloth[0].pins[0]: needs one of the keys box, line, sphere, near, group, material, vertices, "
+     "nearest"},
     {"time: {frames: 3}\ncloth: [{mesh: {shape: rectangle, resolution: [1000000000000, 5]}}]\n",
      true, 2, 48,
      "cloth[0].mesh.resolution: is '1000000000000', must be a whole number from 2 to 10000000"},

@@ -226,12 +226,13 @@ static void put_value(scene_writer *writer, const schema_key *key) {
     }
 }
 
-/* One of the alternatives, or none where none is needed; key_count: none. */
-static size_t choose_alternative(scene_writer *writer, const schema_map *map) {
+/* One of the keys with a flag, or none where none is needed; key_count: none. */
+static size_t choose_alternative(scene_writer *writer, const schema_map *map, unsigned flag,
+                                 bool is_needed) {
     size_t places[64], count = 0;
     for (size_t k = 0; k < map->key_count; k++)
-        if (map->keys[k].flags & SCHEMA_ALTERNATIVE) places[count++] = k;
-    if (count == 0 || (!map->needs_alternative && is_chosen(writer, 0.2))) return map->key_count;
+        if (map->keys[k].flags & flag) places[count++] = k;
+    if (count == 0 || (!is_needed && is_chosen(writer, 0.2))) return map->key_count;
     return places[below(writer, count)];
 }
 
@@ -241,7 +242,11 @@ static void put_map(scene_writer *writer, const schema_map *map) {
         put(writer, "true");
         return;
     }
-    size_t const chosen = choose_alternative(writer, map);
+    enum { BOTH = SCHEMA_ALTERNATIVE | SCHEMA_SECOND_ALTERNATIVE };
+    size_t const chosen =
+        choose_alternative(writer, map, SCHEMA_ALTERNATIVE, map->needs_alternative);
+    size_t const second =
+        choose_alternative(writer, map, SCHEMA_SECOND_ALTERNATIVE, map->needs_second_alternative);
     int selected = -1; /* no value of the selector */
     bool is_first = true;
     put(writer, "{");
@@ -249,8 +254,8 @@ static void put_map(scene_writer *writer, const schema_map *map) {
         for (size_t k = 0; k < map->key_count; k++) {
             const schema_key *const key = &map->keys[k];
             bool const is_selector = map->selector && strcmp(key->name, map->selector) == 0;
-            bool const may_be = !(key->flags & SCHEMA_ALTERNATIVE) || k == chosen;
-            bool const must_be = key->flags & SCHEMA_REQUIRED || k == chosen;
+            bool const may_be = !(key->flags & BOTH) || k == chosen || k == second;
+            bool const must_be = key->flags & SCHEMA_REQUIRED || k == chosen || k == second;
             bool const applies =
                 !map->selector || !key->applies || (selected >= 0 && key->applies >> selected & 1);
             if (is_selector == (is_rest == 1) || !may_be || !applies) continue;

@@ -1,0 +1,52 @@
+/* scene/keys_place.c - the table of keys: how cloth and obstacles are set down. */
+#include "scene/keys_table.h"
+
+/* In the order of place_up. */
+static const char *const up_names[] = {"z", "y", "x", NULL};
+static const schema_key place_table[] = {
+    {.name = "up",
+     .type = SCHEMA_CHOICE,
+     .choices = up_names,
+     .fallback = "z",
+     FIELD(place_keys, up),
+     .meaning = "axis of the mesh that points up; it is turned to z, y about x and x about y"},
+    {.name = "size",
+     POSITIVE_LENGTH(SCHEMA_ALTERNATIVE),
+     FIELD(place_keys, size),
+     .meaning = "its largest extent along x, y and z"},
+    {.name = "height",
+     POSITIVE_LENGTH(SCHEMA_ALTERNATIVE),
+     FIELD(place_keys, height),
+     .meaning = "its extent along z"},
+    {.name = "center",
+     .type = SCHEMA_BOOL,
+     .fallback = "false",
+     FIELD(place_keys, center),
+     .meaning = "brings the middle of its box to x = y = 0"},
+    {.name = "on",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_LENGTH,
+     ANY_SIZE,
+     .word = "ground",
+     .flags = SCHEMA_SECOND_ALTERNATIVE,
+     FIELD(place_keys, on),
+     .meaning = "brings its lowest point to this height; ground: to z = 0"},
+    {.name = "on_top_of",
+     .type = SCHEMA_NAME,
+     .flags = SCHEMA_SECOND_ALTERNATIVE,
+     FIELD(place_keys, on_top_of),
+     .meaning = "brings its lowest point to the height of the highest point of an obstacle, with "
+                "all its copies, at the start. An obstacle can only stand on one that is before it "
+                "in the file"},
+};
+const schema_map place_map = {
+    .title = "Place",
+    .meaning =
+        "Sets a mesh down by its box, so that nobody has to know its coordinates. The keys scale, "
+        "up, rotate, size or height, center, on or on_top_of, and translate act in this order: the "
+        "box is that of the mesh as scale, up and rotate leave it, at the start, and translate "
+        "moves what was set down, as `[0, 0, 5 mm]` for a gap. Size and height scale evenly. "
+        "Copies are set down by their layout after that; every frame of a mesh sequence is placed "
+        "as the first one, and a rest file as its cloth. Points of pins and regions are in scene "
+        "coordinates, after all this.",
+    MAP_OF(place_table, place_keys)};

@@ -1,0 +1,164 @@
+/* scene/place.c - how a mesh is set down: turned upright, scaled to a size, centred, stood on a
+ * height or on the top of an obstacle. */
+#include "scene/scene_data.h"
+
+#include "base/text.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A mesh that must be scaled by more than this, or by less than its inverse, has another unit than
+ * somebody thinks. */
+static const double MOST_SIZE_RATIO = 1e6;
+
+/* The turns that bring an axis up. They are not of unit length so that quarter turns are exact. */
+static const double up_turns[][4] = {
+    [UP_Z] = {1, 0, 0, 0}, [UP_Y] = {1, 1, 0, 0}, [UP_X] = {1, 0, -1, 0}};
+
+/* ---- boxes ---- */
+
+typedef struct extent_box {
+    double low[3], high[3];
+} extent_box;
+
+static void extend_box(extent_box *box, const double point[3]) {
+    for (int k = 0; k < 3; k++) {
+        box->low[k] = fmin(box->low[k], point[k]);
+        box->high[k] = fmax(box->high[k], point[k]);
+    }
+}
+
+/* The box of a mesh's triangles where they are placed. Vertices are moved by the function that will
+ * move the mesh, so that the box fits to the last bit. */
+static extent_box find_box(const tulle_mesh *mesh, const placement *where) {
+    extent_box box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    double point[3];
+    tulle_mesh one = {.positions = point, .vertex_count = 1};
+    for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
+        memcpy(point, mesh->positions + 3 * (size_t)mesh->triangles[i], sizeof point);
+        tulle_mesh_transform(&one, where->scale, where->turn.rotation, where->turn.translation);
+        extend_box(&box, point);
+    }
+    return box;
+}
+
+/* ---- names of obstacles ---- */
+
+/* The name, or that of an obstacle whose copy this is: "spike" of "spike.012". */
+static bool has_name(const scene_obstacle *obstacle, const char *name) {
+    if (!obstacle->name) return false; /* not made yet */
+    if (strcmp(obstacle->name, name) == 0) return true;
+    const char *const dot = strrchr(obstacle->name, '.');
+    return obstacle->keys->copies.head.node && dot &&
+           strlen(name) == (size_t)(dot - obstacle->name) &&
+           strncmp(obstacle->name, name, strlen(name)) == 0;
+}
+
+bool find_obstacles(const tulle_scene *loaded, const char *name, size_t *begin, size_t *end) {
+    *begin = 0;
+    while (*begin < loaded->obstacle_count && !has_name(&loaded->obstacles[*begin], name)) ++*begin;
+    *end = *begin;
+    while (*end < loaded->obstacle_count && has_name(&loaded->obstacles[*end], name)) ++*end;
+    return *end > *begin;
+}
+
+bool refuse_obstacle_name(const scene_work *work, const void *keys, const char *key,
+                          const char *name) {
+    const tulle_scene *const loaded = work->scene;
+    const char *const path = ((const schema_head *)keys)->path;
+    const obstacle_keys *const entries = loaded->keys.obstacles.items;
+    for (size_t i = 0; i < loaded->keys.obstacles.count; i++) {
+        if (!entries[i].name || strcmp(entries[i].name, name) != 0) continue;
+        if (work->problems->total_count == 0) /* else it could not be made */
+            problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, key),
+                        "%s.%s: '%s' must be before it in the file", path, key, name);
+        return false;
+    }
+    const char **const names =
+        ARENA_NEW(&work->scene->storage, const char *, loaded->obstacle_count + 1);
+    size_t count = 0;
+    for (size_t i = 0; names && i < loaded->obstacle_count; i++)
+        if (loaded->obstacles[i].name) names[count++] = loaded->obstacles[i].name;
+    const char *const meant = names ? text_find_nearest(name, names, count) : NULL;
+    problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, key),
+                meant ? "%s.%s: '%s' is the name of no obstacle; did you mean '%s'?"
+                      : "%s.%s: '%s' is the name of no obstacle",
+                path, key, show_text(name).text, meant);
+    return false;
+}
+
+/* ---- the placement ---- */
+
+static bool refuse(const scene_work *work, const place_keys *keys, const char *key,
+                   const char *text) {
+    if (text)
+        problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, key),
+                    "%s.%s: %s", keys->head.path, key, text);
+    return false;
+}
+
+static bool set_size(const scene_work *work, const place_keys *keys, const tulle_mesh *mesh,
+                     placement *result) {
+    bool const is_height = schema_is_given(&place_map, keys, "height");
+    if (!is_height && !schema_is_given(&place_map, keys, "size")) return true;
+    extent_box const box = find_box(mesh, result);
+    double extent = 0.0;
+    for (int k = is_height ? 2 : 0; k < 3; k++) extent = fmax(extent, box.high[k] - box.low[k]);
+    const char *const key = is_height ? "height" : "size";
+    if (!(extent > 0.0))
+        return refuse(work, keys, key, "the mesh is flat there; size may be meant");
+    double const factor = (is_height ? keys->height : keys->size) / extent;
+    if (!(factor <= MOST_SIZE_RATIO && factor >= 1.0 / MOST_SIZE_RATIO))
+        return refuse(work, keys, key,
+                      store_text(work,
+                                 "the mesh has %.3g m, it would be scaled by %.3g; at most "
+                                 "%g and at least %g are allowed",
+                                 extent, factor, MOST_SIZE_RATIO, 1.0 / MOST_SIZE_RATIO));
+    for (int k = 0; k < 3; k++) result->scale[k] *= factor;
+    return true;
+}
+
+/* The height on which the mesh is to stand. False after a problem. */
+static bool find_height(const scene_work *work, const place_keys *keys, double *height) {
+    const tulle_scene *const loaded = work->scene;
+    size_t begin, end;
+    *height = keys->on;
+    if (!schema_is_given(&place_map, keys, "on_top_of")) return true;
+    if (!find_obstacles(loaded, keys->on_top_of, &begin, &end))
+        return refuse_obstacle_name(work, keys, "on_top_of", keys->on_top_of);
+    placement const here = {.scale = {1, 1, 1}, .turn = POSE_IDENTITY};
+    *height = -INFINITY;
+    for (size_t i = begin; i < end; i++)
+        *height = fmax(*height, find_box(&loaded->obstacles[i].mesh, &here).high[2]);
+    return true;
+}
+
+bool find_placement(const scene_work *work, const schema_vector *scale,
+                    const schema_rotation *rotate, const place_keys *place, const tulle_mesh *mesh,
+                    placement *result) {
+    *result = (placement){.turn = POSE_IDENTITY};
+    memcpy(result->scale, scale->value, sizeof result->scale);
+    memcpy(result->turn.rotation, rotate->quaternion, sizeof result->turn.rotation);
+    if (!place->head.node) return true;
+    if (place->up != UP_Z)
+        multiply_rotations(rotate->quaternion, up_turns[place->up], result->turn.rotation);
+    if (!set_size(work, place, mesh, result)) return false;
+    bool const stands =
+        schema_is_given(&place_map, place, "on") || schema_is_given(&place_map, place, "on_top_of");
+    if (!stands && !place->center) return true;
+    extent_box const box = find_box(mesh, result);
+    double height = 0.0;
+    if (stands && !find_height(work, place, &height)) return false;
+    double *const shift = result->turn.translation;
+    for (int k = 0; place->center && k < 2; k++) shift[k] = -0.5 * (box.low[k] + box.high[k]);
+    if (stands) shift[2] = height - box.low[2];
+    return true;
+}
+
+void place_cloth_mesh(const scene_cloth *cloth, tulle_mesh *mesh) {
+    const placement *const where = &cloth->place;
+    double translation[3];
+    for (int k = 0; k < 3; k++)
+        translation[k] = where->turn.translation[k] + cloth->keys->translate.value[k];
+    tulle_mesh_transform(mesh, where->scale, where->turn.rotation, translation);
+}
