@@ -27,7 +27,7 @@ make_dictionary() { # TARGET: the words of its format, where there are any
     case $1 in
     scene) # every key and choice of the page that the program prints
         grep -o '`[a-z][a-z0-9_-]*`' docs/guide/scene.md | sort -u | sed 's/`\(.*\)`/"\1"/'
-        printf '"%s"\n' ': ' '- ' '[0, 0, 1]' '{' '}' ' mm' ' deg' '1/90 s' '\x0a  ' 'mesh.obj' 'frame_%%d.obj' 'never'
+        printf '"%s"\n' ': ' '- ' '[0, 0, 1]' '{' '}' ' mm' ' deg' '1/90 s' '\x0a  ' 'mesh.obj' 'named.obj' 'frame_%%d.obj' 'never'
         ;;
     run | json) cat fuzz/dictionaries/run.dict ;;
     *) [ ! -e "fuzz/dictionaries/$1.dict" ] || cat "fuzz/dictionaries/$1.dict" ;;

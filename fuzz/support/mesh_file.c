@@ -59,7 +59,7 @@ void fuzz_read_mesh_file(const char *name, const uint8_t *data, size_t size) {
         FUZZ_CHECK(strcmp(error.file, path) == 0);
         FUZZ_CHECK(!mesh.positions && !mesh.triangles && !mesh.vertex_count);
         FUZZ_CHECK(!source.vertex_lines && !source.triangle_lines && !source.corner_uvs &&
-                   !source.note[0]);
+                   !source.parts && !source.part_names && !source.note[0]);
         return;
     }
     double sum = 0.0; /* of texture coordinates: all of the array can be read */
@@ -70,6 +70,13 @@ void fuzz_read_mesh_file(const char *name, const uint8_t *data, size_t size) {
         FUZZ_CHECK(source.triangle_lines[i] > 0);
     for (size_t i = 0; source.vertex_lines && i < mesh.vertex_count; i++)
         FUZZ_CHECK(source.vertex_lines[i] > 0);
+    for (size_t i = 0; i < source.part_count; i++) {
+        const tulle_mesh_part *const part = &source.parts[i];
+        size_t const name = (size_t)(part->name - source.part_names);
+        FUZZ_CHECK(part->count > 0 && part->first < mesh.triangle_count &&
+                   part->count <= mesh.triangle_count - part->first);
+        FUZZ_CHECK(name < source.part_bytes && name + strlen(part->name) < source.part_bytes);
+    }
     tulle_mesh_lines const lines = {source.vertex_lines, source.triangle_lines};
     tulle_status const validity =
         tulle_mesh_validate_lines(tulle_mesh_get_view(&mesh), TULLE_MESH_ROLE_CLOTH, lines, &error);

@@ -29,6 +29,10 @@ static void put_files(void) {
                    TULLE_OK);
         tulle_mesh_destroy(&mesh);
     }
+    static const char named[] =
+        "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\no sheet\ng left all\n"
+        "usemtl wool\nf 1 2 5 4\ng right all\nusemtl silk\nf 2 3 6 5\n";
+    fuzz_put_file("named.obj", named, strlen(named));
     are_there = true;
 }
 
@@ -132,6 +136,17 @@ void fuzz_make_seeds(void) {
                        "spacing: [0.3, 0.3]}}\n    translate: [0, 0, 1]\n"
                        "  - mesh: {file: mesh.obj}\n    rotate: {axis: [0, 0, 1], angle: 30 deg}\n"
                        "    motion: {keyframes: [{time: 0}, {time: 1, translate: [0, 0, 0.1]}]}\n");
+    fuzz_put_text_seed("names",
+                       "time: {frames: 1}\ncloth:\n  - mesh: {file: named.obj}\n"
+                       "    place: {up: y, size: 1 m, center: true, on_top_of: it}\n"
+                       "    scale: [-1, 1, 1]\n    translate: [0, 0, 5 cm]\n"
+                       "    pins: [{group: left}, {sphere: {center: [0, 0, 1], radius: 1}}]\n"
+                       "    regions: [{material: wool, shrink: 0.9}]\n"
+                       "    rest: {creases: [{group: all, angle: 1}]}\n"
+                       "    attach: [{near: {to: it, within: 2}, to: it}]\nobstacles:\n"
+                       "  - name: it\n    place: {height: 50 cm, on: ground}\n"
+                       "    motion: {sequence: {files: frame_%d.obj, first: 0, last: 1, "
+                       "fps: 24, speed: 2, loop: pingpong}}\n");
     fuzz_put_text_seed("sequence",
                        "time: {frames: 1}\ncloth: [{mesh: {file: mesh.obj}, "
                        "translate: [0, 0, 1]}]\nobstacles:\n  - motion: {sequence: "

@@ -61,7 +61,10 @@ static bool mark_numbers(const scene_work *work, const tulle_mesh *mesh,
 
 /* ---- parts of the mesh file ---- */
 
-enum { LISTED_NAMES = 20 /* that a message lists */ };
+enum {
+    LISTED_NAMES = 20,     /* that a message lists */
+    COMPARED_PARTS = 10000 /* whose names are compared with one that is nobody's */
+};
 
 static bool is_given(const vertex_choice *choice, const char *key) {
     return schema_is_given(choice->map, choice->keys, key);
@@ -87,7 +90,7 @@ static size_t list_names(const tulle_mesh_source *source, tulle_mesh_part_kind k
 static const char *find_meant_name(const tulle_mesh_source *source, tulle_mesh_part_kind kind,
                                    const char *name) {
     const char *nearest = NULL;
-    for (size_t i = 0; i < source->part_count; i++) {
+    for (size_t i = 0; i < source->part_count && i < COMPARED_PARTS; i++) {
         if (source->parts[i].kind != kind) continue;
         const char *const two[2] = {nearest ? nearest : source->parts[i].name,
                                     source->parts[i].name};
@@ -116,7 +119,8 @@ static bool refuse_part(const scene_work *work, const scene_cloth *cloth,
                                    show_text(names[i]).text);
         used += added > 0 ? (size_t)added : 0;
     }
-    const char *const meant = find_meant_name(&cloth->source, kind, name);
+    bool const is_shown = work->problems->total_count < TULLE_SCENE_PROBLEMS_MAX;
+    const char *const meant = is_shown ? find_meant_name(&cloth->source, kind, name) : NULL;
     problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, place,
                 "%s.%s: the mesh file has no '%s'; it has %s%s%s%s%s", path, key,
                 show_text(name).text, list, count == LISTED_NAMES ? ", ..." : "",

@@ -268,6 +268,10 @@ static void files(void **state) {
                          TULLE_OK);
         survive(names[i], i < 3 ? read_mesh : read_vtp);
     }
+    path = test_path("named.obj");
+    put_text(path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\ng a b\nusemtl x y\nf 1/1 2 3\n"
+                   "g c\nf 1 3 4\n");
+    survive("named.obj", read_mesh);
     path = test_path("out/a.pvd");
     survive("out/a.pvd", write_pvd);
     path = test_path("a.pc2");

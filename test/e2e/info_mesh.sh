@@ -57,6 +57,12 @@ for name in run info check detect; do
     grep -q "^tulle $name: other.obj:10: triangle 1 has the same corners as triangle 0 (line 9) and is dropped$" notes || { echo "$name: no warning: $(cat notes)"; faults=1; }
 done
 
+# Names by which a scene chooses triangles.
+printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng left all\nusemtl Red Wool\nf 1 2 3\ng right all\nf 1 3 4\n' >named.obj
+expect 0 '^  groups +left: 1 triangles$' named.obj
+grep -Eq '^ +all: 2 triangles$' out && grep -Eq '^ +right: 1 triangles$' out && grep -Eq '^  materials +Red Wool: 2 triangles$' out ||
+    { echo "names are missing:"; cat out; faults=1; }
+
 # Of a series, check notes the first three files and how many more there are.
 for count in 1 2 3 4 5; do cp other.obj "other_$count.obj"; done
 "$TULLE" check other_[1-3].obj >/dev/null 2>notes

@@ -37,9 +37,10 @@ grep -q 'contact distance 2 mm' out && grep -q 'cloth  *sheet: 81 vertices, 128 
 grep -q 'damping  *the integrator adds a damping ratio of 0.063 at a period of 1 s, 0.47 at a period of 0.1 s' out &&
     grep -q 'edges of 56.4 mm, bending length 18.9 mm; edges of 9.5 mm or less fold as the fabric does, of 6.3 mm where it curves both ways' out ||
     { fail "neither damping nor fineness:"; cat out; }
+grep -q '  from (-0.18, -0.19, 0.12) to (0.22, 0.21, 0.12) m$' out || { fail "no box:"; cat out; }
 expect 0 'edges of 56.4 mm$' info fall.yaml --set 'gravity=[0, 0, 0]'
 expect 0 '^\{"format":"tulle scene","format_version":1,"path":"fall.yaml"' info fall.yaml --json
-facts='"vertices":81,"triangles":128,"mean_edge":0.05637251634420153,"bending_length":0.018941450985912975}],"obstacles":[{"name":"spike","vertices":4,"triangles":4}]}'
+facts='"vertices":81,"triangles":128,"mean_edge":0.05637251634420153,"bending_length":0.018941450985912975,"low":[-0.18000000000000002,-0.19,0.12],"high":[0.22,0.21000000000000002,0.12]}],"obstacles":[{"name":"spike","vertices":4,"triangles":4,"low":['
 grep -qF -- "$facts" out || { fail "not $facts:"; cat out; }
 damping='"time_step":0.02,"frames":6,"steps_per_frame":2,"numerical_damping":[{"period":1,"ratio":0.062'
 grep -qF -- "$damping" out || { fail "not $damping:"; cat out; }

@@ -137,6 +137,19 @@ static const small_case cases[] = {
           "  - {mesh: {file: f_08.obj}, translate: [0, 0, -1], motion: {sequence: {cache: f.pc2, "
           "interval: 0.02}}}\n",
      4},
+    {"parts, places and loops",
+     TIME
+     "cloth:\n  - mesh: {file: f_08.obj}\n    scale: [-1, 1, 1]\n"
+     "    place: {up: z, size: 30 cm, center: true, on_top_of: lift}\n"
+     "    translate: [0, 0, 0.02]\n"
+     "    regions: [{near: {to: lift, within: 30 cm}, shrink: 0.98}, {material: Blue Wool}]\n"
+     "    rest: {creases: [{group: both, angle: 0.1}]}\n"
+     "    pins: [{group: one, release: 0.01}]\n"
+     "    attach: [{sphere: {center: [0.15, 0.15, 0.03], radius: 5 cm}, to: lift, stiffness: 1}]\n"
+     "obstacles:\n  - name: lift\n    place: {height: 1 cm, on: ground}\n    rotate: [0.01, 0, "
+     "0]\n    motion: {sequence: {files: f_%02d.obj, first: 8, last: 10, fps: 50, speed: 2, "
+     "loop: repeat}}\n",
+     4},
     {"a material file",
      TIME "cloth:\n" SHEET("5, 5") "    material: {file: m.yaml, friction: 0.1}\n", 1},
 };
@@ -266,8 +279,11 @@ static void write_files(void) {
     for (int frame = 0; frame < 3; frame++) {
         double const z = 0.004 * frame;
         char text[200], name[16];
-        snprintf(text, sizeof text,
-                 "v -1 -1 %g\nv 1 -1 %g\nv 1 1 %g\nv -1 1 %g\nf 1 2 3\nf 1 3 4\n", z, z, z, z);
+        snprintf(
+            text, sizeof text,
+            "v -1 -1 %g\nv 1 -1 %g\nv 1 1 %g\nv -1 1 %g\ng one both\nusemtl Blue Wool\nf 1 2 3\n"
+            "g both\nf 1 3 4\n",
+            z, z, z, z);
         snprintf(name, sizeof name, "f_%02d.obj", 8 + frame);
         write_text_file(name, text);
         double const positions[] = {-1, -1, z, 1, -1, z, 1, 1, z, -1, 1, z};

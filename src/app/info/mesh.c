@@ -8,8 +8,10 @@
 #include "tulle_io/cache.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const double DEGREES_PER_RADIAN = 57.29577951308232;
 
@@ -37,6 +39,30 @@ static void print_quality(const tulle_mesh_info *info) {
     printf("  %-16s %.6g least, %.6g mean, %.6g greatest [m]\n", "edge length",
            info->edge_length_min, info->edge_length_mean, info->edge_length_max);
     printf("  %-16s %.4g deg\n", "smallest angle", info->angle_min * DEGREES_PER_RADIAN);
+}
+
+enum { LISTED_PARTS = 20 };
+
+/* The names by which a scene can choose triangles, and how many each has. */
+static void print_parts(const tulle_mesh_source *source, tulle_mesh_part_kind kind,
+                        const char *label) {
+    const char *names[LISTED_PARTS];
+    size_t counts[LISTED_PARTS], listed = 0;
+    bool has_more = false;
+    for (size_t i = 0; i < source->part_count; i++) {
+        const tulle_mesh_part *const part = &source->parts[i];
+        size_t known = 0;
+        if (part->kind != kind) continue;
+        while (known < listed && strcmp(names[known], part->name) != 0) known++;
+        has_more |= known == LISTED_PARTS;
+        if (known == LISTED_PARTS) continue;
+        if (known == listed) names[listed] = part->name, counts[listed++] = 0;
+        counts[known] += part->count;
+    }
+    for (size_t i = 0; i < listed; i++)
+        app_print_names(stdout, "  %-16s %s: %zu triangles\n", i == 0 ? label : "", names[i],
+                        counts[i]);
+    if (has_more) printf("  %-16s ...\n", "");
 }
 
 /* Whether the mesh can be cloth or an obstacle; else why not. */
@@ -82,6 +108,8 @@ tulle_status info_print_mesh(const char *path, tulle_error *error) {
         print_bounds(info.bounds_min, info.bounds_max);
         print_quality(&info);
         if (source.note[0]) app_print_names(stdout, "  %-16s %s\n", "file", source.note);
+        print_parts(&source, TULLE_MESH_PART_GROUP, "groups");
+        print_parts(&source, TULLE_MESH_PART_MATERIAL, "materials");
         print_use(view, TULLE_MESH_ROLE_CLOTH, &source, "as cloth");
         status = print_use_as_obstacle(&mesh, &source, error);
     } else if (error->file[0] == '\0') {

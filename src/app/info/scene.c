@@ -8,6 +8,7 @@
 #include "app/info/info.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -40,7 +41,30 @@ static double get_damping(const scene_facts *facts, double period) {
     return tulle_world_get_numerical_damping(facts->built->world, step, period);
 }
 
+/* [m] The box of a mesh at the start. */
+typedef struct mesh_box {
+    double low[3], high[3];
+} mesh_box;
+
+static mesh_box find_box(tulle_mesh_view mesh) {
+    mesh_box box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (size_t i = 0; i < 3 * mesh.vertex_count; i++) {
+        box.low[i % 3] = fmin(box.low[i % 3], mesh.positions[i]);
+        box.high[i % 3] = fmax(box.high[i % 3], mesh.positions[i]);
+    }
+    return box;
+}
+
 /* ---- JSON ---- */
+
+static void print_point(const char *key, const double point[3]) {
+    printf(",\"%s\":", key);
+    for (int k = 0; k < 3; k++) {
+        putchar(k == 0 ? '[' : ',');
+        json_print_double(stdout, point[k]);
+    }
+    putchar(']');
+}
 
 /* `,"KEY":[{"name":...},...]` */
 static void print_json_bodies(const scene_facts *facts, bool are_obstacles) {
@@ -60,6 +84,9 @@ static void print_json_bodies(const scene_facts *facts, bool are_obstacles) {
             print_number("mean_edge", get_fineness(facts, i).mean_edge);
             print_number("bending_length", get_fineness(facts, i).bending_length);
         }
+        mesh_box const box = find_box(mesh);
+        print_point("low", box.low);
+        print_point("high", box.high);
         putchar('}');
     }
     putchar(']');
@@ -92,6 +119,9 @@ static void print_json(const scene_facts *facts, double contact_distance) {
 static void print_body(const char *role, const char *name, tulle_mesh_view mesh) {
     app_print_names(stdout, "  %-16s %s: %zu vertices, %zu triangles\n", role, name,
                     mesh.vertex_count, mesh.triangle_count);
+    mesh_box const box = find_box(mesh);
+    printf("  %-16s from (%.4g, %.4g, %.4g) to (%.4g, %.4g, %.4g) m\n", "", box.low[0], box.low[1],
+           box.low[2], box.high[0], box.high[1], box.high[2]);
 }
 
 /* How long the edges are, and how long they should be. */
