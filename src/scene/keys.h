@@ -136,7 +136,7 @@ typedef struct place_keys {
     double size, height;
     bool center;
     double on;
-    const char *on_top_of;
+    const char *on_top_of, *as;
 } place_keys;
 
 typedef struct cloth_keys {

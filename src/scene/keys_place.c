@@ -38,6 +38,13 @@ static const schema_key place_table[] = {
      .meaning = "brings its lowest point to the height of the highest point of an obstacle, with "
                 "all its copies, at the start. An obstacle can only stand on one that is before it "
                 "in the file"},
+    {.name = "as",
+     .type = SCHEMA_NAME,
+     .flags = SCHEMA_OPTIONAL,
+     FIELD(place_keys, as),
+     .derived = "by its own box",
+     .meaning = "goes where an obstacle goes, without scale, rotate and the other keys of place: "
+                "what was modelled on a body stays on it. A copy has a number: post.002"},
 };
 const schema_map place_map = {
     .title = "Place",

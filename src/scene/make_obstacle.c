@@ -66,6 +66,8 @@ static bool make_copy(const obstacle_work *work, size_t index, scene_obstacle *o
     pose layout = work->poses[index];
     for (int k = 0; k < 3; k++) layout.translation[k] += keys->translate.value[k];
     const pose whole = pose_compose(&layout, &work->place.turn);
+    obstacle->place = work->place;
+    obstacle->place.turn = whole;
     tulle_mesh_transform(&obstacle->mesh, work->place.scale, whole.rotation, whole.translation);
     const double grain[3] = {1.0, 0.0, 0.0};
     const bool has_grain = schema_is_given(&obstacle_map, keys, "grain");
@@ -99,6 +101,7 @@ static bool make_source(obstacle_work *work) {
 
 bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t index,
                     scene_obstacle *obstacles) {
+    placement_keys const where = {&keys->scale, &keys->rotate, &keys->place};
     obstacle_work entry = {.scene = work, .keys = keys, .copy_count = count_copies(keys)};
     entry.name = keys->name ? keys->name : store_text(work, "obstacle%zu", index);
     entry.poses = ARENA_NEW(&work->scene->storage, pose, entry.copy_count);
@@ -107,10 +110,8 @@ bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t in
         return false;
     }
     place_copies(&keys->copies, entry.copy_count, entry.poses);
-    bool is_good =
-        check_dynamic_friction(work, keys, keys->dynamic_friction, keys->friction) &&
-        make_source(&entry) &&
-        find_placement(work, &keys->scale, &keys->rotate, &keys->place, &entry.mesh, &entry.place);
+    bool is_good = check_dynamic_friction(work, keys, keys->dynamic_friction, keys->friction) &&
+                   make_source(&entry) && find_placement(work, &where, &entry.mesh, &entry.place);
     for (size_t i = 0; is_good && i < entry.copy_count; i++)
         is_good = make_copy(&entry, i, &obstacles[i]);
     tulle_mesh_destroy(&entry.mesh);

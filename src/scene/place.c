@@ -133,15 +133,44 @@ static bool find_height(const scene_work *work, const place_keys *keys, double *
     return true;
 }
 
-bool find_placement(const scene_work *work, const schema_vector *scale,
-                    const schema_rotation *rotate, const place_keys *place, const tulle_mesh *mesh,
+/* Whether keys beside `as` say where the mesh goes. */
+static bool has_own_place(const placement_keys *keys) {
+    static const char *const names[] = {"size", "height", "on", "on_top_of"};
+    const double *const scale = keys->scale->value, *const q = keys->rotate->quaternion;
+    bool has_any = keys->place->up != UP_Z || keys->place->center;
+    has_any |= scale[0] != 1.0 || scale[1] != 1.0 || scale[2] != 1.0;
+    has_any |= q[0] != 1.0 || q[1] != 0.0 || q[2] != 0.0 || q[3] != 0.0;
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+        has_any |= schema_is_given(&place_map, keys->place, names[i]);
+    return has_any;
+}
+
+/* The placement of an obstacle. False after a problem. */
+static bool follow_obstacle(const scene_work *work, const placement_keys *keys, placement *result) {
+    const place_keys *const place = keys->place;
+    size_t begin, end;
+    if (has_own_place(keys))
+        return refuse(work, place, "as",
+                      "goes with no scale, no rotate and no other key of place; only translate "
+                      "may move it on");
+    if (!find_obstacles(work->scene, place->as, &begin, &end))
+        return refuse_obstacle_name(work, place, "as", place->as);
+    if (end - begin > 1)
+        return refuse(work, place, "as", "has several copies; name one of them, as post.002");
+    *result = work->scene->obstacles[begin].place;
+    return true;
+}
+
+bool find_placement(const scene_work *work, const placement_keys *keys, const tulle_mesh *mesh,
                     placement *result) {
+    const place_keys *const place = keys->place;
     *result = (placement){.turn = POSE_IDENTITY};
-    memcpy(result->scale, scale->value, sizeof result->scale);
-    memcpy(result->turn.rotation, rotate->quaternion, sizeof result->turn.rotation);
+    memcpy(result->scale, keys->scale->value, sizeof result->scale);
+    memcpy(result->turn.rotation, keys->rotate->quaternion, sizeof result->turn.rotation);
     if (!place->head.node) return true;
+    if (schema_is_given(&place_map, place, "as")) return follow_obstacle(work, keys, result);
     if (place->up != UP_Z)
-        multiply_rotations(rotate->quaternion, up_turns[place->up], result->turn.rotation);
+        multiply_rotations(keys->rotate->quaternion, up_turns[place->up], result->turn.rotation);
     if (!set_size(work, place, mesh, result)) return false;
     bool const stands =
         schema_is_given(&place_map, place, "on") || schema_is_given(&place_map, place, "on_top_of");

@@ -19,7 +19,7 @@ enum {
 
 typedef struct scene_sequence scene_sequence;
 
-/* Where a mesh goes before it is translated: x -> pose (scale * x). */
+/* Where a mesh goes: x -> turn (scale * x). */
 typedef struct placement {
     double scale[3];
     pose turn; /* the length of its quaternion is divided out by tulle_mesh_transform */
@@ -36,7 +36,7 @@ typedef struct scene_cloth {
     const cloth_keys *keys;
     const char *name;
     const char *contact_material;
-    placement place;
+    placement place;          /* before it is translated */
     tulle_mesh mesh;          /* at the start */
     tulle_mesh_source source; /* what its file has beside; while the scene is loaded */
     tulle_material material;
@@ -56,6 +56,7 @@ typedef struct scene_obstacle {
     const char *name;
     const char *contact_material; /* null: none */
     tulle_mesh mesh;              /* at the start, or frame 0 */
+    placement place;              /* of the mesh and all frames, whole */
     double grain[3];
     tulle_motion motion;
     scene_sequence *sequence; /* null: none */
@@ -128,9 +129,14 @@ bool count_mesh(const scene_work *work, const tulle_mesh *mesh, scene_place plac
 bool make_motion(const scene_work *work, const schema_list *keyframes, const pose *axes,
                  double delay, tulle_motion *motion);
 
+/* Which keys say where a mesh goes. */
+typedef struct placement_keys {
+    const schema_vector *scale;
+    const schema_rotation *rotate;
+    const place_keys *place;
+} placement_keys;
 /* Finds where a mesh goes that is as its file has it. False after a problem. */
-bool find_placement(const scene_work *work, const schema_vector *scale,
-                    const schema_rotation *rotate, const place_keys *place, const tulle_mesh *mesh,
+bool find_placement(const scene_work *work, const placement_keys *keys, const tulle_mesh *mesh,
                     placement *result);
 /* Moves a cloth's mesh, or its rest mesh, to its place. */
 void place_cloth_mesh(const scene_cloth *cloth, tulle_mesh *mesh);

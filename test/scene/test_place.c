@@ -7,7 +7,7 @@
 #include <math.h>
 
 #define TIME "time: {frames: 3, step: 10 ms}\n"
-#define TABLE "obstacles:\n  - {name: table, mesh: {shape: plane}, translate: [0, 0, -50]}\n"
+#define TABLE "obstacles:\n  - name: table\n    mesh: {shape: plane}\n    translate: [0, 0, -50]\n"
 
 typedef struct box {
     double low[3], high[3];
@@ -24,6 +24,17 @@ static box find_box(tulle_mesh_view mesh) {
 
 static void assert_near(double value, double expected) {
     if (!(fabs(value - expected) < 1e-12)) fail_msg("%.17g, not %.17g", value, expected);
+}
+
+/* The text that a run keeps leads to the same scene. */
+static void end_scene(tulle_scene *loaded) {
+    char *const text = strdup(tulle_scene_get_canonical_text(loaded));
+    assert_non_null(text);
+    tulle_scene *const again = load_good(text);
+    assert_true(tulle_scene_get_hash(again) == tulle_scene_get_hash(loaded));
+    free(text);
+    tulle_scene_destroy(again);
+    tulle_scene_destroy(loaded);
 }
 
 /* A wedge that is 2 wide, 4 high along y and 1 deep, away from the origin. */
@@ -58,7 +69,7 @@ static void test_keys_act_in_order(void **state) {
     /* The scale mirrors: corners 1 and 2 of each triangle have changed places. */
     static const uint32_t triangles[] = {0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2};
     assert_memory_equal(mesh.triangles, triangles, sizeof triangles);
-    tulle_scene_destroy(loaded);
+    end_scene(loaded);
 }
 
 /* Each key alone, and the axes that may be up; quarter turns are exact. */
@@ -91,7 +102,7 @@ static void test_keys_alone(void **state) {
         box const other = find_box(tulle_scene_get_obstacle_mesh(loaded, 0));
         assert_memory_equal(&found, &cases[i].expected, sizeof found);
         assert_memory_equal(&other, &cases[i].expected, sizeof other);
-        tulle_scene_destroy(loaded);
+        end_scene(loaded);
     }
 }
 
@@ -119,7 +130,7 @@ static void test_on_top_of(void **state) {
     assert_near(tulle_scene_get_obstacle_mesh(loaded, 4).positions[5], second.high[2]);
     box const cloth = find_box(tulle_scene_get_cloth_mesh(loaded, 0));
     assert_near(cloth.low[2], third.high[2] + 0.005);
-    tulle_scene_destroy(loaded);
+    end_scene(loaded);
 }
 
 /* The rest file is placed as the cloth, to the last bit, and texture coordinates follow the corners
@@ -136,7 +147,7 @@ static void test_rest_is_placed_alike(void **state) {
     const scene_cloth *cloth = &loaded->cloths[0];
     assert_non_null(cloth->rest_positions);
     assert_memory_equal(cloth->rest_positions, cloth->mesh.positions, 12 * sizeof(double));
-    tulle_scene_destroy(loaded);
+    end_scene(loaded);
     loaded = load_good(TIME "cloth:\n  - mesh: {file: uv.obj}\n    rest: {uv: 1}\n"
                             "    scale: [1, -1, 1]\n" TABLE);
     cloth = &loaded->cloths[0];
@@ -145,7 +156,7 @@ static void test_rest_is_placed_alike(void **state) {
         for (int k = 0; k < 2; k++)
             assert_near(cloth->rest_corners[3 * i + k], uvs[cloth->mesh.triangles[i]][k]);
     assert_int_equal(cloth->mesh.triangles[1], 2);
-    tulle_scene_destroy(loaded);
+    end_scene(loaded);
 }
 
 /* All frames of a sequence go where the first one goes; the motion of the files stays. */
@@ -169,7 +180,38 @@ static void test_sequence_is_placed_by_its_start(void **state) {
     for (int i = 0; i < 9; i++)
         assert_near(tulle_scene_get_obstacle_mesh(loaded, 1).positions[i], start[i]);
     assert_int_equal(tulle_scene_get_obstacle_mesh(loaded, 1).triangles[1], 2);
-    tulle_scene_destroy(loaded);
+    end_scene(loaded);
+}
+
+/* What is placed as an obstacle lies on it to the last bit, in file and rest, whatever that went
+ * through. */
+static void test_as_an_obstacle(void **state) {
+    (void)state;
+    write_wedge();
+    tulle_scene *const loaded = load_good(
+        TIME
+        "cloth:\n  - mesh: {file: wedge.obj}\n    rest: {file: wedge.obj}\n"
+        "    place: {as: body}\n"
+        "  - {mesh: {file: wedge.obj}, place: {as: ring.002}, translate: [0, 0, 4]}\n"
+        "obstacles:\n"
+        "  - {name: body, mesh: {file: wedge.obj}, scale: [-1, 2, 1], rotate: [0.1, 0.2, 0.3],\n"
+        "     place: {up: y, size: 3 m, center: true, on: 1}, translate: [3, 2, 1]}\n"
+        "  - {name: ring, mesh: {file: wedge.obj}, place: {up: x, height: 1, on: 1},\n"
+        "     copies: {ring: {count: 3, radius: 2}}, translate: [0, 1, 1]}\n"
+        "  - {name: hat, mesh: {file: wedge.obj}, place: {as: body}}\n");
+    tulle_mesh_view const cloth = tulle_scene_get_cloth_mesh(loaded, 0);
+    static const size_t same[] = {0, 4}; /* body and hat */
+    for (int i = 0; i < 2; i++) {
+        tulle_mesh_view const body = tulle_scene_get_obstacle_mesh(loaded, same[i]);
+        assert_memory_equal(cloth.positions, body.positions, 12 * sizeof(double));
+        assert_memory_equal(cloth.triangles, body.triangles, 12 * sizeof(uint32_t));
+    }
+    assert_memory_equal(loaded->cloths[0].rest_positions, cloth.positions, 12 * sizeof(double));
+    tulle_mesh_view const above = tulle_scene_get_cloth_mesh(loaded, 1);
+    tulle_mesh_view const copy = tulle_scene_get_obstacle_mesh(loaded, 3);
+    for (int i = 0; i < 12; i++)
+        assert_near(above.positions[i], copy.positions[i] + (i % 3 == 2 ? 4 : 0));
+    end_scene(loaded);
 }
 
 static void refuse(const char *text, int line, const char *words) {
@@ -204,6 +246,14 @@ static void test_problems_have_a_place(void **state) {
     refuse(TIME "cloth:\n  - mesh: {shape: rectangle}\nobstacles:\n"
                 "  - {name: a, mesh: {shape: box}, place: {on_top_of: a}}\n",
            5, "'a' must be before it in the file");
+    refuse(SHEET("{as: tabl}") TABLE, 4, "did you mean 'table'?");
+    refuse(SHEET("{as: table, up: y}") TABLE, 4,
+           "place.as: goes with no scale, no rotate and no other");
+    refuse(SHEET("{as: table, size: 2}") TABLE, 4, "place.as: goes with no");
+    refuse(SHEET("{as: table}") "    scale: 2\n" TABLE, 4, "place.as: goes with no");
+    refuse(SHEET("{as: table}") "    rotate: [0, 0, 1]\n" TABLE, 4, "place.as: goes with no");
+    refuse(SHEET("{as: table}") TABLE "    copies: {row: {count: 2, offset: [9, 0, 0]}}\n", 4,
+           "place.as: has several copies");
     /* What could not be made is told once. */
     refuse(SHEET("{on_top_of: a}") "obstacles:\n  - {name: a, mesh: {file: none.obj}}\n", 0,
            "read for obstacles[0].mesh");
@@ -217,6 +267,7 @@ int main(void) {
         cmocka_unit_test(test_on_top_of),
         cmocka_unit_test(test_rest_is_placed_alike),
         cmocka_unit_test(test_sequence_is_placed_by_its_start),
+        cmocka_unit_test(test_as_an_obstacle),
         cmocka_unit_test(test_problems_have_a_place),
     };
     return cmocka_run_group_tests(tests, NULL, remove_folder);
