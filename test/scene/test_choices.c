@@ -12,13 +12,14 @@
 enum { SIDE = 7, ROW = 2 * (SIDE - 1) /* triangles of a row of squares */ };
 
 /* A sheet of 7 by 7 vertices. Rows 0 and 1 of squares are the group hem, row 1 also band, row 4 is
- * a material, rows 3 to 5 are an object; hem comes back in row 5. */
+ * a material, rows 3 to 5 are an object; hem comes back in row 3, so that the corners of row 2 all
+ * belong to it and its triangles do not. */
 static void write_sheet(void) {
     char text[6000], *end = text;
     for (int y = 0; y < SIDE; y++)
         for (int x = 0; x < SIDE; x++) end += sprintf(end, "v %d %d 0\n", x, y);
     static const char *const before[SIDE - 1] = {
-        "g hem\n", "g hem band\n", "g\n", "o upper part\n", "usemtl Blue\n", "usemtl\ng hem\n"};
+        "g hem\n", "g hem band\n", "g\n", "o upper part\ng hem\n", "g\nusemtl Blue\n", "usemtl\n"};
     for (int y = 0; y < SIDE - 1; y++) {
         end += sprintf(end, "%s", before[y]);
         for (int x = 0; x < SIDE - 1; x++) {
@@ -34,7 +35,7 @@ typedef struct named_rows {
     const char *choice;
     unsigned rows; /* bit y: row y of squares */
 } named_rows;
-static const named_rows named[] = {{"group: hem", 1 << 0 | 1 << 1 | 1 << 5},
+static const named_rows named[] = {{"group: hem", 1 << 0 | 1 << 1 | 1 << 3},
                                    {"group: band", 1 << 1},
                                    {"group: upper part", 7 << 3},
                                    {"material: Blue", 1 << 4}};
