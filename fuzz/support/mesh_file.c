@@ -72,10 +72,10 @@ void fuzz_read_mesh_file(const char *name, const uint8_t *data, size_t size) {
         FUZZ_CHECK(source.vertex_lines[i] > 0);
     for (size_t i = 0; i < source.part_count; i++) {
         const tulle_mesh_part *const part = &source.parts[i];
-        size_t const name = (size_t)(part->name - source.part_names);
+        size_t const begin = (size_t)(part->name - source.part_names);
         FUZZ_CHECK(part->count > 0 && part->first < mesh.triangle_count &&
                    part->count <= mesh.triangle_count - part->first);
-        FUZZ_CHECK(name < source.part_bytes && name + strlen(part->name) < source.part_bytes);
+        FUZZ_CHECK(begin < source.part_bytes && begin + strlen(part->name) < source.part_bytes);
     }
     tulle_mesh_lines const lines = {source.vertex_lines, source.triangle_lines};
     tulle_status const validity =
