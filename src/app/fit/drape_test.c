@@ -45,6 +45,7 @@ static tulle_status run_test(drape_test *test, tulle_error *error) {
     drape_sample sample;
     tulle_world *world = NULL;
     tulle_world_def def = tulle_world_def_default();
+    def.quality = TULLE_QUALITY_EXACT; /* as for all that is measured */
     def.threads = 1;
     def.wind.drag_coefficient = 0.0; /* air would only delay the rest */
     test->is_at_rest = false;
