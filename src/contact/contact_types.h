@@ -174,6 +174,8 @@ typedef struct contact_scene {
     size_t ignored_count;
     const uint32_t *tied_surfaces;    /* cloth_vertex_count: surface at which each vertex is held
                                          rigidly, or TULLE_NONE; null: none is */
+    const double *tied_places;        /* [m] 3 * cloth_vertex_count: where each of these vertices is
+                                         held, in the rest shape of what holds it */
     double time_step;                 /* [s] h > 0 */
     const contact_response *response; /* how contact answers, see response.h */
     const paper_rules *paper;         /* read by the paper's response alone; else null */

@@ -94,15 +94,19 @@ tulle_status world_make_ties(step_context *context) {
     if (count == 0) return TULLE_OK;
     context->springs = ARENA_NEW(&world->scratch, tie_spring, count);
     uint32_t *const tied = ARENA_NEW(&world->scratch, uint32_t, world->cloth_vertex_count);
-    if (!context->springs || !tied) return TULLE_ERROR_OUT_OF_MEMORY;
+    double *const places = ARENA_NEW(&world->scratch, double, 3 * world->cloth_vertex_count);
+    if (!context->springs || !tied || !places) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t v = 0; v < world->cloth_vertex_count; v++) tied[v] = TULLE_NONE;
     for (size_t i = 0; i < count; i++) {
         const world_tie *const tie = &context->state->ties.data[i];
         if (is_led(world, tie)) continue;
         make_spring(context, tie, &context->springs[context->spring_count++]);
-        if (!isfinite(tie->stiffness)) tied[tie->vertex] = get_tie_surface(world, tie);
+        if (isfinite(tie->stiffness)) continue;
+        tied[tie->vertex] = get_tie_surface(world, tie);
+        vec3_store(places, tie->vertex, world_get_tie_place(tie, world->rest));
     }
     context->scene.tied_surfaces = tied;
+    context->scene.tied_places = places;
     return TULLE_OK;
 }
 
