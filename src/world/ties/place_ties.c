@@ -43,7 +43,7 @@ void world_get_tie_tilt(const world_tie *tie, const double *positions, row_tilt 
     tilt->normal = frame.normal;
     tilt->arms[1] = vec3_scale(vec3_cross(frame.beside, frame.normal), factor);
     tilt->arms[2] = vec3_scale(vec3_cross(frame.normal, frame.along), factor);
-    tilt->arms[0] = vec3_neg(vec3_add(tilt->arms[1], tilt->arms[2]));
+    tilt->arms[0] = vec3_scale(vec3_add(tilt->arms[1], tilt->arms[2]), -1.0);
 }
 
 static void load_corners(const tulle_world *world, uint32_t triangle, uint32_t corners[3]) {
