@@ -63,15 +63,17 @@ TULLE_API tulle_status tulle_world_attach(tulle_world *world, const tulle_attach
 
 /* Moves the points of an attachment to points: 3 * `point_count` `points` [m], for the vertices of
  * the def in their order, those that broke off included. Rigid ones go there on straight lines
- * during the next step; springs pull there from its start on. The points stay there then. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (null, no such attachment, one to no points, another count, numbers
- * that are not finite or above 1e100); nothing has moved then. */
+ * during the next step; springs pull there from its start on. The points stay there then. Nothing
+ * happens where no vertex is held any more. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a world
+ * that has not started, no such attachment, one to no points, another count, numbers that are not
+ * finite or above 1e100); nothing has moved then. */
 TULLE_API tulle_status tulle_attachment_set_points(tulle_world *world, tulle_attachment_id id,
                                                    const double *points, size_t point_count,
                                                    tulle_error *error);
 
 /* Lets go of all vertices. They keep their velocities. Nothing happens where all have broken off.
- * Error: TULLE_ERROR_INVALID_ARGUMENT (null, an id that the world never gave). */
+ * Error: TULLE_ERROR_INVALID_ARGUMENT (null, an id that the world never gave, a world that has not
+ * started). */
 TULLE_API tulle_status tulle_attachment_release(tulle_world *world, tulle_attachment_id id,
                                                 tulle_error *error);
 

@@ -174,6 +174,8 @@ typedef struct contact_scene {
     size_t ignored_count;
     const uint32_t *tied_surfaces;    /* cloth_vertex_count: surface at which each vertex is held
                                          rigidly, or TULLE_NONE; null: none is */
+    const double *tied_places;        /* [m] 3 * cloth_vertex_count: where each of these vertices is
+                                         held, in the rest shape of what holds it */
     double time_step;                 /* [s] h > 0 */
     const contact_response *response; /* how contact answers, see response.h */
     const paper_rules *paper;         /* read by the paper's response alone; else null */
@@ -214,6 +216,14 @@ static inline uint32_t find_body(const contact_scene *scene, uint32_t vertex) {
 
 typedef enum row_state { ROW_OPEN, ROW_STICKS, ROW_SLIDES } row_state;
 
+/* A triangle of cloth that turns carries along what is tied at a height over it: its corner k adds
+ * arms[k] (normal . u)  to the row's velocity, and an impulse p on the row gives it as much as
+ * normal (arms[k] . p)  more. Without that a tie would turn cloth for ever. */
+typedef struct row_tilt {
+    vec3 normal;  /* unit normal of the triangle */
+    vec3 arms[3]; /* height times the gradients of the barycentric coordinates */
+} row_tilt;
+
 /* Where a row is and how it moves. Written when rows are made: in stage 5, or in stage 8 for an
  * impact. All later stages read it. Sweeps read only `weights` and what follows. */
 typedef struct row_frame {
@@ -231,7 +241,8 @@ typedef struct row_frame {
                      slip. Along the normal: what the gap seems to lose while the frame turns to
                      that of the end of the step */
     uint32_t vertices[4];
-    bool has_body; /* a side lies on a free body */
+    bool has_body;        /* a side lies on a free body */
+    const row_tilt *tilt; /* of a tie at a height over cloth; null for contacts */
 } row_frame;
 
 /* What contact and friction ask of a row. Written when rows are made, from the laws of the surfaces
@@ -288,6 +299,7 @@ typedef struct contact_row {
 /* A spring that pulls a vertex of cloth to its place over a triangle or to a point. */
 typedef struct tie_spring {
     contact_row row;  /* its frame: vertex and triangle, and their bodies */
+    row_tilt tilt;    /* the frame's, where it has one */
     vec3 away;        /* [m] from the place to the vertex at x0, and what turns of bodies add */
     double stiffness; /* [N/m] INFINITY: so stiff that the cloth beside it gives instead */
     double pull;      /* [kg] impulse against a velocity, set by the solve */

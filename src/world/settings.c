@@ -10,6 +10,7 @@
 #include "base/hash.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/defs.h"
+#include "world/start/start.h"
 
 #include <math.h>
 #include <string.h>
@@ -246,17 +247,14 @@ tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, do
     tulle_status const status = keep_first_laws(world, error);
     if (status != TULLE_OK) return status;
     size_t const count = world->set.surface_count, own = id.index;
-    double const before = world->laws[own * count + own].contact_distance;
     for (size_t other = 0; other < count; other++) {
         contact_law *const law = &world->laws[own * count + other];
         if (!(law->contact_distance > 0.0)) continue; /* nothing that it meets */
-        /* with another cloth the mean of both counts */
-        bool const is_mean = other != own && other < world->cloths.count;
-        double const wanted =
-            is_mean ? law->contact_distance + 0.5 * (thickness - before) : thickness;
-        double const ratio = law->separation_distance / law->contact_distance;
-        law->contact_distance = fmin(fmax(wanted, least), most);
-        law->separation_distance = fmin(ratio * law->contact_distance, world->separation_distance);
+        law->contact_distance = thickness;
+        if (other != own && other < world->cloths.count)
+            law->contact_distance =
+                0.5 * (thickness + world->laws[other * count + other].contact_distance);
+        law->separation_distance = world_get_separation(world, law->contact_distance);
         world->laws[other * count + own] = *law;
     }
     world_wake_all(world, &world->now);

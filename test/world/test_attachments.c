@@ -497,6 +497,124 @@ static void seam_keeps_momenta(void **state) {
     tulle_mesh_destroy(&second);
 }
 
+/* A tight strip that stands askew over a free sheet, tied to it at both ends, pulls at its places
+ * with a couple. What ties add to that turns the sheet back: nothing is set spinning. */
+static void height_turns_no_cloth(void **state) {
+    (void)state;
+    tulle_world *const world = make_world(1);
+    tulle_mesh sheet = small_sheet(0.3, SIDE, 0.0), strip = small_sheet(0.2, SIDE, 0.0);
+    double rest[3 * COUNT];
+    for (size_t v = 0; v < COUNT; v++)
+        strip.positions[3 * v + 2] = 0.01 + 0.35 * (strip.positions[3 * v] + 0.1);
+    for (size_t k = 0; k < 3 * COUNT; k++) rest[k] = 0.9 * strip.positions[k];
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.material.air_damping = 0.0;
+    def.mesh = tulle_mesh_get_view(&sheet);
+    tulle_cloth_id cloths[2];
+    tulle_error error = {0};
+    expect(TULLE_OK, tulle_world_add_cloth(world, &def, &cloths[0], &error), &error);
+    def.mesh = tulle_mesh_get_view(&strip);
+    def.rest_positions = rest;
+    expect(TULLE_OK, tulle_world_add_cloth(world, &def, &cloths[1], &error), &error);
+    double const none[3] = {0.0, 0.0, 0.0};
+    expect(TULLE_OK, tulle_world_set_gravity(world, none, &error), &error);
+    start(world);
+    uint32_t ends[COUNT];
+    size_t end_count = 0;
+    for (uint32_t v = 0; v < COUNT; v++)
+        if (fabs(strip.positions[3 * v]) > 0.099) ends[end_count++] = v;
+    tulle_attachment_def tie = tulle_attachment_def_default();
+    tie.cloth = cloths[1];
+    tie.vertices = ends;
+    tie.vertex_count = end_count;
+    tie.other_cloth = cloths[0];
+    tie.stiffness = 100.0;
+    attach(world, &tie);
+    double masses[2][COUNT] = {{0}};
+    for (size_t t = 0; t < sheet.triangle_count; t++) {
+        double const mass = def.material.area_density / (3.0 * (double)sheet.triangle_count);
+        for (size_t k = 0; k < 3; k++) {
+            masses[0][sheet.triangles[3 * t + k]] += 0.09 * mass;
+            masses[1][strip.triangles[3 * t + k]] += 0.81 * 0.04 * hypot(1.0, 0.35) * mass;
+        }
+    }
+    double kinetic = 0.0;
+    for (int i = 0; i < 192; i++) {
+        tulle_step_report report;
+        expect(TULLE_OK, tulle_world_step(world, STEP, &report, &error), &error);
+        kinetic = report.kinetic_energy;
+        momenta sum = {{0}, {0}};
+        for (int c = 0; c < 2; c++)
+            for (size_t v = 0; v < COUNT; v++)
+                add_point(&sum, masses[c][v],
+                          tulle_cloth_get_positions(world, cloths[c], NULL) + 3 * v,
+                          tulle_cloth_get_velocities(world, cloths[c], NULL) + 3 * v);
+        for (int k = 0; k < 3; k++) {
+            expect_near("momentum", 0.0, sum.linear[k], 1e-12);
+            expect_near("angular momentum", 0.0, sum.angular[k], 1e-4); /* [kg m^2/s] */
+        }
+    }
+    expect_near("kinetic energy", 0.0, kinetic, 1e-7);
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&strip);
+}
+
+/* A cloth is folded onto a patch that is sewn to it all over: the fold has contact with the patch
+ * like any other. Without it impacts alone would keep them apart, in round after round. */
+static void folds_meet_what_is_sewn_on(void **state) {
+    (void)state;
+    enum { FINE = 17 };
+    tulle_world *const world = make_world(1);
+    tulle_mesh meshes[2] = {small_sheet(0.4, FINE, 0.006), small_sheet(0.1, 5, 0.012)};
+    for (size_t v = 0; v < meshes[1].vertex_count; v++) meshes[1].positions[3 * v] += 0.1;
+    tulle_mesh ground = small_shape(tulle_shape_def_default(TULLE_SHAPE_PLANE), 0.0, 0.0, 0.0);
+    tulle_cloth_id const cloth = small_add_cloth(world, &meshes[0]);
+    tulle_cloth_id const patch = small_add_cloth(world, &meshes[1]);
+    small_add_obstacle(world, &ground);
+    start(world);
+    uint32_t all[25], border[FINE];
+    for (uint32_t i = 0; i < 25; i++) all[i] = i;
+    tulle_attachment_def sewn = tulle_attachment_def_default();
+    sewn.cloth = patch;
+    sewn.vertices = all;
+    sewn.vertex_count = 25;
+    sewn.other_cloth = cloth;
+    attach(world, &sewn);
+    double points[3 * FINE];
+    size_t count = 0;
+    for (uint32_t v = 0; v < FINE * FINE; v++)
+        if (meshes[0].positions[3 * v] > 0.199) border[count++] = v;
+    for (size_t i = 0; i < count; i++)
+        memcpy(points + 3 * i, meshes[0].positions + 3 * border[i], 3 * sizeof *points);
+    tulle_attachment_def hand = tulle_attachment_def_default();
+    hand.cloth = cloth;
+    hand.vertices = border;
+    hand.vertex_count = count;
+    hand.points = points;
+    tulle_attachment_id const id = attach(world, &hand);
+    tulle_step_report report;
+    tulle_error error = {0};
+    uint64_t rounds = 0;
+    for (int i = 0; i < 128; i++) {
+        double const angle = fmin(1.0, i / 80.0) * 3.05;
+        for (size_t k = 0; k < count; k++) {
+            points[3 * k] = 0.2 * cos(angle);
+            points[3 * k + 2] = 0.02 + 0.18 * sin(angle);
+        }
+        if (i == 96) expect(TULLE_OK, tulle_attachment_release(world, id, &error), &error);
+        if (i < 96)
+            expect(TULLE_OK, tulle_attachment_set_points(world, id, points, count, &error), &error);
+        expect(TULLE_OK, tulle_world_step(world, STEP, &report, &error), &error);
+        assert_int_equal(small_judge(world, meshes, 2, &ground, 1), 0);
+        rounds += report.impact_rounds;
+    }
+    assert_true(rounds < 30); /* 293 without rows */
+    tulle_world_destroy(world);
+    for (int c = 0; c < 2; c++) tulle_mesh_destroy(&meshes[c]);
+    tulle_mesh_destroy(&ground);
+}
+
 /* ---- states ---- */
 
 /* A state holds attachments: loaded into the same world and into a fresh one, all goes on alike. */
@@ -665,6 +783,8 @@ int main(void) {
         cmocka_unit_test(cloth_bears_a_body),
         cmocka_unit_test(contact_leaves_ties_alone),
         cmocka_unit_test(seam_keeps_momenta),
+        cmocka_unit_test(height_turns_no_cloth),
+        cmocka_unit_test(folds_meet_what_is_sewn_on),
         cmocka_unit_test(states_hold_attachments),
         cmocka_unit_test(made_before_the_start),
         cmocka_unit_test(crafted_ties_are_refused),

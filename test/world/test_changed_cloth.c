@@ -223,12 +223,58 @@ static void thickness_keeps_its_distance(void **state) {
     tulle_mesh_destroy(&ground);
 }
 
+/* Two cloths over the ground, one of this thickness. */
+static tulle_world *make_layers(double thickness, double separation) {
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 1;
+    def.separation_distance = separation;
+    tulle_world *world;
+    tulle_error error = {0};
+    expect(TULLE_OK, tulle_world_create(&def, &world, &error), &error);
+    for (int i = 0; i < 2; i++) {
+        tulle_mesh sheet = small_sheet(0.4, SIDE, 0.02 + 0.02 * i);
+        tulle_cloth_def cloth = tulle_cloth_def_default();
+        cloth.mesh = tulle_mesh_get_view(&sheet);
+        cloth.thickness = i == 0 ? thickness : 0.007;
+        expect(TULLE_OK, tulle_world_add_cloth(world, &cloth, NULL, &error), &error);
+        tulle_mesh_destroy(&sheet);
+    }
+    tulle_mesh ground = small_shape(tulle_shape_def_default(TULLE_SHAPE_PLANE), 0.0, 0.0, 0.0);
+    small_add_obstacle(world, &ground);
+    tulle_mesh_destroy(&ground);
+    expect(TULLE_OK, tulle_world_start(world, &error), &error);
+    return world;
+}
+
+/* Laws are those of a world that has the thickness from the start, to the bit, and those of the
+ * start again once it is set back; also where the separation distance is given. */
+static void thickness_makes_the_laws_of_the_start(void **state) {
+    (void)state;
+    static const double separations[] = {0.0, 0.009};
+    for (int i = 0; i < 2; i++) {
+        tulle_world *const world = make_layers(0.0061, separations[i]);
+        tulle_world *const thin = make_layers(0.0023, separations[i]);
+        uint64_t const before = tulle_world_get_state_hash(world);
+        size_t const size =
+            world->set.surface_count * world->set.surface_count * sizeof *world->laws;
+        tulle_error error = {0};
+        expect(TULLE_OK, tulle_cloth_set_thickness(world, CLOTH, 0.0023, &error), &error);
+        assert_memory_equal(world->laws, thin->laws, size);
+        expect(TULLE_OK, tulle_cloth_set_thickness(world, CLOTH, 0.007, &error), &error);
+        expect(TULLE_OK, tulle_cloth_set_thickness(world, CLOTH, 0.0061, &error), &error);
+        assert_true(tulle_world_get_state_hash(world) == before);
+        tulle_world_destroy(world);
+        tulle_world_destroy(thin);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(told_late_is_told_early),
         cmocka_unit_test(changes_act_and_are_undone),
         cmocka_unit_test(states_hold_changes),
         cmocka_unit_test(thickness_keeps_its_distance),
+        cmocka_unit_test(thickness_makes_the_laws_of_the_start),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,6 +12,11 @@
 #include "contact/pairs/pair_filter.h"
 #include "contact/pairs/pair_rules.h"
 #include "contact/rows/choose_rows.h"
+#include "geom/distance.h"
+
+/* A tied vertex has no rows with cloth nearer to its place, at rest, than this many of the largest
+ * contact distance: so far a fold cannot bring anything else to it. */
+static const double TIED_REACH = 2.0;
 
 typedef struct gathering {
     const contact_scene *scene;
@@ -22,21 +27,33 @@ typedef struct gathering {
     double largest_contact, largest_separation; /* [m] with rounding slack */
 } gathering;
 
-/* Whether one side of a pair is held rigidly at the surface of the other: the tie keeps their
- * distance, and a row would pull against it for ever. */
+/* Whether one side of a pair is held rigidly beside the other: the tie keeps their distance, and a
+ * row would pull against it for ever. Bodies are stiff, so all of a body is kept away. Cloth may
+ * fold onto what it holds, and only what is near the place at rest is kept. */
 static bool pair_is_tied(const contact_scene *scene, feature_kind kind, feature_pair pair) {
     if (!scene->tied_surfaces) return false;
     uint32_t vertices[4];
     feature_pair_vertices(scene->set->topo, kind, pair, vertices);
     int const first_count = kind == FEATURE_EDGE_EDGE ? 2 : 1;
-    bool is_tied[2] = {true, true};
-    for (int k = 0; k < 4; k++) {
-        int const side = k < first_count ? 0 : 1;
-        uint32_t const other = scene->vertex_surface[vertices[side == 0 ? 3 : 0]];
-        is_tied[side] = is_tied[side] && vertices[k] < scene->cloth_vertex_count &&
-                        scene->tied_surfaces[vertices[k]] == other;
+    for (int side = 0; side < 2; side++) {
+        uint32_t const holder = vertices[side == 0 ? 3 : 0];
+        bool is_tied = true;
+        vec3 points[4];
+        for (int k = 0; k < 4; k++) {
+            bool const is_held = (k < first_count) == (side == 0);
+            is_tied =
+                is_tied &&
+                (!is_held || (vertices[k] < scene->cloth_vertex_count &&
+                              scene->tied_surfaces[vertices[k]] == scene->vertex_surface[holder]));
+            if (is_tied)
+                points[k] = vec3_load(is_held ? scene->tied_places : scene->rest, vertices[k]);
+        }
+        double const reach = TIED_REACH * scene->largest_contact;
+        if (is_tied && (holder >= scene->cloth_vertex_count ||
+                        closest_of_pair(kind, points).distance2 < reach * reach))
+            return true;
     }
-    return is_tied[0] || is_tied[1];
+    return false;
 }
 
 /* The time of an event is 0 for a pair that is near at the start. For another one it is when the

@@ -11,6 +11,21 @@ static const double SIDE_SIGNS[2] = {1.0, -1.0};
  * edge lies under a held one, the impulse that moves the row would throw the free vertex away. */
 static const double LEAST_FREE_WEIGHT = 0.01;
 
+/* w_k u, and what the tilt adds. */
+static inline vec3 get_vertex_velocity(const row_frame *frame, int k, const double *velocities) {
+    vec3 const u = vec3_load(velocities, frame->vertices[k]);
+    vec3 const part = vec3_scale(u, frame->weights[k]);
+    if (!frame->tilt || k == 0) return part;
+    return vec3_add_scaled(part, frame->tilt->arms[k - 1], vec3_dot(frame->tilt->normal, u));
+}
+
+/* Its transpose. */
+static inline vec3 get_vertex_impulse(const row_frame *frame, int k, vec3 impulse) {
+    vec3 const part = vec3_scale(impulse, frame->weights[k]);
+    if (!frame->tilt || k == 0) return part;
+    return vec3_add_scaled(part, frame->tilt->normal, vec3_dot(frame->tilt->arms[k - 1], impulse));
+}
+
 /* The part of bodies in the relative velocity. */
 static inline vec3 get_body_velocity(const contact_row *row, const double *u) {
     const row_frame *const frame = &row->frame;
@@ -27,8 +42,7 @@ static inline vec3 get_body_velocity(const contact_row *row, const double *u) {
 vec3 get_coupled_velocity(const contact_row *row, const double *u) {
     vec3 sum = get_body_velocity(row, u);
     for (int k = 0; k < 4; k++)
-        if (is_row_vertex(row, k))
-            sum = vec3_add_scaled(sum, vec3_load(u, row->frame.vertices[k]), row->frame.weights[k]);
+        if (is_row_vertex(row, k)) sum = vec3_add(sum, get_vertex_velocity(&row->frame, k, u));
     return sum;
 }
 
@@ -36,7 +50,7 @@ vec3 get_solved_velocity(const contact_row *row, size_t cloth_count, const doubl
     vec3 sum = get_body_velocity(row, u);
     for (int k = 0; k < 4; k++)
         if (row->frame.vertices[k] < cloth_count)
-            sum = vec3_add_scaled(sum, vec3_load(u, row->frame.vertices[k]), row->frame.weights[k]);
+            sum = vec3_add(sum, get_vertex_velocity(&row->frame, k, u));
     return sum;
 }
 
@@ -44,7 +58,7 @@ vec3 get_free_velocity(const contact_scene *scene, const contact_row *row, const
     vec3 sum = get_body_velocity(row, u);
     for (int k = 0; k < 4; k++)
         if (scene->inverse_mass[row->frame.vertices[k]] > 0.0)
-            sum = vec3_add_scaled(sum, vec3_load(u, row->frame.vertices[k]), row->frame.weights[k]);
+            sum = vec3_add(sum, get_vertex_velocity(&row->frame, k, u));
     return sum;
 }
 
@@ -62,7 +76,7 @@ void add_row_impulse(const contact_row *row, size_t cloth_count, vec3 impulse, d
     const row_frame *const frame = &row->frame;
     for (int k = 0; k < 4; k++)
         if (frame->vertices[k] < cloth_count)
-            add_to(sum, frame->vertices[k], impulse, frame->weights[k]);
+            add_to(sum, frame->vertices[k], get_vertex_impulse(frame, k, impulse), 1.0);
     for (int side = 0; side < 2 && frame->has_body; side++) {
         size_t const slot = frame->slots[side];
         if (slot == TULLE_NONE) continue;
@@ -77,8 +91,19 @@ void add_row_blocks(const contact_row *row, size_t cloth_count, const mat3 *stif
     for (int k = 0; k < 4; k++) {
         double const factor = frame->weights[k] * frame->weights[k];
         double *const block = blocks + 9 * (size_t)frame->vertices[k];
-        for (int i = 0; i < 9 && frame->vertices[k] < cloth_count; i++)
+        bool const has_tilt = frame->tilt && k > 0;
+        for (int i = 0; i < 9 && frame->vertices[k] < cloth_count && !has_tilt; i++)
             block[i] += factor * stiffness->m[i];
+        if (frame->vertices[k] >= cloth_count || !has_tilt) continue;
+        for (int i = 0; i < 3; i++) { /* columns */
+            vec3 const unit = vec3_make(i == 0, i == 1, i == 2);
+            vec3 const velocity =
+                vec3_add_scaled(vec3_scale(unit, frame->weights[k]), frame->tilt->arms[k - 1],
+                                vec3_dot(frame->tilt->normal, unit));
+            vec3 const column =
+                get_vertex_impulse(frame, k, mat3_multiply_vec3(stiffness, velocity));
+            block[i] += column.x, block[3 + i] += column.y, block[6 + i] += column.z;
+        }
     }
     for (int side = 0; side < 2 && frame->has_body; side++) {
         size_t const slot = frame->slots[side];
@@ -111,9 +136,15 @@ double measure_row_mobility(const contact_scene *scene, const contact_row *row,
         if (!(scene->inverse_mass[vertex] > 0.0)) continue;
         mat3 block;
         memcpy(&block, blocks + 9 * (size_t)vertex, sizeof block);
-        double const mass =
-            vec3_dot(row->frame.normal, mat3_multiply_vec3(&block, row->frame.normal));
-        if (mass > 0.0) mobility += row->frame.weights[k] * row->frame.weights[k] / mass;
+        double factor = row->frame.weights[k] * row->frame.weights[k];
+        vec3 direction = row->frame.normal;
+        if (row->frame.tilt) {
+            vec3 const impulse = get_vertex_impulse(&row->frame, k, direction);
+            factor = vec3_norm2(impulse);
+            direction = vec3_normalize(impulse);
+        }
+        double const mass = vec3_dot(direction, mat3_multiply_vec3(&block, direction));
+        if (mass > 0.0) mobility += factor / mass;
     }
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);

@@ -40,8 +40,8 @@ static inline const contact_body *find_side_body(const contact_scene *scene, con
     return &scene->bodies[(row->frame.slots[side] - scene->cloth_vertex_count) / 2];
 }
 
-/* Velocity [m/s] of the first feature relative to the second, of a row with bodies: their part, and
- * that of the vertices that count by themselves. */
+/* Velocity [m/s] of the first feature relative to the second, of a row with bodies or a tilt: their
+ * part, and that of the vertices that count by themselves. */
 vec3 get_coupled_velocity(const contact_row *row, const double *u);
 
 /* Velocity [m/s] of the first feature relative to the second at the contact, less the row's

@@ -101,7 +101,7 @@ static void add_springs(motion_solve *solve) {
     for (size_t i = 0; i < solve->system->spring_count; i++) {
         tie_spring *const spring = &solve->system->springs[i];
         contact_row *const row = &spring->row;
-        vec3 const led = vec3_sub(get_relative_velocity(row, solve->u),
+        vec3 const led = vec3_sub(get_coupled_velocity(row, solve->u),
                                   get_solved_velocity(row, cloth_count, solve->u));
         vec3 const wanted = vec3_scale(spring->away, -1.0 / scene->time_step);
         vec3 const impulse = vec3_scale(vec3_sub(wanted, led), spring->pull);
@@ -336,9 +336,11 @@ static tulle_status solve_linear(motion_solve *solve) {
     };
     conjugate_gradients_result result;
     tulle_status status = TULLE_OK;
-    bool has_hard_bodies = false;
-    for (size_t i = 0; i < solve->hard_count; i++)
+    bool has_hard_bodies = false, has_tilts = false;
+    for (size_t i = 0; i < solve->hard_count; i++) {
         has_hard_bodies |= solve->hard_rows[i]->frame.has_body;
+        has_tilts |= solve->hard_rows[i]->frame.tilt != NULL;
+    }
     if (has_hard_bodies) { /* bodies and cloth together */
         status = bound_by_net(solve, &problem, NET_SHARE, &solve->net_of_all, &problem.tolerance);
         problem.reference = solve->reference;
@@ -357,7 +359,7 @@ static tulle_status solve_linear(motion_solve *solve) {
             status = bound_by_net(solve, &problem, LATE_NET_SHARE, &solve->net_of_cloth,
                                   &problem.late_tolerance);
         }
-        if (status == TULLE_OK && solve->system->aggregates) {
+        if (status == TULLE_OK && solve->system->aggregates && !has_tilts) {
             status = solve_in_phases(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
                                      solve->u, &result);
         } else if (status == TULLE_OK) {

@@ -8,6 +8,8 @@
  * memory is short: world_release_start then releases what there is. */
 bool world_allocate_start(tulle_world *world);
 
+/* start_laws.c: [m] the separation distance that goes with a contact distance. */
+double world_get_separation(const tulle_world *world, double contact_distance);
 /* start_laws.c: contact laws of all pairs of surfaces and the distances that the world reports. */
 tulle_status world_derive_distances(tulle_world *world, tulle_error *error);
 /* start_laws.c: grain of the surfaces, if one of them has friction that depends on the direction.

@@ -94,6 +94,11 @@ static bool has_body(const tulle_world *world, size_t a, size_t b) {
            (world->surface_bodies[a] != TULLE_NONE || world->surface_bodies[b] != TULLE_NONE);
 }
 
+double world_get_separation(const tulle_world *world, double contact_distance) {
+    double const given = world->def.separation_distance;
+    return given > 0.0 ? given : SEPARATION_FACTOR * contact_distance;
+}
+
 static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
     size_t const cloth_count = world->cloths.count;
     bool const has_cloth_a = a < cloth_count, has_cloth_b = b < cloth_count;
@@ -114,9 +119,7 @@ static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
         }
     }
     if (has_cloth_a || has_cloth_b || is_among_bodies) set_coefficients(world, a, b, &law);
-    bool const is_given = world->def.separation_distance > 0.0;
-    law.separation_distance =
-        is_given ? world->def.separation_distance : SEPARATION_FACTOR * law.contact_distance;
+    law.separation_distance = world_get_separation(world, law.contact_distance);
     return law;
 }
 

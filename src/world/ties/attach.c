@@ -251,18 +251,25 @@ tulle_status tulle_attachment_set_points(tulle_world *world, tulle_attachment_id
                                          const double *points, size_t point_count,
                                          tulle_error *error) {
     if (!points || !is_known(world, id)) return refuse(error, "is not there, or has null points");
-    tulle_status const status = check_points(points, point_count, error);
-    if (status != TULLE_OK) return status;
     world_motion_state *const now = &world->now;
+    bool holds_any = false;
     for (size_t i = 0; i < now->ties.count; i++) {
-        world_tie *const tie = &now->ties.data[i];
+        const world_tie *const tie = &now->ties.data[i];
         if (tie->number != id) continue;
+        holds_any = true;
         if (tie->corners[0] != TULLE_NONE) return refuse(error, "is to no points");
         if (point_count != tie->order_count)
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                              "attachment %u has %u points and was given %zu", id, tie->order_count,
                              point_count);
-        memcpy(tie->point, points + 3 * (size_t)tie->order, sizeof tie->point);
+    }
+    if (!holds_any) return TULLE_OK; /* nothing knows how many points there are */
+    tulle_status const status = check_points(points, point_count, error);
+    if (status != TULLE_OK) return status;
+    for (size_t i = 0; i < now->ties.count; i++) {
+        world_tie *const tie = &now->ties.data[i];
+        if (tie->number == id)
+            memcpy(tie->point, points + 3 * (size_t)tie->order, sizeof tie->point);
     }
     return TULLE_OK;
 }

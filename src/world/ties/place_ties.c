@@ -35,6 +35,17 @@ vec3 world_get_tie_place(const world_tie *tie, const double *positions) {
     return vec3_add_scaled(place, frame.normal, tie->height);
 }
 
+void world_get_tie_tilt(const world_tie *tie, const double *positions, row_tilt *tilt) {
+    corner_frame const frame = make_frame(tie->corners, positions);
+    vec3 const area = vec3_cross(frame.along, frame.beside);
+    double const factor = frame.is_flat ? 0.0 : tie->height / vec3_norm(area);
+    /* the gradient of a corner's coordinate is n x (the edge that faces it) / |area| */
+    tilt->normal = frame.normal;
+    tilt->arms[1] = vec3_scale(vec3_cross(frame.beside, frame.normal), factor);
+    tilt->arms[2] = vec3_scale(vec3_cross(frame.normal, frame.along), factor);
+    tilt->arms[0] = vec3_scale(vec3_add(tilt->arms[1], tilt->arms[2]), -1.0);
+}
+
 static void load_corners(const tulle_world *world, uint32_t triangle, uint32_t corners[3]) {
     for (size_t k = 0; k < 3; k++) corners[k] = world->topo.triangles[3 * (size_t)triangle + k];
 }

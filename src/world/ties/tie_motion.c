@@ -3,7 +3,8 @@
  * A tie that leads its vertex sets a target, as a pin does. Every other one is a spring whose force
  * is that at the end of the substep, F = -k (d + h J u): d is how far the vertex is from its place
  * at the start, J u how fast it leaves it. So springs are stable at any stiffness. The height over
- * a triangle keeps its direction within a substep. */
+ * a triangle of cloth turns with it to first order. With what does not answer, it keeps its
+ * direction within a substep. */
 #include "base/error.h"
 #include "contact/rows/row_motion.h"
 #include "world/bodies/bodies.h"
@@ -56,10 +57,10 @@ void world_lead_ties(step_context *context) {
     state->ties.count = kept;
 }
 
-static tie_spring make_spring(const step_context *context, const world_tie *tie) {
+static void make_spring(const step_context *context, const world_tie *tie, tie_spring *spring) {
     const double *const x0 = context->state->positions;
-    tie_spring spring = {.stiffness = tie->stiffness};
-    row_frame *const frame = &spring.row.frame;
+    *spring = (tie_spring){.stiffness = tie->stiffness};
+    row_frame *const frame = &spring->row.frame;
     frame->kind = FEATURE_VERTEX_TRIANGLE;
     frame->vertices[0] = tie->vertex;
     frame->weights[0] = 1.0;
@@ -68,7 +69,11 @@ static tie_spring make_spring(const step_context *context, const world_tie *tie)
         frame->vertices[k + 1] = is_point ? tie->vertex : tie->corners[k];
         frame->weights[k + 1] = is_point ? 0.0 : -tie->weights[k];
     }
-    set_row_bodies(&context->scene, &spring.row);
+    set_row_bodies(&context->scene, &spring->row);
+    if (!is_point && tie->height != 0.0 && tie->corners[0] < context->scene.cloth_vertex_count) {
+        world_get_tie_tilt(tie, x0, &spring->tilt);
+        frame->tilt = &spring->tilt;
+    }
     for (int side = 0; side < 2; side++) { /* a body that is tied does not fall freely */
         uint32_t const slot = frame->slots[side];
         if (!frame->has_body || slot == TULLE_NONE) continue;
@@ -77,9 +82,8 @@ static tie_spring make_spring(const step_context *context, const world_tie *tie)
         body->is_tied = true;
         body->lift = vec3_make(0.0, 0.0, 0.0);
     }
-    spring.away = vec3_sub(vec3_load(x0, tie->vertex), world_get_tie_place(tie, x0));
-    spring.away = vec3_add(spring.away, get_row_curvature(&context->scene, &spring.row));
-    return spring;
+    spring->away = vec3_sub(vec3_load(x0, tie->vertex), world_get_tie_place(tie, x0));
+    spring->away = vec3_add(spring->away, get_row_curvature(&context->scene, &spring->row));
 }
 
 tulle_status world_make_ties(step_context *context) {
@@ -90,15 +94,19 @@ tulle_status world_make_ties(step_context *context) {
     if (count == 0) return TULLE_OK;
     context->springs = ARENA_NEW(&world->scratch, tie_spring, count);
     uint32_t *const tied = ARENA_NEW(&world->scratch, uint32_t, world->cloth_vertex_count);
-    if (!context->springs || !tied) return TULLE_ERROR_OUT_OF_MEMORY;
+    double *const places = ARENA_NEW(&world->scratch, double, 3 * world->cloth_vertex_count);
+    if (!context->springs || !tied || !places) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t v = 0; v < world->cloth_vertex_count; v++) tied[v] = TULLE_NONE;
     for (size_t i = 0; i < count; i++) {
         const world_tie *const tie = &context->state->ties.data[i];
         if (is_led(world, tie)) continue;
-        context->springs[context->spring_count++] = make_spring(context, tie);
-        if (!isfinite(tie->stiffness)) tied[tie->vertex] = get_tie_surface(world, tie);
+        make_spring(context, tie, &context->springs[context->spring_count++]);
+        if (isfinite(tie->stiffness)) continue;
+        tied[tie->vertex] = get_tie_surface(world, tie);
+        vec3_store(places, tie->vertex, world_get_tie_place(tie, world->rest));
     }
     context->scene.tied_surfaces = tied;
+    context->scene.tied_places = places;
     return TULLE_OK;
 }
 
@@ -106,7 +114,7 @@ tulle_status world_make_ties(step_context *context) {
 
 /* [N s] as the solve counts it, on the tied vertex. */
 static vec3 get_spring_impulse(const tie_spring *spring, double time_step, const double *u) {
-    vec3 const velocity = get_relative_velocity(&spring->row, u);
+    vec3 const velocity = get_coupled_velocity(&spring->row, u);
     vec3 const wanted = vec3_scale(spring->away, -1.0 / time_step);
     return vec3_scale(vec3_sub(wanted, velocity), spring->pull);
 }
@@ -117,7 +125,7 @@ double world_measure_tie_work(const step_context *context) {
     double work = 0.0;
     for (size_t i = 0; i < context->spring_count; i++) {
         const tie_spring *const spring = &context->springs[i];
-        vec3 const velocity = get_relative_velocity(&spring->row, u);
+        vec3 const velocity = get_coupled_velocity(&spring->row, u);
         vec3 const end = vec3_add_scaled(spring->away, velocity, h);
         double const stiffness = spring->pull / (force_time * h); /* [N/m] */
         work += 0.5 * stiffness * (vec3_norm2(spring->away) - vec3_norm2(end));

@@ -11,6 +11,9 @@
 /* [m] Where the tie has its vertex, with its object at `positions`. */
 vec3 world_get_tie_place(const world_tie *tie, const double *positions);
 
+/* How its place turns with the triangle, for ties to cloth. */
+void world_get_tie_tilt(const world_tie *tie, const double *positions, row_tilt *tilt);
+
 /* The surface that holds a tie, or TULLE_NONE. */
 static inline uint32_t get_tie_surface(const tulle_world *world, const world_tie *tie) {
     return tie->corners[0] == TULLE_NONE ? TULLE_NONE : world->vertex_surface[tie->corners[0]];
