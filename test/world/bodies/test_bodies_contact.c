@@ -264,14 +264,11 @@ static void worlds_need_no_cloth(void **state) {
     (void)state;
     tulle_world_def def = tulle_world_def_default();
     tulle_world *const world = bodies_make_world(&def, false);
-    tulle_error error = {0};
     tulle_mesh meshes[2] = {bodies_make_box(1.0, 1.0, 0.2, (double[3]){0.0, 0.0, -0.1}),
                             bodies_make_box(0.2, 0.1, 0.1, (double[3]){0.0, 0.0, 0.3})};
     bodies_rotate_mesh(&meshes[1], 0.5);
     tulle_body const body = {.is_dynamic = 1, .density = 500.0};
     bodies_add_obstacle(world, &meshes[0], 0.5, NULL);
-    assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INVALID_ARGUMENT);
-    assert_non_null(strstr(error.message, "no rigid body"));
     tulle_obstacle_id const id = bodies_add_obstacle(world, &meshes[1], 0.5, &body);
     for (int i = 0; i < 180; i++) {
         bodies_step(world);
