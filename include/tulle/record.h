@@ -47,16 +47,18 @@ TULLE_API tulle_status tulle_world_record(tulle_world *world, const tulle_record
 /* How far a replay has come. */
 typedef struct tulle_replay_report {
     uint64_t calls; /* that were repeated, the creation included */
-    uint64_t steps; /* calls of tulle_world_step among them, those that fail included */
+    uint64_t steps; /* calls of tulle_world_step among them, those that failed included */
     /* [bytes] place of the last one in the recording, or of the first that cannot be read */
     size_t offset;
     const char *call; /* name of the last one; static. Null before the first */
     int is_whole;     /* 1: the end of the recording was reached; 0 also where it is cut off */
     int is_different; /* 1: the last one came to something else than was recorded */
-    tulle_status recorded_status, status; /* of the last one: as recorded, now */
-    uint64_t recorded_hash, hash;         /* of the state after the last start, step or load */
-    char message[512];                    /* of the last one where it failed, else empty */
-    char version[16]; /* of the library that recorded; empty before it is read */
+    tulle_status recorded_status; /* of the last one, as recorded */
+    tulle_status status;          /* of the last one, now */
+    uint64_t recorded_hash;       /* of the state after the last start, step or load, as recorded */
+    uint64_t hash;                /* of the same, now */
+    char message[512];            /* of the last one where it failed, else empty */
+    char version[16];             /* of the library that recorded; empty before it is read */
 } tulle_replay_report;
 
 /* How to repeat a recording. Zeroed is fine. */

@@ -88,8 +88,9 @@ static int repeat(replay_session *self) {
     progress_bar_clear(&self->bar);
     file_release(&heap, &file);
     if (status != TULLE_OK) {
+        tulle_error const found = error;
         error_set_at(&error, status, self->path, 0, 0,
-                     "%.1500s; %llu calls before it were repeated", error.message,
+                     "%.1500s; %llu calls before it were repeated", found.message,
                      (unsigned long long)report.calls);
         app_print_error(command_name, &error);
         return app_exit_for_input(status);

@@ -102,13 +102,17 @@ static tulle_status give_frame(void *context, uint32_t frame, double *positions,
         recorded_call call;
         block_state state;
         tulle_status status = read_block(self, &place, &call, &state);
-        if (status == TULLE_OK && call.numbers[0] < TULLE_STATUS_COUNT)
-            status = (tulle_status)call.numbers[0];
-        if (status == TULLE_OK && call.arrays[0].count != 3 * count) status = TULLE_ERROR_PARSE;
-        if (status == TULLE_OK) memcpy(positions, call.arrays[0].data, 3 * count * sizeof(double));
+        if (status == TULLE_OK) { /* it was read before, so it fails for want of memory alone */
+            status = call.numbers[0] < TULLE_STATUS_COUNT ? (tulle_status)call.numbers[0]
+                                                          : TULLE_ERROR_PARSE;
+            if (status == TULLE_OK && call.arrays[0].count != 3 * count) status = TULLE_ERROR_PARSE;
+            if (status == TULLE_OK)
+                memcpy(positions, call.arrays[0].data, 3 * count * sizeof(double));
+            else
+                error_set(error, status, "the reader gave no frame %u", frame);
+        }
         arena_release(&self->scratch, mark);
-        return status == TULLE_OK ? TULLE_OK
-                                  : error_set(error, status, "the reader gave no frame %u", frame);
+        return status;
     }
     return error_set(error, TULLE_ERROR_UNSUPPORTED, "the recording has no frame %u", frame);
 }
