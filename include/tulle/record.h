@@ -24,8 +24,8 @@ extern "C" {
 /* Where a recording goes. */
 typedef struct tulle_record_writer {
     /* Takes `byte_count` bytes, to be put behind those before. Returns 1 when all were taken, 0
-     * when not. Called by the thread that called the world, once a block; it must not call the
-     * world. */
+     * when not. Called once a block by the thread that called the world, by one of its own within
+     * tulle_worlds_step; it must not call the world. */
     int (*write)(void *context, const void *bytes, size_t byte_count);
     void *context; /* handed to `write`; the library never looks at it */
 } tulle_record_writer;

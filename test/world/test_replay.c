@@ -607,6 +607,7 @@ static size_t count_silent_bytes(recorded_call *call, size_t def_size, const siz
 
 static void every_field_is_recorded(void **unused) {
     (void)unused;
+    if (sizeof(void *) != 8) skip(); /* the pads are others */
     double const numbers[27] = {1.0, 2.0, 3.0, 4.0, 5.0};
     uint32_t const indices[3] = {0, 1, 2};
     tulle_mesh_view const mesh = {numbers, 3, indices, 1};

@@ -129,12 +129,16 @@ static void visit_integer(record_stream *stream, int *number) {
         (field) = word;                                                                            \
     } while (0)
 
+/* The most values that belong to a thing that is counted. */
+enum { VALUES_MAX = 16 };
+
 /* A count of things of which each takes a byte or more behind it. One that is read is so small that
- * a hundred times of it is no overflow. */
+ * no product with VALUES_MAX and a size of 8 bytes overflows. */
 static void visit_count(record_stream *stream, size_t *count) {
     uint64_t word = *count;
     visit_words(stream, &word, 1, sizeof word);
-    if (stream->is_reading && word > (uint64_t)(stream->end - stream->at))
+    if (stream->is_reading && (word > (uint64_t)(stream->end - stream->at) ||
+                               word > SIZE_MAX / (VALUES_MAX * sizeof(double))))
         fail(stream, TULLE_ERROR_PARSE);
     *count = stream->status == TULLE_OK ? (size_t)word : 0;
 }
