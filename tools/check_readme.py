@@ -16,7 +16,8 @@ BOOK = "docs/start/first_program.md"
 EMBED = "docs/guide/embed.md"
 EXAMPLE = "examples/hello_cloth.c"
 EXAMPLES = {README: (EXAMPLE,), BOOK: (EXAMPLE,),
-            EMBED: ("examples/live_character.c", "examples/tear_off.c", "examples/pick_and_drag.c", "examples/gripper.c")}
+            EMBED: ("examples/live_character.c", "examples/tear_off.c", "examples/pick_and_drag.c", "examples/gripper.c",
+                    "examples/record_calls.c")}
 LINES_MAX = 20
 
 

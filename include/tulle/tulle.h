@@ -10,6 +10,7 @@
 #include "tulle/live.h"
 #include "tulle/mesh.h"
 #include "tulle/query.h"
+#include "tulle/record.h"
 #include "tulle/shapes.h"
 #include "tulle/threads.h"
 #include "tulle/world.h"

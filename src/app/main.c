@@ -28,6 +28,7 @@ static const subcommand subcommands[] = {
     {"convert", app_convert, "meshes, point caches and runs from one format to another"},
     {"fit", app_fit,
      "the material file of a fabric from its drape coefficient and bending lengths"},
+    {"replay", app_replay, "the recorded calls of a program that embeds the library, again"},
     {"bench", app_bench, "what the stages of a step cost in a scene"},
     {NULL, NULL, NULL},
 };
@@ -41,9 +42,11 @@ static void print_help(FILE *stream) {
     for (const subcommand *entry = subcommands; entry->name; entry++)
         fprintf(stream, "  %-10s %s\n", entry->name, entry->summary);
     fputs("\n`tulle SUBCOMMAND --help` tells more; `tulle --version` prints the version.\n"
-          "Exit codes: 0 fine, 1 check found intersections, bench a measure that got worse, 2 bad "
-          "usage\n"
-          "or input, 3 the run could not go on, 4 out of memory, 130 interrupted.\n",
+          "Exit codes: 0 fine, 1 check found intersections, replay a difference, bench a measure "
+          "that "
+          "got\n"
+          "worse, 2 bad usage or input, 3 the run could not go on, 4 out of memory, 130 "
+          "interrupted.\n",
           stream);
 }
 

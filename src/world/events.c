@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/sort.h"
 #include "world/pinch/holds.h"
+#include "world/record/record.h"
 
 #include <math.h>
 #include <string.h>
@@ -213,6 +214,7 @@ tulle_status tulle_world_watch_events(tulle_world *world, const tulle_event_watc
                                : "the world is null");
     if (!watch) {
         world_release_events(world);
+        if (world->recording) world_record(world, &(recorded_call){.kind = RECORD_WATCH});
         return TULLE_OK;
     }
     const char *what = NULL;
@@ -240,6 +242,10 @@ tulle_status tulle_world_watch_events(tulle_world *world, const tulle_event_watc
     else
         world->events = before;
     destroy_events(world, status == TULLE_OK ? before : events);
+    if (status == TULLE_OK && world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_WATCH,
+                                             .numbers = {watch->kinds, watch->capacity},
+                                             .arrays = {{&watch->contact_force, 1}}});
     return status;
 }
 

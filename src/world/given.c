@@ -7,6 +7,7 @@
 #include "tulle/live.h"
 
 #include "base/error.h"
+#include "world/record/record.h"
 #include "world/world_state.h"
 
 #include <math.h>
@@ -86,6 +87,11 @@ tulle_status tulle_obstacle_set_next_transform(tulle_world *world, tulle_obstacl
     obstacle->given_pose = (motion_pose){
         vec3_load(translation, 0),
         {turn.w / norm, turn.x / norm, turn.y / norm, turn.z / norm}}; /* as motion_copy does */
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_TRANSFORM,
+                                             .ids = {id.index},
+                                             .numbers = {(uint64_t)travel},
+                                             .arrays = {{translation, 3}, {rotation, 4}}});
     return TULLE_OK;
 }
 
@@ -104,6 +110,11 @@ tulle_status tulle_obstacle_set_next_positions(tulle_world *world, tulle_obstacl
     if (status != TULLE_OK) return status;
     obstacle->given = travel == TULLE_TRAVEL_JUMP ? GIVEN_JUMP : GIVEN_MOVE;
     memcpy(obstacle->given_positions, positions, 3 * vertex_count * sizeof(double));
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_POSITIONS,
+                                             .ids = {id.index},
+                                             .numbers = {(uint64_t)travel},
+                                             .arrays = {{positions, 3 * vertex_count}}});
     return TULLE_OK;
 }
 
@@ -139,6 +150,11 @@ tulle_status tulle_cloth_set_pin_targets(tulle_world *world, tulle_cloth_id id, 
     if (status != TULLE_OK) return status;
     memcpy(driven->targets, positions, 3 * vertex_count * sizeof(double));
     driven->has_targets = true;
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_PIN_TARGETS,
+                                             .ids = {id.index},
+                                             .numbers = {pin},
+                                             .arrays = {{positions, 3 * vertex_count}}});
     return TULLE_OK;
 }
 

@@ -8,6 +8,7 @@
 #include "math/vec3.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
+#include "world/record/record.h"
 #include "world/start/inside.h"
 #include "world/surface_box.h"
 
@@ -18,8 +19,9 @@
 
 /* Makes sure that frame `number` is in one of the two cached slots; *slot tells which. `keep` is
  * the slot that must not be overwritten, or -1. */
-static tulle_status load_frame(world_obstacle *obstacle, uint32_t number, int keep, int *slot,
-                               tulle_error *error) {
+static tulle_status load_frame(tulle_world *world, size_t index, uint32_t number, int keep,
+                               int *slot, tulle_error *error) {
+    world_obstacle *const obstacle = &world->obstacles.data[index];
     for (int i = 0; i < 2; i++) {
         if (obstacle->frame_numbers[i] == number) {
             *slot = i;
@@ -30,6 +32,14 @@ static tulle_status load_frame(world_obstacle *obstacle, uint32_t number, int ke
     obstacle->frame_numbers[*slot] = TULLE_NONE;
     double *const frame = obstacle->frames[*slot];
     tulle_status const status = obstacle->read_frame(obstacle->frame_context, number, frame, error);
+    if (world->recording)
+        world_record(world,
+                     &(recorded_call){
+                         .kind = RECORD_FRAME,
+                         .ids = {(uint32_t)index, number},
+                         .numbers = {(uint64_t)status},
+                         .arrays = {{status == TULLE_OK ? frame : NULL,
+                                     status == TULLE_OK ? 3 * obstacle->mesh.vertex_count : 0}}});
     if (status != TULLE_OK) return status;
     for (size_t i = 0; i < 3 * obstacle->mesh.vertex_count; i++) {
         if (!isfinite(frame[i])) {
@@ -43,27 +53,28 @@ static tulle_status load_frame(world_obstacle *obstacle, uint32_t number, int ke
 }
 
 /* Positions of a mesh sequence at `time`, linear between its frames, still outside them. */
-static tulle_status sample_sequence(world_obstacle *obstacle, uint64_t step_count, double time,
-                                    double *target, tulle_error *error) {
+static tulle_status sample_sequence(tulle_world *world, size_t index, double time, double *target,
+                                    tulle_error *error) {
+    const world_obstacle *const obstacle = &world->obstacles.data[index];
     double const last = (double)(obstacle->frame_count - 1);
     double const position = (time - obstacle->frame_start_time) / obstacle->frame_interval;
     /* What is off a frame only by the rounding that the sum of the steps has gathered is that
      * frame. A live reader may not have the next one yet. */
-    double const whole = round(position), share = (double)(step_count + 8) * DBL_EPSILON;
+    double const whole = round(position), share = (double)(world->step_count + 8) * DBL_EPSILON;
     double const rounding = share * (fabs(time) / obstacle->frame_interval + fabs(position));
     bool const is_whole = fabs(position - whole) <= rounding;
     double const clamped = fmin(fmax(is_whole ? whole : position, 0.0), last);
     uint32_t const from = (uint32_t)clamped;
     double const fraction = clamped - (double)from;
     int slot_from, slot_to;
-    tulle_status status = load_frame(obstacle, from, -1, &slot_from, error);
+    tulle_status status = load_frame(world, index, from, -1, &slot_from, error);
     if (status != TULLE_OK) return status;
     if (fraction == 0.0) {
         memcpy(target, obstacle->frames[slot_from],
                3 * obstacle->mesh.vertex_count * sizeof(double));
         return TULLE_OK;
     }
-    status = load_frame(obstacle, from + 1, slot_from, &slot_to, error);
+    status = load_frame(world, index, from + 1, slot_from, &slot_to, error);
     if (status != TULLE_OK) return status;
     const double *const a = obstacle->frames[slot_from], *const b = obstacle->frames[slot_to];
     for (size_t i = 0; i < 3 * obstacle->mesh.vertex_count; i++) {
@@ -112,8 +123,7 @@ tulle_status world_script_targets(tulle_world *world, double time, double end_ti
         world_obstacle *const obstacle = &world->obstacles.data[i];
         double *const target = world->targets + 3 * (size_t)obstacle->vertex_begin;
         if (obstacle->read_frame) {
-            tulle_status const status =
-                sample_sequence(obstacle, world->step_count, end_time, target, error);
+            tulle_status const status = sample_sequence(world, i, end_time, target, error);
             if (status != TULLE_OK) return status;
         } else if (obstacle->drive == TULLE_DRIVE_DEFORMING) {
             const double *const from =

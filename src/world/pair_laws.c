@@ -3,6 +3,7 @@
  * made of. */
 #include "base/error.h"
 #include "world/defs.h"
+#include "world/record/record.h"
 #include "world/world_state.h"
 
 #include <stdio.h>
@@ -73,6 +74,13 @@ static tulle_status check_law(const tulle_contact_law *law, tulle_error *error) 
     return contact_law_check(law, "law of a pair", error);
 }
 
+/* Records the call that set a law. */
+static void record_law(tulle_world *world, recorded_call call, const tulle_contact_law *law) {
+    double const numbers[] = {law->static_friction, law->dynamic_friction, law->restitution};
+    call.arrays[0] = (recorded_array){numbers, 3};
+    world_record(world, &call);
+}
+
 static tulle_status set_law(tulle_world *world, world_pair_law entry, const tulle_contact_law *law,
                             tulle_error *error) {
     tulle_status const status = check_law(law, error);
@@ -94,6 +102,15 @@ static tulle_status set_law(tulle_world *world, world_pair_law entry, const tull
     return TULLE_OK;
 }
 
+/* Sets the law that a call gave, and records the call by the indices that it named. */
+static tulle_status set_called_law(tulle_world *world, world_pair_law entry,
+                                   const tulle_contact_law *law, recorded_call call,
+                                   tulle_error *error) {
+    tulle_status const status = set_law(world, entry, law, error);
+    if (status == TULLE_OK && world->recording) record_law(world, call, law);
+    return status;
+}
+
 static bool has_cloth(const tulle_world *world, tulle_cloth_id id) {
     return id.generation == 1 && id.index < world->cloths.count;
 }
@@ -111,7 +128,9 @@ tulle_status tulle_world_set_cloth_cloth_law(tulle_world *world, tulle_cloth_id 
     bool const is_ordered = a.index < b.index;
     world_pair_law const entry = {.first = is_ordered ? a.index : b.index,
                                   .second = is_ordered ? b.index : a.index};
-    return set_law(world, entry, law, error);
+    return set_called_law(
+        world, entry, law,
+        (recorded_call){.kind = RECORD_CLOTH_CLOTH_LAW, .ids = {a.index, b.index}}, error);
 }
 
 tulle_status tulle_world_set_cloth_obstacle_law(tulle_world *world, tulle_cloth_id cloth,
@@ -122,7 +141,10 @@ tulle_status tulle_world_set_cloth_obstacle_law(tulle_world *world, tulle_cloth_
     if (!has_obstacle(world, obstacle)) return refuse(error, "the world has no such obstacle");
     world_pair_law const entry = {
         .first = cloth.index, .second = obstacle.index, .obstacle_count = 1};
-    return set_law(world, entry, law, error);
+    return set_called_law(
+        world, entry, law,
+        (recorded_call){.kind = RECORD_CLOTH_OBSTACLE_LAW, .ids = {cloth.index, obstacle.index}},
+        error);
 }
 
 tulle_status tulle_world_set_obstacle_obstacle_law(tulle_world *world, tulle_obstacle_id a,
@@ -140,7 +162,9 @@ tulle_status tulle_world_set_obstacle_obstacle_law(tulle_world *world, tulle_obs
     world_pair_law const entry = {.first = is_ordered ? a.index : b.index,
                                   .second = is_ordered ? b.index : a.index,
                                   .obstacle_count = 2};
-    return set_law(world, entry, law, error);
+    return set_called_law(
+        world, entry, law,
+        (recorded_call){.kind = RECORD_OBSTACLE_OBSTACLE_LAW, .ids = {a.index, b.index}}, error);
 }
 
 static bool is_preset(const char *name) {
@@ -184,6 +208,8 @@ tulle_status tulle_world_set_material_law(tulle_world *world, const char *a, con
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for the law of a pair");
     uint32_t const first = world_add_contact_material(world, a);
     uint32_t const second = world_add_contact_material(world, b);
+    if (world->recording)
+        record_law(world, (recorded_call){.kind = RECORD_MATERIAL_LAW, .texts = {a, b}}, law);
     world_material_law *const earlier = find_material_law(world, first, second);
     if (earlier) {
         earlier->law = *law;

@@ -10,6 +10,7 @@
 #include "base/hash.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/defs.h"
+#include "world/record/record.h"
 #include "world/start/start.h"
 
 #include <math.h>
@@ -144,6 +145,8 @@ tulle_status tulle_world_set_gravity(tulle_world *world, const double gravity[3]
     if (status != TULLE_OK) return status;
     set_settings(world, &settings);
     if (world->is_started) world_wake_all(world, &world->now);
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_GRAVITY, .arrays = {{gravity, 3}}});
     return TULLE_OK;
 }
 
@@ -153,8 +156,17 @@ tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind, tu
     world_settings settings = get_settings(world);
     settings.wind = *wind;
     tulle_status const status = check_settings(world, &settings, error);
-    if (status == TULLE_OK) set_settings(world, &settings);
-    return status;
+    if (status != TULLE_OK) return status;
+    set_settings(world, &settings);
+    double const numbers[] = {wind->velocity[0],     wind->velocity[1], wind->velocity[2],
+                              wind->gust_strength,   wind->gust_length, wind->gust_time,
+                              wind->drag_coefficient};
+    if (world->recording)
+        world_record(world,
+                     &(recorded_call){.kind = RECORD_WIND,
+                                      .numbers = {wind->seed},
+                                      .arrays = {{numbers, sizeof numbers / sizeof numbers[0]}}});
+    return TULLE_OK;
 }
 
 static world_cloth *find_cloth(tulle_world *world, tulle_cloth_id id, tulle_error *error) {
@@ -205,6 +217,10 @@ tulle_status tulle_cloth_set_material(tulle_world *world, tulle_cloth_id id,
         return status;
     }
     use_machinery(world);
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_MATERIAL,
+                                             .ids = {id.index},
+                                             .def.material = *material});
     return TULLE_OK;
 }
 
@@ -230,6 +246,9 @@ tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_id id, size
         use_machinery(world);
     }
     cloth->pins[pin].has_targets = false;
+    if (world->recording)
+        world_record(world, &(recorded_call){
+                                .kind = RECORD_RELEASE_PIN, .ids = {id.index}, .numbers = {pin}});
     return TULLE_OK;
 }
 
@@ -258,6 +277,10 @@ tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, do
         world->laws[other * count + own] = *law;
     }
     world_wake_all(world, &world->now);
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_THICKNESS,
+                                             .ids = {id.index},
+                                             .arrays = {{&thickness, 1}}});
     return TULLE_OK;
 }
 

@@ -14,6 +14,7 @@
 #include "tulle/live.h"
 #include "world/bodies/bodies.h"
 #include "world/pinch/holds.h"
+#include "world/record/record.h"
 #include "world/step/search.h"
 
 #include <stddef.h>
@@ -431,11 +432,17 @@ tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_
                                     tulle_error *error) {
     if (!bytes)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the bytes of the state are null");
-    bool const was_started = world && world->is_started;
-    tulle_status status = world_start(world, false, error);
+    if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
+    recorded_call const call = {.kind = RECORD_LOAD, .def.state = {bytes, byte_count}};
+    tulle_status status = world_begin_call(world, &call, error);
     if (status != TULLE_OK) return status;
-    status = load_state(world, bytes, byte_count, error);
-    if (status != TULLE_OK && !was_started) world_release_start(world); /* not judged */
-    if (status == TULLE_OK) world_release_first_cloth(world);
+    bool const was_started = world->is_started;
+    status = world_start(world, false, error);
+    if (status == TULLE_OK) {
+        status = load_state(world, bytes, byte_count, error);
+        if (status != TULLE_OK && !was_started) world_release_start(world); /* not judged */
+        if (status == TULLE_OK) world_release_first_cloth(world);
+    }
+    world_end_call(world, status);
     return status;
 }

@@ -4,6 +4,7 @@
 #include "base/hash.h"
 #include "base/parallel.h"
 #include "world/defs.h"
+#include "world/record/record.h"
 #include "world/world_state.h"
 
 #include <stdio.h>
@@ -81,6 +82,7 @@ static void destroy_obstacle(memory *heap, world_obstacle *obstacle) {
 void tulle_world_destroy(tulle_world *world) {
     if (!world) return;
     memory *const heap = &world->heap;
+    world_end_recording(world);
     world_release_start(world);
     for (size_t i = 0; i < world->cloths.count; i++) destroy_cloth(heap, &world->cloths.data[i]);
     for (size_t i = 0; i < world->obstacles.count; i++) {
@@ -169,7 +171,7 @@ static tulle_status copy_cloth(memory *heap, const tulle_cloth_def *def, world_c
 
 static tulle_status check_not_started(const tulle_world *world, tulle_error *error) {
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
-    if (!world->is_started) return TULLE_OK;
+    if (!world->is_started) return world_check_recording(world, error);
     return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                      "objects can be added only before the world has started");
 }
@@ -191,6 +193,8 @@ tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *de
     cloth.contact_material = world_add_contact_material(world, def->contact_material);
     if (id) *id = (tulle_cloth_id){(uint32_t)world->cloths.count, 1};
     world->cloths.data[world->cloths.count++] = cloth;
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_CLOTH, .def.cloth = *def});
     return TULLE_OK;
 }
 
@@ -258,6 +262,8 @@ tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_d
     obstacle.contact_material = world_add_contact_material(world, def->contact_material);
     if (id) *id = (tulle_obstacle_id){(uint32_t)world->obstacles.count, 1};
     world->obstacles.data[world->obstacles.count++] = obstacle;
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_OBSTACLE, .def.obstacle = *def});
     return TULLE_OK;
 }
 

@@ -240,6 +240,8 @@ typedef ARRAY(tulle_intersection) intersection_list;
 
 /* What is watched for the host; see events.c. */
 typedef struct world_events world_events;
+/* What records the calls of the host; see record/record.c. */
+typedef struct world_recording world_recording;
 
 struct tulle_world {
     memory heap;
@@ -321,6 +323,7 @@ struct tulle_world {
     query_trees queries; /* of the last state that was asked, when has_queries */
     bool has_queries;
     world_events *events;                  /* null: the host watches nothing */
+    world_recording *recording;            /* null: calls are not recorded */
     tulle_untangle_report untangle_report; /* of the start */
     arena scratch;
     char message[WORLD_MESSAGE_BYTES];

@@ -1,12 +1,14 @@
 /* Memory that runs out and a system that fails anywhere in the public functions that are not of a
  * world or a scene: each place of the code that asks for memory, and each that calls the system, is
- * struck once (support/struck_calls.h). The call tells of it; a file is whole then or not there;
- * called again it gives what it gives when nothing is struck. Worlds and scenes:
- * scene.struck_calls. */
+ * struck once (support/struck_calls.h); recordings and their replay are here, too. The call tells
+ * of it; a file is whole then or not there; called again it gives what it gives when nothing is
+ * struck. Worlds and scenes: scene.struck_calls. */
 #define _XOPEN_SOURCE 700
 #include "io/run_support.h"
 
 #include "support/detect_scene.h"
+#include "support/recording.h"
+#include "support/small_world.h"
 #include "support/struck_calls.h"
 #include "tulle/check.h"
 #include "tulle/shapes.h"
@@ -174,6 +176,80 @@ static void judge_and_detector(void **state) {
         method = methods[i];
         survive("detector", detect);
     }
+}
+
+/* ---- recordings ---- */
+
+static recording recorded; /* of a call that was not struck */
+
+static tulle_status give_sheet(void *unused, uint32_t frame, double *positions,
+                               tulle_error *error) {
+    (void)unused, (void)frame, (void)error;
+    for (size_t i = 0; i < 3 * sheet.vertex_count; i++)
+        positions[i] = sheet.positions[i] - (i % 3 == 2 ? 0.5 : 0.0);
+    return TULLE_OK;
+}
+
+static int let_all_collide(void *unused, const tulle_world *world, tulle_object_id a,
+                           tulle_object_id b) {
+    (void)unused, (void)world, (void)a, (void)b;
+    return 1;
+}
+
+static tulle_status fill_recorded(tulle_world *world, tulle_error *error) {
+    double const frame_of_rest[] = {0.0, 0.0, -9.0};
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    cloth.mesh = obstacle.mesh = tulle_mesh_get_view(&sheet);
+    obstacle.read_frame = give_sheet;
+    obstacle.frame_count = 9;
+    tulle_status status = tulle_world_add_cloth(world, &cloth, NULL, error);
+    if (status == TULLE_OK) status = tulle_world_add_obstacle(world, &obstacle, NULL, error);
+    if (status == TULLE_OK)
+        status = tulle_world_set_pair_filter(world, let_all_collide, NULL, error);
+    for (int i = 0; i < 3 && status == TULLE_OK; i++) {
+        status = tulle_world_set_gravity(world, frame_of_rest, error);
+        if (status == TULLE_OK) status = tulle_world_step(world, 0.05, NULL, error);
+    }
+    return status;
+}
+
+static tulle_status record(void *unused, tulle_error *error) {
+    (void)unused;
+    recording bytes;
+    tulle_record_writer const writer = recording_begin(&bytes);
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 1;
+    tulle_world *world = NULL;
+    tulle_status status = tulle_world_create(&def, &world, error);
+    if (status == TULLE_OK) status = tulle_world_record(world, &writer, error);
+    if (status == TULLE_OK) status = fill_recorded(world, error);
+    if (status == TULLE_OK) status = tulle_world_record(world, NULL, error);
+    tulle_world_destroy(world);
+    if (status == TULLE_OK) take(bytes.bytes, bytes.byte_count);
+    if (status == TULLE_OK && !recorded.bytes)
+        recorded = bytes;
+    else
+        free(bytes.bytes);
+    return status;
+}
+
+static tulle_status replay(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_replay_report report;
+    tulle_status const status =
+        tulle_replay(recorded.bytes, recorded.byte_count, NULL, &report, error);
+    if (status != TULLE_OK) return status;
+    assert_true(report.is_whole && !report.is_different);
+    take(&report.hash, sizeof report.hash);
+    return status;
+}
+
+static void recordings(void **state) {
+    (void)state;
+    survive("record", record);
+    survive("replay", replay);
+    free(recorded.bytes);
 }
 
 /* ---- files ---- */
@@ -356,8 +432,12 @@ static int tear_down(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(shapes), cmocka_unit_test(meshes), cmocka_unit_test(judge_and_detector),
-        cmocka_unit_test(files),  cmocka_unit_test(runs),
+        cmocka_unit_test(shapes),
+        cmocka_unit_test(meshes),
+        cmocka_unit_test(judge_and_detector),
+        cmocka_unit_test(recordings),
+        cmocka_unit_test(files),
+        cmocka_unit_test(runs),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -5,6 +5,7 @@
 #include "geom/distance.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
+#include "world/record/record.h"
 
 #include <math.h>
 #include <string.h>
@@ -84,6 +85,10 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
                vec3_add(vec3_load(velocities, slot + 1),
                         mat3_multiply_vec3(&inverse, vec3_cross(arm, push))));
     world_stop_locked(world, body, velocities);
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_IMPULSE,
+                                             .ids = {id.index},
+                                             .arrays = {{point, 3}, {impulse, 3}}});
     return TULLE_OK;
 }
 
@@ -204,5 +209,7 @@ tulle_status tulle_obstacle_wake(tulle_world *world, tulle_obstacle_id id, tulle
     uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     world_wake_body(world, &world->now, body);
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_WAKE, .ids = {id.index}});
     return TULLE_OK;
 }

@@ -16,6 +16,7 @@
 #include "contact/solve/body_drives.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
+#include "world/record/record.h"
 
 #include <math.h>
 #include <string.h>
@@ -106,6 +107,12 @@ tulle_status tulle_obstacle_set_velocity(tulle_world *world, tulle_obstacle_id i
     for (size_t i = 0; i < 2; i++)
         if (given[i]) memcpy(world->now.velocities + 3 * (slot + i), given[i], 3 * sizeof(double));
     world_stop_locked(world, body, world->now.velocities);
+    if (world->recording)
+        world_record(world,
+                     &(recorded_call){.kind = RECORD_VELOCITY,
+                                      .ids = {id.index},
+                                      .arrays = {{velocity, velocity ? 3 : 0},
+                                                 {angular_velocity, angular_velocity ? 3 : 0}}});
     return TULLE_OK;
 }
 
@@ -142,7 +149,12 @@ tulle_status tulle_obstacle_add_force(tulle_world *world, tulle_obstacle_id id,
     if (status != TULLE_OK) return status;
     vec3 const centre = vec3_load(world->now.positions, get_first_slot(world, body));
     vec3 const at = point ? vec3_load(point, 0) : centre, pull = vec3_load(force, 0);
-    return give(world, id, body, pull, vec3_cross(vec3_sub(at, centre), pull), error);
+    status = give(world, id, body, pull, vec3_cross(vec3_sub(at, centre), pull), error);
+    if (status == TULLE_OK && world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_FORCE,
+                                             .ids = {id.index},
+                                             .arrays = {{point, point ? 3 : 0}, {force, 3}}});
+    return status;
 }
 
 tulle_status tulle_obstacle_add_torque(tulle_world *world, tulle_obstacle_id id,
@@ -151,10 +163,14 @@ tulle_status tulle_obstacle_add_torque(tulle_world *world, tulle_obstacle_id id,
     uint32_t const body = find_free_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     const char *const name = world->obstacles.data[id.index].name;
-    tulle_status const status =
+    tulle_status status =
         check_numbers(name, (given_numbers){"torque", torque, 3, -FORCE_MAX, FORCE_MAX}, error);
     if (status != TULLE_OK) return status;
-    return give(world, id, body, vec3_make(0.0, 0.0, 0.0), vec3_load(torque, 0), error);
+    status = give(world, id, body, vec3_make(0.0, 0.0, 0.0), vec3_load(torque, 0), error);
+    if (status == TULLE_OK && world->recording)
+        world_record(world, &(recorded_call){
+                                .kind = RECORD_TORQUE, .ids = {id.index}, .arrays = {{torque, 3}}});
+    return status;
 }
 
 /* ---- locks and drives ---- */
@@ -171,6 +187,10 @@ tulle_status tulle_obstacle_set_locks(tulle_world *world, tulle_obstacle_id id,
     world->controls[body].locks = translations | rotations << 3;
     if (body_answers(world, body)) world_stop_locked(world, body, world->now.velocities);
     world_wake_body(world, &world->now, body);
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_LOCKS,
+                                             .ids = {id.index},
+                                             .numbers = {translations, rotations}});
     return TULLE_OK;
 }
 
@@ -197,6 +217,13 @@ tulle_status tulle_obstacle_set_drive(tulle_world *world, tulle_obstacle_id id,
     if (is_driven) control->drive = *drive;
     control->is_driven = is_driven;
     world_wake_body(world, &world->now, body);
+    /* a drive is doubles throughout */
+    if (world->recording)
+        world_record(world,
+                     &(recorded_call){.kind = RECORD_DRIVE,
+                                      .ids = {id.index},
+                                      .arrays = {{(const double *)drive,
+                                                  drive ? sizeof *drive / sizeof(double) : 0}}});
     return TULLE_OK;
 }
 

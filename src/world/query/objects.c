@@ -1,6 +1,7 @@
 /* world/query/objects.c - cloths and obstacles as objects: what they are, what the host keeps with
  * them, and which pairs of them collide (tulle/query.h). */
 #include "base/error.h"
+#include "world/record/record.h"
 #include "world/world_state.h"
 
 #include <string.h>
@@ -89,6 +90,10 @@ tulle_status tulle_object_set_filter(tulle_world *world, tulle_object_id id, uin
     world_label *const label = world_get_label(world, object);
     label->category = category;
     label->mask = mask;
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_FILTER,
+                                             .ids = {id.index, (uint32_t)id.kind},
+                                             .numbers = {category, mask}});
     return TULLE_OK;
 }
 
@@ -98,6 +103,9 @@ tulle_status tulle_world_set_pair_filter(tulle_world *world, tulle_pair_filter f
     if (world->is_started) return refuse_started(error);
     world->pair_filter = filter;
     world->pair_context = context;
+    if (world->recording)
+        world_record(world,
+                     &(recorded_call){.kind = RECORD_PAIR_FILTER, .numbers = {filter != NULL}});
     return TULLE_OK;
 }
 
@@ -111,10 +119,14 @@ bool world_choose_pairs(tulle_world *world) {
                                   world->obstacles.data[a - cloth_count].body.is_dynamic ||
                                   world->obstacles.data[b - cloth_count].body.is_dynamic;
             bool collides = (first->category & second->mask) && (second->category & first->mask);
-            if (collides && may_meet && world->pair_filter)
+            if (collides && may_meet && world->pair_filter) {
                 collides = world->pair_filter(world->pair_context, world,
                                               tulle_world_get_object(world, (uint32_t)a),
                                               tulle_world_get_object(world, (uint32_t)b)) != 0;
+                if (world->recording)
+                    world_record(world,
+                                 &(recorded_call){.kind = RECORD_ANSWER, .numbers = {collides}});
+            }
             if (collides || !may_meet) continue;
             if (!world->collides) {
                 world->collides = memory_allocate(&world->heap, count * count);

@@ -8,6 +8,7 @@
 #include "base/parallel.h"
 #include "dynamics/hysteresis.h"
 #include "world/bodies/bodies.h"
+#include "world/record/record.h"
 #include "world/start/inside.h"
 #include "world/step/search.h"
 #include "world/untangle/untangle.h"
@@ -247,7 +248,13 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error
 }
 
 tulle_status tulle_world_start(tulle_world *world, tulle_error *error) {
-    return world_start(world, true, error);
+    if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
+    recorded_call const call = {.kind = RECORD_START};
+    tulle_status status = world_begin_call(world, &call, error);
+    if (status != TULLE_OK) return status;
+    status = world_start(world, true, error);
+    world_end_call(world, status);
+    return status;
 }
 
 void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,

@@ -17,6 +17,7 @@
 #include "world/bodies/bodies_sleep.h"
 #include "world/bodies/bodies_turn.h"
 #include "world/pinch/holds.h"
+#include "world/record/record.h"
 
 #include <math.h>
 
@@ -165,15 +166,10 @@ tulle_step_progress tulle_world_get_step_progress(const tulle_world *world) {
     return world ? world->progress : (tulle_step_progress){0};
 }
 
-tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_report *report,
+static tulle_status make_step(tulle_world *world, double time_step, tulle_step_report *report,
                               tulle_error *error) {
     double const start = timer_now();
-    if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
-    if (!(time_step > 0.0 && time_step <= TIME_STEP_MAX))
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the time step is %g s; it must be over 0 and at most %g s", time_step,
-                         TIME_STEP_MAX);
-    tulle_status status = tulle_world_start(world, error);
+    tulle_status status = world_start(world, true, error);
     if (status != TULLE_OK) return status;
 
     tulle_step_report local = {
@@ -216,5 +212,20 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     local.ignored_pairs = world->ignored.count;
     local.total_seconds = timer_now() - start;
     if (report) *report = local;
+    return status;
+}
+
+tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_report *report,
+                              tulle_error *error) {
+    if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
+    if (!(time_step > 0.0 && time_step <= TIME_STEP_MAX))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the time step is %g s; it must be over 0 and at most %g s", time_step,
+                         TIME_STEP_MAX);
+    recorded_call const call = {.kind = RECORD_STEP, .arrays = {{&time_step, 1}}};
+    tulle_status status = world_begin_call(world, &call, error);
+    if (status != TULLE_OK) return status;
+    status = make_step(world, time_step, report, error);
+    world_end_call(world, status);
     return status;
 }

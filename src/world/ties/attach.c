@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "world/defs.h"
+#include "world/record/record.h"
 #include "world/ties/ties.h"
 
 #include <math.h>
@@ -232,6 +233,8 @@ tulle_status tulle_world_attach(tulle_world *world, const tulle_attachment_def *
                                    : world_keep_attachment(world, def, error);
     if (status != TULLE_OK) return status;
     *id = world->is_started ? world->now.attachment_count : (uint32_t)world->attachments.count;
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_ATTACH, .def.attachment = *def});
     return TULLE_OK;
 }
 
@@ -271,6 +274,10 @@ tulle_status tulle_attachment_set_points(tulle_world *world, tulle_attachment_id
         if (tie->number == id)
             memcpy(tie->point, points + 3 * (size_t)tie->order, sizeof tie->point);
     }
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_POINTS,
+                                             .ids = {id},
+                                             .arrays = {{points, 3 * point_count}}});
     return TULLE_OK;
 }
 
@@ -282,6 +289,8 @@ tulle_status tulle_attachment_release(tulle_world *world, tulle_attachment_id id
     for (size_t i = 0; i < now->ties.count; i++)
         if (now->ties.data[i].number != id) now->ties.data[kept++] = now->ties.data[i];
     now->ties.count = kept;
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_RELEASE, .ids = {id}});
     return TULLE_OK;
 }
 
