@@ -209,8 +209,8 @@ static void test_near(void **state) {
     static const char *const obstacles[] = {
         "mesh: {shape: sphere, radius: 0.1, resolution: [6, 6]}, translate: [0.2, 0, 0]",
         "mesh: {shape: tetrahedron, radius: 1, height: 0.2}, translate: [0.6, 0, -0.19]",
-        "mesh: {shape: needle, radius: 0.01, height: 0.5, resolution: [3]}, rotate: [0, 1, 0], "
-        "copies: {ring: {count: 3, radius: 0.05}}"};
+        ("mesh: {shape: needle, radius: 0.01, height: 0.5, resolution: [3]}, rotate: [0, 1, 0], "
+         "copies: {ring: {count: 3, radius: 0.05}}")};
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++) expect_near(obstacles[k], sheets[i], 0.08);
     expect_near(obstacles[0], sheets[0], 0.5);
