@@ -43,7 +43,7 @@ typedef struct tulle_attachment_def {
     double max_distance;
     /* [N/m] > 0 of the spring that holds each vertex, up to 1e12; INFINITY, the default: rigid. To
      * obstacles on a script and to points a rigid attachment is exact, as a pin is; to bodies and
-     * cloth it gives by some thousandth of what the cloth beside it stretches. */
+     * cloth it gives by some hundredths of what the cloth beside it stretches. */
     double stiffness;
     double break_force;  /* [N] > 0: a vertex held by more breaks off; INFINITY, the default: not */
     double release_time; /* [s] of the world, when it lets go; INFINITY, the default: never */

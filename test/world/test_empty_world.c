@@ -64,6 +64,8 @@ static void steps_and_goes_back(void **state) {
         tulle_detect_method const method = methods[kind / 2 % 2];
         tulle_world *const world = make_world(has_box, method, 1 + kind / 4);
         tulle_world *const fresh = make_world(has_box, method, 1);
+        double const start =
+            has_box ? tulle_obstacle_get_positions(world, (tulle_obstacle_id){0, 1}, NULL)[0] : 0.0;
         uint64_t hashes[STEPS];
         void *bytes = NULL;
         size_t size = 0;
@@ -82,8 +84,7 @@ static void steps_and_goes_back(void **state) {
         if (has_box) {
             const double *const x =
                 tulle_obstacle_get_positions(world, (tulle_obstacle_id){0, 1}, NULL);
-            assert_true(fabs(x[0] - 0.125 * STEPS + 0.5) < 1e-15 ||
-                        fabs(x[0] - 0.125 * STEPS - 0.5) < 1e-15);
+            assert_true(fabs(x[0] - start - 0.125 * STEPS) < 1e-15);
         }
         double contact, gap;
         tulle_world_get_distances(world, &contact, NULL, &gap);
