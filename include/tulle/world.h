@@ -120,8 +120,10 @@ typedef enum tulle_on_pinch {
     TULLE_ON_PINCH_STOP, /* the step fails, before the cloth tears; the state stays */
     /* the obstacles are held apart until their script asks for more room; all else goes on */
     TULLE_ON_PINCH_SLOW,
-    TULLE_ON_PINCH_RELEASE /* the moving obstacles let the cloth through until they are free of it
-                            */
+    /* the moving obstacles let the cloth through until they are free of it */
+    TULLE_ON_PINCH_RELEASE,
+    /* what deforms lags behind its frames there (tulle/live.h); what is rigid stops the step */
+    TULLE_ON_PINCH_LAG
 } tulle_on_pinch;
 
 /* Wind: a mean velocity plus gusts. The same seed, time and place give the same gust on every
@@ -170,7 +172,7 @@ typedef struct tulle_world_def {
     double dynamic_friction_cloth_cloth;
     tulle_start_intersections start_intersections; /* default TULLE_START_REFUSE */
     int untangle_limit;        /* rounds of untangling, 1 .. 1e6; then the start is refused */
-    tulle_on_pinch on_pinch;   /* default TULLE_ON_PINCH_STOP */
+    tulle_on_pinch on_pinch;   /* default TULLE_ON_PINCH_LAG */
     int threads;               /* 1 .. 256; 0: one per processor. Results do not depend on it */
     tulle_allocator allocator; /* zeroed: malloc without a limit */
 } tulle_world_def;
@@ -559,9 +561,9 @@ typedef struct tulle_step_report {
     uint64_t patches;           /* patches in use at the end of the step; 0 for methods without */
     uint64_t patch_triangles;   /* triangles in patches in use */
     uint64_t patches_certified; /* patches in use that are proven not to touch themselves */
-    /* kept patches that were dissolved whole in this step; not those that were cut or grown again
-     */
+    /* kept patches dissolved whole in this step; not those that were cut or grown again */
     uint64_t patches_dissolved;
+    double largest_lag; /* [m] of a vertex behind its frames (TULLE_ON_PINCH_LAG) */
 } tulle_step_report;
 
 /* Moves the world on by `time_step` [s], 0 < time_step <= 1. `report` and `error` may be null.

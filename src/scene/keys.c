@@ -245,10 +245,12 @@ static const schema_key contact_table[] = {
     {.name = "on_pinch",
      .type = SCHEMA_CHOICE,
      .choices = pinch_words,
-     .fallback = "stop",
+     .fallback = "lag",
      FIELD(contact_keys, on_pinch),
-     .meaning = "what to do when obstacles close on cloth. stop: end the run; slow: hold the "
-                "obstacles until there is room; release: let the cloth go"},
+     .meaning = "what to do when obstacles close on cloth. lag: a mesh sequence stays behind its "
+                "frames where there is no room, and what is rigid ends the run; stop: end the run; "
+                "slow: as lag, and what is rigid is held until there is room; release: let the "
+                "cloth go"},
     {.name = "pairs",
      .type = SCHEMA_LIST,
      .map = &pair_map,

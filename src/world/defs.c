@@ -43,7 +43,7 @@ tulle_world_def tulle_world_def_default(void) {
         .dynamic_friction_cloth_cloth = -1.0,
         .start_intersections = TULLE_START_REFUSE,
         .untangle_limit = 2000,
-        .on_pinch = TULLE_ON_PINCH_STOP,
+        .on_pinch = TULLE_ON_PINCH_LAG,
     };
 }
 
@@ -156,7 +156,7 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
         {"start_intersections", "", ENUM_VALUE(def->start_intersections), 0.0,
          (double)TULLE_START_UNTANGLE},
         {"untangle limit", "rounds", (double)def->untangle_limit, 1.0, 1e6},
-        {"on_pinch", "", ENUM_VALUE(def->on_pinch), 0.0, (double)TULLE_ON_PINCH_RELEASE},
+        {"on_pinch", "", ENUM_VALUE(def->on_pinch), 0.0, (double)TULLE_ON_PINCH_LAG},
         {"threads", "", (double)def->threads, 0.0, 256.0},
     };
     tulle_status const status = CHECK_RANGES(checks, "world", error);

@@ -192,6 +192,8 @@ typedef struct world_motion_state {
     motion_pose *poses;          /* of pose_count obstacles: those driven as a whole */
     world_hold holds[HOLDS_MAX];
     size_t hold_count;
+    double *lags;              /* [m] of lag_vertex_count vertices, see felt.h; zero without */
+    bool has_lag;              /* one of them is not zero */
     ARRAY(world_tie) ties;     /* by number of attachment, then order */
     uint32_t attachment_count; /* that the world ever had */
     contact_store contacts;
@@ -238,6 +240,23 @@ typedef struct cloth_machinery {
 
 typedef ARRAY(tulle_intersection) intersection_list;
 
+/* A point of a surface that is no cloth: weighted mean of vertices in the world's numbering. */
+typedef struct room_side {
+    uint32_t vertices[3];
+    double weights[3];
+    bool may_lag;
+} room_side;
+
+/* Two sides that face each other with cloth between: normal . (second - first) is to be at least
+ * `room`. */
+typedef struct room_place {
+    room_side sides[2]; /* the first may lag */
+    vec3 normal;        /* unit, from the first to the second */
+    double room;        /* [m] */
+    double share;       /* of what is missing, that the first side gives */
+} room_place;
+typedef ARRAY(room_place) room_list;
+
 /* What is watched for the host; see events.c. */
 typedef struct world_events world_events;
 /* What records the calls of the host; see record/record.c. */
@@ -269,6 +288,7 @@ struct tulle_world {
     uint32_t cloth_edge_count; /* edges of all cloths come first */
     size_t plastic_count;      /* of sliders; 0 where no cloth has hysteresis */
     size_t pose_count;         /* all obstacles where one is driven as a whole, else 0 */
+    size_t lag_vertex_count;   /* of obstacles that may lag (felt.h) */
     size_t body_count;         /* each has two slots after the cloth vertices, see bodies.h */
     uint32_t *surface_bodies;  /* number of each surface's body, or TULLE_NONE; null: no bodies */
     uint32_t *body_obstacles;  /* obstacle of each body */
@@ -322,6 +342,7 @@ struct tulle_world {
     bool has_contacts;
     query_trees queries; /* of the last state that was asked, when has_queries */
     bool has_queries;
+    room_list places; /* of the step that runs, or ran last */
     world_events *events;                  /* null: the host watches nothing */
     world_recording *recording;            /* null: calls are not recorded */
     tulle_untangle_report untangle_report; /* of the start */

@@ -11,6 +11,7 @@
  *   the step is made anew. */
 #include "base/error.h"
 #include "world/bodies/bodies_sleep.h"
+#include "world/felt/felt.h"
 #include "world/pinch/holds.h"
 #include "world/pinch/pinch_sides.h"
 
@@ -156,6 +157,7 @@ static vec3 get_way(const step_context *context, size_t obstacle, const pinch_si
     const tulle_world *const world = context->world;
     vec3 way = {0, 0, 0};
     if (world->surfaces[world->cloths.count + obstacle].is_static ||
+        world_may_lag(world, obstacle) ||
         world->obstacles.data[obstacle].body.is_dynamic)
         return way;
     for (int k = 0; k < 4; k++) {
@@ -236,7 +238,7 @@ static void hold_back(step_context *context, const blocked_place *place, const p
     for (size_t i = 0; context->pinch_level == LEVEL_STILL && i < world->obstacles.count; i++) {
         const surface_range *const range = &world->surfaces[world->cloths.count + i];
         bool const is_body = world->obstacles.data[i].body.is_dynamic;
-        if (!sides[i].is_near || range->is_static || is_body) continue;
+        if (!sides[i].is_near || range->is_static || is_body || world_may_lag(world, i)) continue;
         world_hold still = {.kind = HOLD_STILL, .cloth = place->surface};
         still.obstacles[0] = (uint32_t)i;
         still.obstacles[1] = TULLE_NONE;
@@ -281,7 +283,12 @@ tulle_status world_handle_pinch(step_context *context) {
         helps_release = true;
         if (world->def.on_pinch == TULLE_ON_PINCH_RELEASE) context->state->is_released[i] = 1;
     }
-    if (world->def.on_pinch == TULLE_ON_PINCH_SLOW) {
+    bool helps_lag = false;
+    for (size_t i = 0; i < world->obstacles.count; i++)
+        helps_lag |= sides[i].is_near && world_may_lag(world, i);
+    if (helps_lag && world_feel_pinch(context, &place)) {
+        write_message(context, &place, is_near, "it has no room there");
+    } else if (world->def.on_pinch == TULLE_ON_PINCH_SLOW) {
         write_message(context, &place, is_near, "scripted motion waits (on_pinch: slow)");
         hold_back(context, &place, sides);
     } else if (world->def.on_pinch == TULLE_ON_PINCH_RELEASE && helps_release) {

@@ -8,6 +8,7 @@
 #include "base/parallel.h"
 #include "dynamics/hysteresis.h"
 #include "world/bodies/bodies.h"
+#include "world/felt/felt.h"
 #include "world/record/record.h"
 #include "world/start/inside.h"
 #include "world/step/search.h"
@@ -50,6 +51,8 @@ static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
             obstacle->vertex_begin = range->vertex_begin;
             range->is_static = obstacle->motion.key_count == 0 && !obstacle->read_frame &&
                                !obstacle->body.is_dynamic && obstacle->drive == TULLE_DRIVE_NONE;
+            if (world_may_lag(world, s - world->cloths.count))
+                world->lag_vertex_count += mesh->vertex_count;
             if (obstacle->drive == TULLE_DRIVE_RIGID) world->pose_count = world->obstacles.count;
         }
     }

@@ -32,12 +32,14 @@ bool world_allocate_start(tulle_world *world) {
         state->rests = memory_allocate_zeroed(heap, world->body_count, sizeof *state->rests);
         state->drive_forces =
             memory_allocate_zeroed(heap, BODY_AXES * world->body_count, sizeof(double));
+        state->lags = memory_allocate_zeroed(heap, 3 * world->lag_vertex_count, sizeof(double));
         state->poses = memory_allocate(heap, world->pose_count * sizeof *state->poses);
         for (size_t k = 0; state->poses && k < world->pose_count; k++)
             state->poses[k] = motion_compute_pose(&world->obstacles.data[k].motion, 0.0);
         has_all = has_all && state->positions && state->velocities && state->previous_mean &&
                   state->previous_velocities && state->is_released && state->is_present &&
-                  state->particles && state->rests && state->drive_forces && state->poses;
+                  state->particles && state->rests && state->drive_forces && state->poses &&
+                  state->lags;
     }
     return has_all;
 }
@@ -81,6 +83,7 @@ void world_release_start(tulle_world *world) {
         memory_release(heap, state->rests, world->body_count * sizeof *state->rests);
         memory_release(heap, state->drive_forces, BODY_AXES * world->body_count * sizeof(double));
         memory_release(heap, state->poses, world->pose_count * sizeof *state->poses);
+        memory_release(heap, state->lags, 3 * world->lag_vertex_count * sizeof(double));
         ARRAY_FREE(heap, &state->contacts.contacts);
         ARRAY_FREE(heap, &state->ties);
         memset(state, 0, sizeof *state);
@@ -104,6 +107,7 @@ void world_release_start(tulle_world *world) {
     row_list_destroy(&world->rows, heap);
     row_list_destroy(&world->accepted_rows, heap);
     ARRAY_FREE(heap, &world->contacts);
+    ARRAY_FREE(heap, &world->places);
     ARRAY_FREE(heap, &world->ignored);
     ARRAY_FREE(heap, &world->ignored_start);
     ARRAY_FREE(heap, &world->ignored_keys);
@@ -119,7 +123,7 @@ void world_release_start(tulle_world *world) {
     world->laws = NULL;
     world->grains = NULL;
     world->vertex_count = world->cloth_vertex_count = world->particle_count = 0;
-    world->body_count = 0;
+    world->body_count = world->lag_vertex_count = 0;
     world->plastic_count = world->pose_count = 0;
     world->cloth_edge_count = 0;
     world->contact_distance = world->separation_distance = 0.0;

@@ -177,7 +177,7 @@ void world_retry_substep(step_context *context) {
     if (!world_is_script_moving(context)) {
         world_stand_still(context);
         retry->remaining = 0.0;
-    } else if (retry->shorter_count == SHORTER_MAX) {
+    } else if (retry->shorter_count == SHORTER_MAX || context->may_feel) {
         context->outcome = SUBSTEP_PINCHED;
     } else {
         /* What turns fast leaves its circle less in shorter substeps, and cloth that rides on it

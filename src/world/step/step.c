@@ -16,6 +16,7 @@
 #include "world/bodies/bodies_room.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/bodies/bodies_turn.h"
+#include "world/felt/felt.h"
 #include "world/pinch/holds.h"
 #include "world/record/record.h"
 
@@ -147,10 +148,12 @@ static tulle_status run_step(step_context *context) {
         arena_mark const mark = arena_get_mark(&world->scratch);
         context->outcome = SUBSTEP_RUNS;
         if (status == TULLE_OK) world_begin_holds(context);
+        if (status == TULLE_OK) status = world_begin_felt(context);
         if (status == TULLE_OK) status = world_begin_carriers(context);
         if (status == TULLE_OK) status = run_substeps(context);
         if (status == TULLE_OK && context->outcome != SUBSTEP_PINCHED) {
             status = world_settle_bodies(context, context->whole_step);
+            world_end_felt(context);
             if (status == TULLE_OK) status = report_energies(context);
             if (status == TULLE_OK) status = check_overstretch(context);
             if (status == TULLE_OK && world_tears_squeezed(context))

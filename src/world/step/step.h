@@ -47,6 +47,13 @@ typedef struct blocked_place {
     vec3 position;    /* [m] of one of them */
 } blocked_place;
 
+/* A place around which what deforms stands still in a step that was pinched there. */
+typedef struct still_place {
+    vec3 position; /* [m] */
+    double radius; /* [m] */
+} still_place;
+enum { STILL_PLACES = 16, STILL_TRIES = 24 };
+
 /* What retry.c decides by. The first group lasts for one go at the step, the second for a substep.
  */
 typedef struct retry_state {
@@ -129,6 +136,11 @@ typedef struct step_context {
     double hold_left[HOLDS_MAX]; /* [m] that each hold keeps from its script */
     int pinch_level;             /* how much the step holds back already */
     blocked_place torn_place;    /* where the step tears squeezed cloth */
+    bool may_feel;               /* felt surfaces may move less when the step is made anew */
+    double *felt, *drawn;        /* [m] all vertices: where felt surfaces are to be at the end of the
+                                    step, null: as drawn; where they are drawn (felt.h) */
+    still_place still[STILL_PLACES];
+    size_t still_count;
     char pinch_message[WORLD_MESSAGE_BYTES / 2]; /* of the pinch found last */
 } step_context;
 

@@ -1,0 +1,185 @@
+/* world/felt/felt.c - see felt.h.
+ *
+ * At the start of a step the lags shrink, and the felt surface is to end where the drawn one does,
+ * plus what is left of its lag. Where cloth would not have its room (room.h), the ends give way.
+ * Neighbours take a part of a lag over, so that the felt surface has no steps. */
+#include "world/felt/felt.h"
+
+#include "base/error.h"
+#include "tulle/query.h"
+#include "world/felt/room.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A lag shrinks at this rate [1/s], and by this speed [m/s] at least. */
+static const double RETURN_RATE = 8.0, RETURN_SPEED = 0.02;
+/* [contact distances] Places are sought so far beyond what comes nearer in the step. */
+static const double REACH = 8.0;
+/* [contact distances] A place that lacks less room has it. */
+static const double ROOM_TOLERANCE = 1e-3;
+/* [contact distances] What gives way with a point. */
+static const double GIVING_RADIUS = 40.0;
+/* [contact distances] A step that is pinched again stands still so far around the place, the first
+ * time; then twice as far each time. */
+static const double STILL_RADIUS = 10.0;
+
+bool world_may_lag(const tulle_world *world, size_t obstacle) {
+    const world_obstacle *const at = &world->obstacles.data[obstacle];
+    bool const deforms = at->read_frame || at->drive == TULLE_DRIVE_DEFORMING;
+    return deforms && (world->def.on_pinch == TULLE_ON_PINCH_LAG ||
+                       world->def.on_pinch == TULLE_ON_PINCH_SLOW);
+}
+
+/* Calls of a loop over the vertices that may lag: `i` counts them, `v` is in the world's numbering.
+ */
+typedef struct lag_run {
+    size_t begin, end; /* vertices of an obstacle that may lag */
+    size_t lag;        /* the first's number among those that may lag */
+    size_t obstacle;
+} lag_run;
+
+static bool next_run(const tulle_world *world, lag_run *run) {
+    size_t const passed = run->end - run->begin;
+    for (size_t i = run->end == 0 ? 0 : run->obstacle + 1; i < world->obstacles.count; i++) {
+        const surface_range *const range = &world->surfaces[world->cloths.count + i];
+        if (!world_may_lag(world, i)) continue;
+        *run = (lag_run){range->vertex_begin, range->vertex_end, run->lag + passed, i};
+        return true;
+    }
+    return false;
+}
+
+/* ---- the plan of a step ---- */
+
+static void shrink_lags(const step_context *context, double *ends) {
+    const tulle_world *const world = context->world;
+    if (!world->now.has_lag) return;
+    lag_run run = {0};
+    while (next_run(world, &run)) {
+        for (size_t v = run.begin; v < run.end; v++) {
+            vec3 const lag = vec3_load(world->now.lags, run.lag + v - run.begin);
+            double const size = vec3_norm(lag);
+            double const shrinks = context->whole_step * fmax(RETURN_SPEED, RETURN_RATE * size);
+            if (!(size > shrinks)) continue;
+            vec3_store(ends, v, vec3_add_scaled(vec3_load(ends, v), lag, 1.0 - shrinks / size));
+        }
+    }
+}
+
+/* [m] The farthest way that a vertex that may lag, or what follows a script beside it, goes. */
+static double measure_ways(const tulle_world *world, const double *ends) {
+    double farthest2 = 0.0;
+    for (size_t v = world->cloth_vertex_count + 2 * world->body_count; v < world->vertex_count; v++)
+        farthest2 = fmax(farthest2, vec3_norm2(vec3_sub(vec3_load(ends, v),
+                                                        vec3_load(world->now.positions, v))));
+    return sqrt(farthest2);
+}
+
+/* What is around a place where the step was pinched stands still. */
+static void stand_still(const step_context *context, double *ends) {
+    const tulle_world *const world = context->world;
+    lag_run run = {0};
+    while (context->still_count > 0 && next_run(world, &run)) {
+        for (size_t v = run.begin; v < run.end; v++) {
+            vec3 const x = vec3_load(world->now.positions, v);
+            double part = 1.0;
+            for (size_t k = 0; k < context->still_count; k++) {
+                const still_place *const still = &context->still[k];
+                double const away = vec3_norm(vec3_sub(x, still->position)) / still->radius - 1.0;
+                part = fmin(part, fmax(away, 0.0));
+            }
+            if (part < 1.0) vec3_store(ends, v, vec3_lerp(x, vec3_load(ends, v), part));
+        }
+    }
+}
+
+static bool has_run(const tulle_world *world) {
+    lag_run run = {0};
+    return next_run(world, &run);
+}
+
+tulle_status world_begin_felt(step_context *context) {
+    tulle_world *const world = context->world;
+    size_t const n = 3 * world->vertex_count;
+    context->felt = context->drawn = NULL;
+    context->may_feel = has_run(world) && context->pinch_level < STILL_TRIES;
+    if (!has_run(world)) return TULLE_OK;
+    double const start = world->now.time;
+    tulle_status status =
+        world_script_targets(world, start, start + context->whole_step, context->error);
+    if (status != TULLE_OK) return status;
+    double *const drawn = ARENA_NEW(&world->scratch, double, n);
+    double *const ends = ARENA_NEW(&world->scratch, double, n);
+    if (!drawn || !ends)
+        return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
+    memcpy(drawn, world->targets, n * sizeof(double));
+    memcpy(ends, drawn, n * sizeof(double));
+    shrink_lags(context, ends);
+    status = tulle_world_update_queries(world, context->error);
+    if (status == TULLE_OK)
+        status = world_find_room(context, ends,
+                                 REACH * world->contact_distance + 2.0 * measure_ways(world, ends),
+                                 &world->places);
+    if (status != TULLE_OK)
+        return error_set(context->error, status, "no memory left for a pinch");
+    if (!world_make_room(world, &world->places, GIVING_RADIUS * world->contact_distance,
+                         ROOM_TOLERANCE * world->contact_distance, ends))
+        return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
+    bool const lags = memcmp(ends, drawn, n * sizeof(double)) != 0;
+    stand_still(context, ends);
+    context->drawn = drawn;
+    if (lags || context->still_count > 0) context->felt = ends;
+    return TULLE_OK;
+}
+
+void world_lead_felt(step_context *context) {
+    tulle_world *const world = context->world;
+    if (!context->felt) return;
+    double const passed = context->state->time + context->time_step - context->step_start;
+    double const share = passed / context->whole_step;
+    bool const is_end = share > 1.0 - 1e-9;
+    lag_run run = {0};
+    while (next_run(world, &run)) {
+        for (size_t v = run.begin; v < run.end; v++) {
+            vec3 const to = vec3_load(context->felt, v);
+            vec3 const from = vec3_load(world->now.positions, v);
+            vec3_store(world->targets, v, is_end ? to : vec3_lerp(from, to, share));
+        }
+    }
+}
+
+void world_end_felt(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    state->has_lag = false;
+    if (!context->felt && !(context->drawn && context->is_script_frozen)) return;
+    double largest2 = 0.0;
+    lag_run run = {0};
+    while (next_run(world, &run)) {
+        for (size_t v = run.begin; v < run.end; v++) {
+            vec3 const lag =
+                vec3_sub(vec3_load(state->positions, v), vec3_load(context->drawn, v));
+            vec3_store(state->lags, run.lag + v - run.begin, lag);
+            largest2 = fmax(largest2, vec3_norm2(lag));
+        }
+    }
+    state->has_lag = largest2 > 0.0;
+    context->report->largest_lag = sqrt(largest2);
+}
+
+bool world_feel_pinch(step_context *context, const blocked_place *place) {
+    const tulle_world *const world = context->world;
+    if (!has_run(world)) return false;
+    context->pinch_level++;
+    for (size_t k = 0; k < context->still_count; k++) {
+        still_place *const still = &context->still[k];
+        if (vec3_norm(vec3_sub(place->position, still->position)) > 2.0 * still->radius) continue;
+        still->radius *= 2.0;
+        return context->pinch_level < STILL_TRIES;
+    }
+    if (context->still_count < STILL_PLACES && context->pinch_level > 1)
+        context->still[context->still_count++] =
+            (still_place){place->position, STILL_RADIUS * world->contact_distance};
+    return context->pinch_level < STILL_TRIES;
+}

@@ -1,0 +1,347 @@
+/* world/felt/room.c - see room.h.
+ *
+ * In: contacts of cloth with what may lag. From the cloth a ray goes on across it, away from the
+ * surface that it touches. What the ray meets first beyond the cloth is the other side. The cloth
+ * needs room there by the layers of cloth that the ray passes on its way. */
+#include "world/felt/room.h"
+
+#include "detect/queries/surface_queries.h"
+#include "tulle/query.h"
+#include "world/felt/felt.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Two sides face each other when the cosine between the directions into the cloth is under this. */
+static const double OPPOSED_COSINE = -0.5;
+/* [contact distances] room of a layer of cloth on each of its sides: a little pressed */
+static const double ROOM_OF_SIDE = 0.75;
+/* Sweeps over all places; the last of them change less than the tolerance. */
+enum { ROOM_SWEEPS = 100 };
+
+/* ---- sides ---- */
+
+static vec3 get_point(const room_side *side, const double *positions) {
+    vec3 point = {0, 0, 0};
+    for (int k = 0; k < 3; k++)
+        point = vec3_add_scaled(point, vec3_load(positions, side->vertices[k]), side->weights[k]);
+    return point;
+}
+
+/* ---- what lies across ---- */
+
+/* Counts the triangles of cloth that a segment passes, without those at a vertex of the contact. */
+typedef struct layer_query {
+    tree_query query;
+    ray_query ray;
+    const tulle_world *world;
+    const uint32_t *contact; /* its four vertices */
+    size_t count;
+} layer_query;
+
+static void measure_layers(const tree_query *query, const query_node *node,
+                           double distances[QUERY_LANES]) {
+    const layer_query *const layers = (const layer_query *)query;
+    layers->ray.query.measure(&layers->ray.query, node, distances);
+}
+
+static void visit_layer(tree_query *query, uint32_t triangle) {
+    layer_query *const layers = (layer_query *)query;
+    const uint32_t *const corners = layers->world->topo.triangles + 3 * (size_t)triangle;
+    for (int k = 0; k < 12; k++)
+        if (corners[k % 3] == layers->contact[k / 3]) return;
+    ray_query ray = layers->ray;
+    ray.query.visit(&ray.query, triangle);
+    layers->count += ray.hit.triangle != TULLE_NONE;
+}
+
+static size_t count_layers(const tulle_world *world, const uint32_t contact[4], const double *from,
+                           const double *to) {
+    layer_query layers = {
+        .query = {measure_layers, visit_layer, 1.0},
+        .ray = ray_query_make(world->topo.triangles, world->now.positions, from, to, false),
+        .world = world,
+        .contact = contact};
+    for (size_t s = 0; s < world->cloths.count; s++)
+        query_tree_visit(&world->queries.trees[s], &layers.query);
+    return layers.count + 1;
+}
+
+/* What the cloth meets across itself, farther from the side that it touches. */
+static bool find_across(const tulle_world *world, size_t cloth, vec3 from, vec3 normal,
+                        double reach, surface_hit *hit) {
+    double ends[2][3];
+    vec3_store(ends[0], 0, from);
+    vec3_store(ends[1], 0, vec3_add_scaled(from, normal, reach));
+    ray_query query =
+        ray_query_make(world->topo.triangles, world->now.positions, ends[0], ends[1], false);
+    for (size_t s = world->cloths.count; s < world->set.surface_count; s++)
+        if (world->surfaces[s].is_present && !world->surfaces[s].is_body &&
+            world_pair_collides(world, cloth, s))
+            query_tree_visit(&world->queries.trees[s], &query.query);
+    *hit = query.hit;
+    return hit->triangle != TULLE_NONE;
+}
+
+/* How far the side goes along the direction in this step, as drawn. */
+static double get_advance(const tulle_world *world, const room_side *side, const double *ends,
+                          vec3 direction) {
+    vec3 const way = vec3_sub(get_point(side, ends), get_point(side, world->now.positions));
+    return side->may_lag ? fmax(0.0, vec3_dot(way, direction)) : 0.0;
+}
+
+/* What a side that may lag touches the cloth with, and the cloth there. */
+typedef struct touch {
+    room_side side;
+    vec3 cloth;           /* [m] the point of the cloth */
+    uint32_t vertices[4]; /* of both; triangles at these are no further layer */
+    uint32_t vertex;      /* one of the cloth */
+    double height;        /* [m] at which the cloth is held over the side; 0: it may come nearer */
+} touch;
+
+/* The place of a touch, if the cloth has another side across. */
+static bool find_place(const tulle_world *world, const touch *at, const double *ends, double reach,
+                       room_place *place) {
+    const double *const positions = world->now.positions;
+    size_t const cloth = world->vertex_surface[at->vertex];
+    vec3 const away = vec3_sub(at->cloth, get_point(&at->side, positions));
+    vec3 const normal = vec3_normalize(away);
+    surface_hit hit;
+    if (!(vec3_norm(away) > 0.0) || !find_across(world, cloth, at->cloth, normal, reach, &hit))
+        return false;
+
+    room_side *const second = &place->sides[1];
+    const uint32_t *const corners = world->topo.triangles + 3 * (size_t)hit.triangle;
+    vec3 x[3];
+    for (int k = 0; k < 3; k++) {
+        second->vertices[k] = corners[k];
+        second->weights[k] = hit.weights[k];
+        x[k] = vec3_load(positions, corners[k]);
+    }
+    size_t const other = world->vertex_surface[corners[0]];
+    second->may_lag = world_may_lag(world, other - world->cloths.count);
+    place->sides[0] = at->side;
+    vec3 facing = vec3_normalize(vec3_cross(vec3_sub(x[1], x[0]), vec3_sub(x[2], x[0])));
+    if (vec3_dot(facing, normal) > 0.0) facing = vec3_neg(facing);
+    if (vec3_dot(facing, normal) > OPPOSED_COSINE) return false;
+    place->normal = vec3_normalize(vec3_sub(normal, facing));
+
+    double from[3], to[3];
+    vec3_store(from, 0, at->cloth);
+    vec3_store(to, 0, hit.position);
+    size_t const count = world->set.surface_count;
+    size_t const own = world->vertex_surface[at->side.vertices[0]];
+    double const side = ROOM_OF_SIDE * fmax(world->laws[cloth * count + own].contact_distance,
+                                            world->laws[cloth * count + other].contact_distance);
+    double const full = fmax(side, at->height) +
+                        side * (double)count_layers(world, at->vertices, from, to);
+    double const now = vec3_dot(place->normal, vec3_sub(get_point(second, positions),
+                                                        get_point(&at->side, positions)));
+    place->room = fmin(full, now);
+    double const a = get_advance(world, &at->side, ends, place->normal);
+    double const b = get_advance(world, second, ends, vec3_neg(place->normal));
+    place->share = !second->may_lag ? 1.0 : a + b > 0.0 ? a / (a + b) : 0.5;
+    return true;
+}
+
+/* ---- what touches ---- */
+
+/* Reads a contact. False where it is not one of cloth with something that may lag. */
+static bool read_touch(const tulle_world *world, feature_kind kind, feature_pair pair,
+                       touch *at) {
+    vec3 points[4];
+    int own = 0;
+    size_t surface = 0;
+    feature_pair_vertices(&world->topo, kind, pair, at->vertices);
+    for (int k = 0; k < 4; k++) {
+        points[k] = vec3_load(world->now.positions, at->vertices[k]);
+        size_t const its = world->vertex_surface[at->vertices[k]];
+        surface = its > surface ? its : surface;
+        own += at->vertices[k] < world->cloth_vertex_count;
+    }
+    if (own == 0 || own == 4 || surface < world->cloths.count ||
+        !world->surfaces[surface].is_present ||
+        !world_may_lag(world, surface - world->cloths.count))
+        return false;
+    closest_points const closest = closest_of_pair(kind, points);
+    at->side = (room_side){.may_lag = true};
+    at->cloth = vec3_make(0.0, 0.0, 0.0);
+    at->height = 0.0;
+    int used = 0;
+    for (int k = 0; k < 4; k++) {
+        double const weight = fabs(closest.weights[k]);
+        if (at->vertices[k] < world->cloth_vertex_count) {
+            at->vertex = at->vertices[k];
+            at->cloth = vec3_add_scaled(at->cloth, points[k], weight);
+        } else {
+            at->side.vertices[used] = at->vertices[k];
+            at->side.weights[used++] = weight;
+        }
+    }
+    for (; used < 3; used++) at->side.vertices[used] = at->side.vertices[0];
+    return true;
+}
+
+/* Reads a tie. False where it is not to something that may lag. */
+static bool read_tie(const tulle_world *world, const world_tie *tie, touch *at) {
+    if (tie->corners[0] == TULLE_NONE) return false;
+    size_t const surface = world->vertex_surface[tie->corners[0]];
+    if (surface < world->cloths.count || !world_may_lag(world, surface - world->cloths.count))
+        return false;
+    *at = (touch){.side = {.may_lag = true},
+                  .cloth = vec3_load(world->now.positions, tie->vertex),
+                  .vertices = {tie->vertex, tie->corners[0], tie->corners[1], tie->corners[2]},
+                  .vertex = tie->vertex,
+                  .height = fabs(tie->height)};
+    for (int k = 0; k < 3; k++) {
+        at->side.vertices[k] = tie->corners[k];
+        at->side.weights[k] = tie->weights[k];
+    }
+    return true;
+}
+
+/* The place between a pinned vertex and what may lag and comes near it. */
+static bool find_pin_place(const tulle_world *world, uint32_t vertex, double reach,
+                           room_place *place) {
+    size_t const cloth = world->vertex_surface[vertex], count = world->set.surface_count;
+    vec3 const pin = vec3_load(world->now.positions, vertex);
+    nearest_query query =
+        nearest_query_make(world->topo.triangles, world->now.positions, pin, reach);
+    for (size_t s = world->cloths.count; s < count; s++)
+        if (world->surfaces[s].is_present && world_may_lag(world, s - world->cloths.count) &&
+            world_pair_collides(world, cloth, s))
+            query_tree_visit(&world->queries.trees[s], &query.query);
+    const surface_hit *const hit = &query.hit;
+    if (hit->triangle == TULLE_NONE || !(hit->distance > 0.0)) return false;
+    *place = (room_place){.sides = {{.may_lag = true}, {.vertices = {vertex, vertex, vertex}}},
+                          .normal = vec3_scale(vec3_sub(pin, hit->position), 1.0 / hit->distance),
+                          .share = 1.0};
+    place->sides[1].weights[0] = 1.0;
+    for (int k = 0; k < 3; k++) {
+        place->sides[0].vertices[k] = world->topo.triangles[3 * (size_t)hit->triangle + (size_t)k];
+        place->sides[0].weights[k] = hit->weights[k];
+    }
+    size_t const other = world->vertex_surface[place->sides[0].vertices[0]];
+    place->room =
+        fmin(hit->distance, ROOM_OF_SIDE * world->laws[cloth * count + other].contact_distance);
+    return true;
+}
+
+tulle_status world_find_room(step_context *context, const double *ends, double reach,
+                             room_list *places) {
+    tulle_world *const world = context->world;
+    const contact_store *const store = &context->state->contacts;
+    size_t const tried = context->pinch_level > 0 ? world->rows.rows.count : 0;
+    const world_motion_state *const state = context->state;
+    places->count = 0;
+    size_t pinned = 0;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) pinned += world->is_fixed[v];
+    if (!ARRAY_RESERVE(&world->heap, places,
+                       store->contacts.count + tried + state->ties.count + pinned))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    touch at;
+    for (size_t i = 0; i < store->contacts.count; i++) {
+        const stored_contact *const contact = &store->contacts.data[i];
+        feature_pair const pair = {contact->first, contact->second};
+        places->count += read_touch(world, (feature_kind)contact->kind, pair, &at) &&
+                         find_place(world, &at, ends, reach, &places->data[places->count]);
+    }
+    for (size_t i = 0; i < tried; i++) {
+        const row_frame *const frame = &world->rows.rows.data[i].frame;
+        places->count += read_touch(world, frame->kind, frame->pair, &at) &&
+                         find_place(world, &at, ends, reach, &places->data[places->count]);
+    }
+    for (size_t i = 0; i < state->ties.count; i++)
+        places->count += read_tie(world, &state->ties.data[i], &at) &&
+                         find_place(world, &at, ends, reach, &places->data[places->count]);
+    for (uint32_t v = 0; v < world->cloth_vertex_count && pinned > 0; v++)
+        places->count += world->is_fixed[v] &&
+                         find_pin_place(world, v, reach, &places->data[places->count]);
+    return TULLE_OK;
+}
+
+/* ---- making room ---- */
+
+/* The vertices of a surface around a point, by edges, that go along when the point gives way. */
+typedef struct around_point {
+    uint32_t *vertices;
+    double *parts; /* of the way, up to 1 */
+    size_t count;
+    double answer; /* how far the point goes when it is moved by 1 */
+} around_point;
+
+/* Finds the vertices around a side. marks: of all vertices, zero before and after. False when
+ * memory is short. */
+static bool look_around(const tulle_world *world, const room_side *side, double radius,
+                        uint8_t *marks, uint32_t *queue, arena *scratch, around_point *found) {
+    const adjacency *const next = &world->topo.vertex_neighbours;
+    vec3 const centre = get_point(side, world->now.positions);
+    size_t count = 0;
+    for (int k = 0; k < 3; k++) {
+        if (marks[side->vertices[k]]) continue;
+        marks[side->vertices[k]] = 1;
+        queue[count++] = side->vertices[k];
+    }
+    for (size_t i = 0; i < count; i++) {
+        for (uint32_t k = next->begin[queue[i]]; k < next->begin[queue[i] + 1]; k++) {
+            uint32_t const v = next->items[k];
+            vec3 const away = vec3_sub(vec3_load(world->now.positions, v), centre);
+            if (marks[v] || !(vec3_norm2(away) < radius * radius)) continue;
+            marks[v] = 1;
+            queue[count++] = v;
+        }
+    }
+    *found = (around_point){ARENA_NEW(scratch, uint32_t, count), ARENA_NEW(scratch, double, count),
+                            count, 0.0};
+    bool const has_room = found->vertices && found->parts;
+    for (size_t i = 0; i < count; i++) {
+        vec3 const away = vec3_sub(vec3_load(world->now.positions, queue[i]), centre);
+        double const left = fmax(0.0, 1.0 - vec3_norm2(away) / (radius * radius));
+        marks[queue[i]] = 0;
+        if (!has_room) continue;
+        found->vertices[i] = queue[i];
+        found->parts[i] = fmax(left * left, 1e-3);
+        for (int k = 0; k < 3; k++)
+            if (side->vertices[k] == queue[i]) found->answer += side->weights[k] * found->parts[i];
+    }
+    return has_room;
+}
+
+static void move_around(const around_point *around, vec3 way, double *ends) {
+    for (size_t i = 0; i < around->count; i++) {
+        uint32_t const v = around->vertices[i];
+        vec3_store(ends, v,
+                   vec3_add_scaled(vec3_load(ends, v), way, around->parts[i] / around->answer));
+    }
+}
+
+bool world_make_room(tulle_world *world, const room_list *places, double radius, double tolerance,
+                     double *ends) {
+    arena *const scratch = &world->scratch;
+    uint8_t *const marks = ARENA_NEW_ZEROED(scratch, uint8_t, world->vertex_count);
+    uint32_t *const queue = ARENA_NEW(scratch, uint32_t, world->vertex_count);
+    around_point *const around = ARENA_NEW_ZEROED(scratch, around_point, 2 * places->count);
+    if (!marks || !queue || !around) return false;
+    for (int sweep = 0; sweep < ROOM_SWEEPS; sweep++) {
+        double worst = 0.0;
+        for (size_t i = 0; i < places->count; i++) {
+            const room_place *const place = &places->data[i];
+            vec3 const between =
+                vec3_sub(get_point(&place->sides[1], ends), get_point(&place->sides[0], ends));
+            double const missing = place->room - vec3_dot(place->normal, between);
+            if (!(missing > tolerance)) continue;
+            worst = fmax(worst, missing);
+            double const shares[2] = {-place->share, 1.0 - place->share};
+            for (int side = 0; side < 2; side++) {
+                around_point *const own = &around[2 * i + (size_t)side];
+                if (shares[side] == 0.0 || !place->sides[side].may_lag) continue;
+                if (!own->vertices && !look_around(world, &place->sides[side], radius, marks, queue,
+                                                   scratch, own))
+                    return false;
+                move_around(own, vec3_scale(place->normal, shares[side] * missing), ends);
+            }
+        }
+        if (!(worst > tolerance)) break;
+    }
+    return true;
+}

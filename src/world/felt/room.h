@@ -1,0 +1,20 @@
+/* world/felt/room.h - places where an obstacle that deforms closes on cloth, and the room that the
+ * cloth needs there. */
+#ifndef TULLE_WORLD_FELT_ROOM_H
+#define TULLE_WORLD_FELT_ROOM_H
+
+#include "world/step/step.h"
+
+/* Finds the places at the start of the step, from the contacts of cloth with what may lag, and, once
+ * the step was tried, from the rows that it met. reach [m]: sides farther from each other do not
+ * matter. `ends`: [m] all vertices at the end of the step, as drawn. */
+tulle_status world_find_room(step_context *context, const double *ends, double reach,
+                             room_list *places);
+
+/* Moves `ends` of vertices that may lag until all places have their room, as far as that can be. A
+ * point goes with what is within `radius` [m] of it on its surface, so that the surface stays
+ * smooth. False when memory is short. */
+bool world_make_room(tulle_world *world, const room_list *places, double radius, double tolerance,
+                     double *ends);
+
+#endif
