@@ -174,7 +174,10 @@ typedef enum tulle_values {
     TULLE_VALUES_CONTACT_FORCES,
     /* of triangles of woven cloth: strain of the warp, of the weft, and the shear, as in
      * tulle_material; the strain of a yarn is its length over that at rest, less one */
-    TULLE_VALUES_STRAINS
+    TULLE_VALUES_STRAINS,
+    /* [m] of vertices: those of an obstacle as its frames have them, which its positions may lag
+     * behind (TULLE_ON_PINCH_LAG); else the positions */
+    TULLE_VALUES_DRAWN_POSITIONS
 } tulle_values;
 /* The type of the numbers that are copied. */
 typedef enum tulle_number_type {

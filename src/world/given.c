@@ -195,6 +195,7 @@ void world_begin_given(tulle_world *world) {
 }
 
 void world_end_given(tulle_world *world, bool has_failed) {
+    if (has_failed) world->has_queries = false;
     for (size_t i = 0; i < world->obstacles.count; i++) {
         world_obstacle *const obstacle = &world->obstacles.data[i];
         if (has_failed && obstacle->has_jumped) {

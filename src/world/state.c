@@ -3,7 +3,7 @@
  * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
  * impulses, ignored pairs, plastic parts where cloth has hysteresis, poses of obstacles that the
- * host drives as a whole, attachments, and what the host has changed: gravity, wind, laws,
+ * host drives as a whole, lags of felt surfaces, attachments, and what the host has changed: gravity, wind, laws,
  * materials, pins, locks and drives. What the host
  * gave for the next step is input and no state. Obstacles that never move are left out: both states
  * of the world have them from its start on, to the bit (place_obstacles). It also holds the
@@ -13,6 +13,7 @@
 #include "base/hash.h"
 #include "tulle/live.h"
 #include "world/bodies/bodies.h"
+#include "world/felt/felt.h"
 #include "world/pinch/holds.h"
 #include "world/record/record.h"
 #include "world/step/search.h"
@@ -20,8 +21,8 @@
 #include <stddef.h>
 #include <string.h>
 
-/* A: version. */
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'A'};
+/* B: version. */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'B'};
 
 typedef struct state_header {
     char magic[8];
@@ -29,7 +30,7 @@ typedef struct state_header {
     uint64_t byte_count, def_hash;
     uint64_t vertex_count, obstacle_count, step_count;
     uint64_t contact_bytes, patch_bytes, setting_bytes, ignored_count, hold_count;
-    uint64_t control_bytes, tie_count, attachment_count;
+    uint64_t control_bytes, tie_count, attachment_count, lag_count;
     double time, previous_time_step, lost_energy;
 } state_header;
 
@@ -122,13 +123,15 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
         hash = hash_bytes(hash, &now->attachment_count, sizeof now->attachment_count);
         hash = hash_bytes(hash, now->ties.data, now->ties.count * sizeof *now->ties.data);
     }
+    if (world_has_lags(world, now))
+        hash = hash_bytes(hash, now->lags, 3 * world->lag_vertex_count * sizeof(double));
     return contact_store_hash(&now->contacts, hash);
 }
 
 /* The variable parts of a state. */
 typedef struct part_sizes {
     size_t contact_bytes, patch_bytes, ignored_count, hold_count, setting_bytes, control_bytes,
-        tie_count;
+        tie_count, lag_count;
 } part_sizes;
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
@@ -136,7 +139,8 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
            world->plastic_count * sizeof(double) + 2 * world->obstacles.count +
            world->particle_count + world->body_count * sizeof(body_rest) +
            world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
-           parts.tie_count * sizeof(world_tie) + parts.contact_bytes + parts.patch_bytes +
+           parts.tie_count * sizeof(world_tie) + 3 * parts.lag_count * sizeof(double) +
+           parts.contact_bytes + parts.patch_bytes +
            parts.ignored_count * sizeof(tulle_intersection) + parts.control_bytes +
            parts.setting_bytes;
 }
@@ -147,7 +151,7 @@ static part_sizes read_parts(const state_header *header) {
     return (part_sizes){(size_t)header->contact_bytes, (size_t)header->patch_bytes,
                         (size_t)header->ignored_count, (size_t)header->hold_count,
                         (size_t)header->setting_bytes, (size_t)header->control_bytes,
-                        (size_t)header->tie_count};
+                        (size_t)header->tie_count,     (size_t)header->lag_count};
 }
 
 static part_sizes measure_parts(const tulle_world *world) {
@@ -157,7 +161,9 @@ static part_sizes measure_parts(const tulle_world *world) {
                         .hold_count = world->now.hold_count,
                         .setting_bytes = world_get_settings_size(world),
                         .control_bytes = world_get_controls_size(world),
-                        .tie_count = world->now.ties.count};
+                        .tie_count = world->now.ties.count,
+                        .lag_count =
+                            world_has_lags(world, &world->now) ? world->lag_vertex_count : 0};
 }
 
 /* All but the header. */
@@ -175,6 +181,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     put(cursor, now->poses, world->pose_count * sizeof *now->poses);
     put(cursor, now->holds, parts.hold_count * sizeof *now->holds);
     put(cursor, now->ties.data, parts.tie_count * sizeof *now->ties.data);
+    put(cursor, now->lags, 3 * parts.lag_count * sizeof(double));
     put(cursor, world->ignored.data, parts.ignored_count * sizeof(tulle_intersection));
     contact_store_save(&now->contacts, cursor->bytes + cursor->used);
     cursor->used += parts.contact_bytes;
@@ -206,6 +213,7 @@ static void write_state(const tulle_world *world, part_sizes parts, unsigned cha
                            .ignored_count = parts.ignored_count,
                            .hold_count = parts.hold_count,
                            .tie_count = parts.tie_count,
+                           .lag_count = parts.lag_count,
                            .attachment_count = world->now.attachment_count,
                            .time = world->now.time,
                            .previous_time_step = world->now.previous_time_step,
@@ -288,6 +296,7 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
         header->obstacle_count != world->obstacles.count ||
         (header->control_bytes != 0 &&
          header->control_bytes != world->body_count * sizeof *world->controls) ||
+        (header->lag_count != 0 && header->lag_count != world->lag_vertex_count) ||
         state_size(world, read_parts(header)) != byte_count) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the saved state belongs to another scene");
@@ -381,6 +390,9 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to load the state");
     next->ties.count = parts.tie_count;
     take(&cursor, next->ties.data, parts.tie_count * sizeof *next->ties.data);
+    memset(next->lags, 0, 3 * world->lag_vertex_count * sizeof(double));
+    take(&cursor, next->lags, 3 * parts.lag_count * sizeof(double));
+    world_measure_lags(world, next);
     next->attachment_count = (uint32_t)header.attachment_count;
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;

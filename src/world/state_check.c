@@ -93,6 +93,8 @@ tulle_status world_check_state(const tulle_world *world, const world_motion_stat
         what = "obstacles in a pose that is none";
     else if (!world_holds_are_valid(world, state))
         what = "obstacles held back that are not there";
+    else if (!are_bounded(state->lags, 3 * world->lag_vertex_count))
+        what = "obstacles that lag too far behind their frames";
     else if (!world_ties_are_valid(world, state))
         what = "attachments of what is not there";
     if (!what) return TULLE_OK;

@@ -192,8 +192,8 @@ typedef struct world_motion_state {
     motion_pose *poses;          /* of pose_count obstacles: those driven as a whole */
     world_hold holds[HOLDS_MAX];
     size_t hold_count;
-    double *lags;              /* [m] of lag_vertex_count vertices, see felt.h; zero without */
-    bool has_lag;              /* one of them is not zero */
+    double *lags;              /* [m] of lag_vertex_count vertices, see felt.h */
+    double *largest_lags;      /* [m] per obstacle; 0: its lags are zero. Not saved */
     ARRAY(world_tie) ties;     /* by number of attachment, then order */
     uint32_t attachment_count; /* that the world ever had */
     contact_store contacts;

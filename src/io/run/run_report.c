@@ -67,6 +67,7 @@ static const column columns[] = {
     {"patches_dissolved", COLUMN_U64, FIELD(patches_dissolved)},
     {"turning_pairs", COLUMN_U64, FIELD(turning_pairs)},
     {"overstretched", COLUMN_U64, FIELD(overstretched)},
+    {"largest_lag", COLUMN_DOUBLE, FIELD(largest_lag)},
 };
 enum { COLUMN_COUNT = sizeof columns / sizeof columns[0] };
 

@@ -6,10 +6,10 @@
 #include "world/felt/felt.h"
 
 #include "base/error.h"
-#include "tulle/query.h"
 #include "world/felt/room.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* A lag shrinks at this rate [1/s], and by this speed [m/s] at least. */
@@ -54,9 +54,10 @@ static bool next_run(const tulle_world *world, lag_run *run) {
 
 static void shrink_lags(const step_context *context, double *ends) {
     const tulle_world *const world = context->world;
-    if (!world->now.has_lag) return;
     lag_run run = {0};
     while (next_run(world, &run)) {
+        const world_obstacle *const obstacle = &world->obstacles.data[run.obstacle];
+        if (world->now.largest_lags[run.obstacle] == 0.0 || obstacle->has_jumped) continue;
         for (size_t v = run.begin; v < run.end; v++) {
             vec3 const lag = vec3_load(world->now.lags, run.lag + v - run.begin);
             double const size = vec3_norm(lag);
@@ -94,6 +95,17 @@ static void stand_still(const step_context *context, double *ends) {
     }
 }
 
+/* What was given no place stands still as drawn, not as felt. */
+static void draw_what_stands(const tulle_world *world, double *drawn) {
+    lag_run run = {0};
+    while (next_run(world, &run)) {
+        const world_obstacle *const obstacle = &world->obstacles.data[run.obstacle];
+        if (obstacle->read_frame || obstacle->given != GIVEN_NOTHING) continue;
+        for (size_t v = run.begin; v < run.end; v++)
+            vec3_store(drawn, v, world_get_drawn(world, v));
+    }
+}
+
 static bool has_run(const tulle_world *world) {
     lag_run run = {0};
     return next_run(world, &run);
@@ -114,13 +126,12 @@ tulle_status world_begin_felt(step_context *context) {
     if (!drawn || !ends)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
     memcpy(drawn, world->targets, n * sizeof(double));
+    draw_what_stands(world, drawn);
     memcpy(ends, drawn, n * sizeof(double));
     shrink_lags(context, ends);
-    status = tulle_world_update_queries(world, context->error);
-    if (status == TULLE_OK)
-        status = world_find_room(context, ends,
-                                 REACH * world->contact_distance + 2.0 * measure_ways(world, ends),
-                                 &world->places);
+    status = world_find_room(context, ends,
+                             REACH * world->contact_distance + 2.0 * measure_ways(world, ends),
+                             &world->places);
     if (status != TULLE_OK)
         return error_set(context->error, status, "no memory left for a pinch");
     if (!world_make_room(world, &world->places, GIVING_RADIUS * world->contact_distance,
@@ -149,23 +160,62 @@ void world_lead_felt(step_context *context) {
     }
 }
 
+bool world_has_lags(const tulle_world *world, const world_motion_state *state) {
+    for (size_t i = 0; i < world->obstacles.count; i++)
+        if (state->largest_lags[i] > 0.0) return true;
+    return false;
+}
+
+/* The vertex of a run that lags most; its size is in state->largest_lags then. */
+static size_t find_largest(const lag_run *run, world_motion_state *state) {
+    double largest2 = 0.0;
+    size_t vertex = run->begin;
+    for (size_t v = run->begin; v < run->end; v++) {
+        double const size2 = vec3_norm2(vec3_load(state->lags, run->lag + v - run->begin));
+        if (!(size2 > largest2)) continue;
+        largest2 = size2;
+        vertex = v;
+    }
+    state->largest_lags[run->obstacle] = sqrt(largest2);
+    return vertex;
+}
+
+void world_measure_lags(const tulle_world *world, world_motion_state *state) {
+    if (world->lag_vertex_count == 0) return;
+    lag_run run = {0};
+    while (next_run(world, &run)) (void)find_largest(&run, state);
+}
+
+vec3 world_get_drawn(const tulle_world *world, size_t vertex) {
+    vec3 const felt = vec3_load(world->now.positions, vertex);
+    lag_run run = {0};
+    while (next_run(world, &run))
+        if (vertex >= run.begin && vertex < run.end)
+            return vec3_sub(felt, vec3_load(world->now.lags, run.lag + vertex - run.begin));
+    return felt;
+}
+
 void world_end_felt(step_context *context) {
     tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
-    state->has_lag = false;
-    if (!context->felt && !(context->drawn && context->is_script_frozen)) return;
-    double largest2 = 0.0;
+    bool const is_off = context->felt || (context->drawn && context->is_script_frozen);
     lag_run run = {0};
-    while (next_run(world, &run)) {
+    while (context->drawn && next_run(world, &run)) {
         for (size_t v = run.begin; v < run.end; v++) {
-            vec3 const lag =
-                vec3_sub(vec3_load(state->positions, v), vec3_load(context->drawn, v));
-            vec3_store(state->lags, run.lag + v - run.begin, lag);
-            largest2 = fmax(largest2, vec3_norm2(lag));
+            vec3 const lag = vec3_sub(vec3_load(state->positions, v), vec3_load(context->drawn, v));
+            vec3_store(state->lags, run.lag + v - run.begin, is_off ? lag : (vec3){0, 0, 0});
         }
+        size_t const vertex = find_largest(&run, state);
+        double const largest = state->largest_lags[run.obstacle];
+        context->report->largest_lag = fmax(context->report->largest_lag, largest);
+        if (!(largest > 0.0) || world->now.largest_lags[run.obstacle] > 0.0) continue;
+        vec3 const x = vec3_load(state->positions, vertex);
+        snprintf(context->pinch_message, sizeof context->pinch_message,
+                 "'%s' leaves cloth no room near (%.6g, %.6g, %.6g) m at %.6g s; there it lags "
+                 "behind its frames (on_pinch: %s)",
+                 world->obstacles.data[run.obstacle].name, x.x, x.y, x.z, state->time,
+                 world->def.on_pinch == TULLE_ON_PINCH_LAG ? "lag" : "slow");
     }
-    state->has_lag = largest2 > 0.0;
-    context->report->largest_lag = sqrt(largest2);
 }
 
 bool world_feel_pinch(step_context *context, const blocked_place *place) {

@@ -27,7 +27,11 @@ void world_end_felt(step_context *context);
  * stands still already. */
 bool world_feel_pinch(step_context *context, const blocked_place *place);
 
-/* Of lags that were read: whether they are numbers. */
-bool world_lags_are_valid(const tulle_world *world, const world_motion_state *state);
+/* Whether an obstacle of the state lags. */
+bool world_has_lags(const tulle_world *world, const world_motion_state *state);
+/* Finds the largest lag of each obstacle, when lags were read. */
+void world_measure_lags(const tulle_world *world, world_motion_state *state);
+/* [m] Where a vertex of the world's state is drawn. */
+vec3 world_get_drawn(const tulle_world *world, size_t vertex);
 
 #endif

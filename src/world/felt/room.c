@@ -8,6 +8,7 @@
 #include "detect/queries/surface_queries.h"
 #include "tulle/query.h"
 #include "world/felt/felt.h"
+#include "world/surface_box.h"
 
 #include <math.h>
 #include <string.h>
@@ -227,36 +228,77 @@ static bool find_pin_place(const tulle_world *world, uint32_t vertex, double rea
     return true;
 }
 
-tulle_status world_find_room(step_context *context, const double *ends, double reach,
-                             room_list *places) {
-    tulle_world *const world = context->world;
+/* Where pinned vertices matter: in the box around the ways of all that may lag. */
+static surface_box measure_lag_box(const tulle_world *world, const double *ends, double reach) {
+    double const most = (double)INFINITY;
+    surface_box box = {{most, most, most}, {-most, -most, -most}};
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        const surface_range *const range = &world->surfaces[world->cloths.count + i];
+        if (!world_may_lag(world, i) || !range->is_present) continue;
+        surface_box const own = measure_surface_box(range, world->now.positions, ends);
+        for (int k = 0; k < 3; k++) {
+            box.low[k] = fmin(box.low[k], own.low[k] - reach);
+            box.high[k] = fmax(box.high[k], own.high[k] + reach);
+        }
+    }
+    return box;
+}
+
+/* Finds what touches something that may lag: contacts, rows of a try before, ties. Returns how many
+ * there are; there is room for all. */
+static size_t list_touches(const step_context *context, touch *touches) {
+    const tulle_world *const world = context->world;
     const contact_store *const store = &context->state->contacts;
     size_t const tried = context->pinch_level > 0 ? world->rows.rows.count : 0;
-    const world_motion_state *const state = context->state;
-    places->count = 0;
-    size_t pinned = 0;
-    for (size_t v = 0; v < world->cloth_vertex_count; v++) pinned += world->is_fixed[v];
-    if (!ARRAY_RESERVE(&world->heap, places,
-                       store->contacts.count + tried + state->ties.count + pinned))
-        return TULLE_ERROR_OUT_OF_MEMORY;
-    touch at;
+    size_t count = 0;
     for (size_t i = 0; i < store->contacts.count; i++) {
         const stored_contact *const contact = &store->contacts.data[i];
         feature_pair const pair = {contact->first, contact->second};
-        places->count += read_touch(world, (feature_kind)contact->kind, pair, &at) &&
-                         find_place(world, &at, ends, reach, &places->data[places->count]);
+        count += read_touch(world, (feature_kind)contact->kind, pair, &touches[count]);
     }
     for (size_t i = 0; i < tried; i++) {
         const row_frame *const frame = &world->rows.rows.data[i].frame;
-        places->count += read_touch(world, frame->kind, frame->pair, &at) &&
-                         find_place(world, &at, ends, reach, &places->data[places->count]);
+        count += read_touch(world, frame->kind, frame->pair, &touches[count]);
     }
-    for (size_t i = 0; i < state->ties.count; i++)
-        places->count += read_tie(world, &state->ties.data[i], &at) &&
-                         find_place(world, &at, ends, reach, &places->data[places->count]);
-    for (uint32_t v = 0; v < world->cloth_vertex_count && pinned > 0; v++)
-        places->count += world->is_fixed[v] &&
-                         find_pin_place(world, v, reach, &places->data[places->count]);
+    for (size_t i = 0; i < context->state->ties.count; i++)
+        count += read_tie(world, &context->state->ties.data[i], &touches[count]);
+    return count;
+}
+
+/* Pinned vertices near what may lag. */
+static size_t list_pins(const tulle_world *world, const double *ends, double reach,
+                        uint32_t *pins) {
+    surface_box const box = measure_lag_box(world, ends, reach);
+    size_t count = 0;
+    for (uint32_t v = 0; v < world->cloth_vertex_count; v++)
+        if (world->is_fixed[v] && surface_box_holds(&box, world->now.positions + 3 * (size_t)v))
+            pins[count++] = v;
+    return count;
+}
+
+tulle_status world_find_room(step_context *context, const double *ends, double reach,
+                             room_list *places) {
+    tulle_world *const world = context->world;
+    arena *const scratch = &world->scratch;
+    size_t const most = context->state->contacts.contacts.count + world->rows.rows.count +
+                        context->state->ties.count;
+    touch *const touches = ARENA_NEW(scratch, touch, most);
+    uint32_t *const pins = ARENA_NEW(scratch, uint32_t, world->cloth_vertex_count);
+    if (!touches || !pins) return TULLE_ERROR_OUT_OF_MEMORY;
+    size_t const touch_count = list_touches(context, touches);
+    size_t const pin_count = list_pins(world, ends, reach, pins);
+    places->count = 0;
+    if (touch_count + pin_count == 0) return TULLE_OK;
+    tulle_status const status = tulle_world_update_queries(world, NULL);
+    if (status != TULLE_OK) return status;
+    if (!ARRAY_RESERVE(&world->heap, places, touch_count + pin_count))
+        return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < touch_count; i++)
+        places->count +=
+            find_place(world, &touches[i], ends, reach, &places->data[places->count]);
+    for (size_t i = 0; i < pin_count; i++)
+        places->count +=
+            find_pin_place(world, pins[i], reach, &places->data[places->count]);
     return TULLE_OK;
 }
 

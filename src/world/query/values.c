@@ -5,7 +5,7 @@
  * straight into the caller's memory; only forces are gathered beforehand. */
 #include "base/error.h"
 #include "dynamics/hysteresis.h"
-#include "world/world_state.h"
+#include "world/felt/felt.h"
 
 #include <string.h>
 
@@ -104,7 +104,7 @@ tulle_status tulle_object_copy_values(const tulle_world *world, tulle_object_id 
     if (!world->is_started)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: call tulle_world_start before its values are copied", name);
-    if ((int)values < TULLE_VALUES_POSITIONS || (int)values > TULLE_VALUES_STRAINS)
+    if ((int)values < TULLE_VALUES_POSITIONS || (int)values > TULLE_VALUES_DRAWN_POSITIONS)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "%s: there are no values number %d",
                          name, (int)values);
     bool const has_strains = object < world->cloths.count && world->model->elements;
@@ -128,6 +128,8 @@ tulle_status tulle_object_copy_values(const tulle_world *world, tulle_object_id 
             value = compute_normal(world, begin + i);
         else if (values == TULLE_VALUES_STRAINS)
             value = compute_strain(world, begin + i);
+        else if (values == TULLE_VALUES_DRAWN_POSITIONS)
+            value = world_get_drawn(world, begin + i);
         put(target, stride, i, value);
     }
     if (values == TULLE_VALUES_CONTACT_FORCES) add_contact_forces(world, range, target, stride);

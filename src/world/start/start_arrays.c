@@ -33,13 +33,14 @@ bool world_allocate_start(tulle_world *world) {
         state->drive_forces =
             memory_allocate_zeroed(heap, BODY_AXES * world->body_count, sizeof(double));
         state->lags = memory_allocate_zeroed(heap, 3 * world->lag_vertex_count, sizeof(double));
+        state->largest_lags = memory_allocate_zeroed(heap, world->obstacles.count, sizeof(double));
         state->poses = memory_allocate(heap, world->pose_count * sizeof *state->poses);
         for (size_t k = 0; state->poses && k < world->pose_count; k++)
             state->poses[k] = motion_compute_pose(&world->obstacles.data[k].motion, 0.0);
         has_all = has_all && state->positions && state->velocities && state->previous_mean &&
                   state->previous_velocities && state->is_released && state->is_present &&
                   state->particles && state->rests && state->drive_forces && state->poses &&
-                  state->lags;
+                  state->lags && state->largest_lags;
     }
     return has_all;
 }
@@ -84,6 +85,7 @@ void world_release_start(tulle_world *world) {
         memory_release(heap, state->drive_forces, BODY_AXES * world->body_count * sizeof(double));
         memory_release(heap, state->poses, world->pose_count * sizeof *state->poses);
         memory_release(heap, state->lags, 3 * world->lag_vertex_count * sizeof(double));
+        memory_release(heap, state->largest_lags, world->obstacles.count * sizeof(double));
         ARRAY_FREE(heap, &state->contacts.contacts);
         ARRAY_FREE(heap, &state->ties);
         memset(state, 0, sizeof *state);

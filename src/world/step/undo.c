@@ -65,9 +65,11 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
         memcpy(target->ties.data, source->ties.data, source->ties.count * sizeof(world_tie));
     target->ties.count = source->ties.count;
     target->attachment_count = source->attachment_count;
-    if (source->has_lag)
+    if (world->lag_vertex_count > 0) {
         memcpy(target->lags, source->lags, 3 * world->lag_vertex_count * sizeof(double));
-    target->has_lag = source->has_lag;
+        memcpy(target->largest_lags, source->largest_lags,
+               world->obstacles.count * sizeof(double));
+    }
     target->time = source->time;
 
     size_t const count = source->contacts.contacts.count;
