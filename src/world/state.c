@@ -3,12 +3,11 @@
  * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
  * impulses, ignored pairs, plastic parts where cloth has hysteresis, poses of obstacles that the
- * host drives as a whole, lags of felt surfaces, attachments, and what the host has changed: gravity, wind, laws,
- * materials, pins, locks and drives. What the host
- * gave for the next step is input and no state. Obstacles that never move are left out: both states
- * of the world have them from its start on, to the bit (place_obstacles). It also holds the
- * patches: they decide how fast later steps are and what reports say, but no position.
- * Little-endian, doubles as they are. */
+ * host drives as a whole, lags of felt surfaces, attachments, and what the host has changed:
+ * gravity, wind, laws, materials, pins, locks and drives. What the host gave for the next step is
+ * input and no state. Obstacles that never move are left out: both states of the world have them
+ * from its start on, to the bit (place_obstacles). It also holds the patches: they decide how fast
+ * later steps are and what reports say, but no position. Little-endian, doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
 #include "tulle/live.h"

@@ -342,7 +342,7 @@ struct tulle_world {
     bool has_contacts;
     query_trees queries; /* of the last state that was asked, when has_queries */
     bool has_queries;
-    room_list places; /* of the step that runs, or ran last */
+    room_list places;                      /* of the step that runs, or ran last */
     world_events *events;                  /* null: the host watches nothing */
     world_recording *recording;            /* null: calls are not recorded */
     tulle_untangle_report untangle_report; /* of the start */

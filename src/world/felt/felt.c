@@ -50,6 +50,14 @@ static bool next_run(const tulle_world *world, lag_run *run) {
     return false;
 }
 
+vec3 world_get_lag(const tulle_world *world, size_t vertex) {
+    lag_run run = {0};
+    while (next_run(world, &run))
+        if (vertex >= run.begin && vertex < run.end)
+            return vec3_load(world->now.lags, run.lag + vertex - run.begin);
+    return vec3_make(0.0, 0.0, 0.0);
+}
+
 /* ---- the plan of a step ---- */
 
 static void shrink_lags(const step_context *context, double *ends) {
@@ -72,8 +80,9 @@ static void shrink_lags(const step_context *context, double *ends) {
 static double measure_ways(const tulle_world *world, const double *ends) {
     double farthest2 = 0.0;
     for (size_t v = world->cloth_vertex_count + 2 * world->body_count; v < world->vertex_count; v++)
-        farthest2 = fmax(farthest2, vec3_norm2(vec3_sub(vec3_load(ends, v),
-                                                        vec3_load(world->now.positions, v))));
+        farthest2 =
+            fmax(farthest2,
+                 vec3_norm2(vec3_sub(vec3_load(ends, v), vec3_load(world->now.positions, v))));
     return sqrt(farthest2);
 }
 
@@ -102,7 +111,8 @@ static void draw_what_stands(const tulle_world *world, double *drawn) {
         const world_obstacle *const obstacle = &world->obstacles.data[run.obstacle];
         if (obstacle->read_frame || obstacle->given != GIVEN_NOTHING) continue;
         for (size_t v = run.begin; v < run.end; v++)
-            vec3_store(drawn, v, world_get_drawn(world, v));
+            vec3_store(drawn, v,
+                       vec3_sub(vec3_load(world->now.positions, v), world_get_lag(world, v)));
     }
 }
 
@@ -132,8 +142,7 @@ tulle_status world_begin_felt(step_context *context) {
     status = world_find_room(context, ends,
                              REACH * world->contact_distance + 2.0 * measure_ways(world, ends),
                              &world->places);
-    if (status != TULLE_OK)
-        return error_set(context->error, status, "no memory left for a pinch");
+    if (status != TULLE_OK) return error_set(context->error, status, "no memory left for a pinch");
     if (!world_make_room(world, &world->places, GIVING_RADIUS * world->contact_distance,
                          ROOM_TOLERANCE * world->contact_distance, ends))
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
@@ -184,15 +193,6 @@ void world_measure_lags(const tulle_world *world, world_motion_state *state) {
     if (world->lag_vertex_count == 0) return;
     lag_run run = {0};
     while (next_run(world, &run)) (void)find_largest(&run, state);
-}
-
-vec3 world_get_drawn(const tulle_world *world, size_t vertex) {
-    vec3 const felt = vec3_load(world->now.positions, vertex);
-    lag_run run = {0};
-    while (next_run(world, &run))
-        if (vertex >= run.begin && vertex < run.end)
-            return vec3_sub(felt, vec3_load(world->now.lags, run.lag + vertex - run.begin));
-    return felt;
 }
 
 void world_end_felt(step_context *context) {

@@ -1,9 +1,9 @@
 /* world/felt/felt.h - the felt surface of obstacles that deform: what cloth meets.
  *
  * Bodies of animations pass through themselves. Cloth that is between two parts then has no room,
- * whoever moves it. So cloth does not meet the drawn surface, as the frames have it, but a felt one.
- * It is the drawn one wherever there is room. Where the drawn one closes on cloth it lags behind, by
- * a way of each vertex (the lag), and it comes back as soon as there is room.
+ * whoever moves it. So cloth does not meet the drawn surface, as the frames have it, but a felt
+ * one. It is the drawn one wherever there is room. Where the drawn one closes on cloth it lags
+ * behind, by a way of each vertex (the lag), and it comes back as soon as there is room.
  *
  * The felt surface is where the state has the obstacle's vertices; the state keeps the lags beside
  * it. A world without lags is that of the drawn surfaces, to the bit. */
@@ -15,8 +15,8 @@
 /* Whether the world lets an obstacle lag. */
 bool world_may_lag(const tulle_world *world, size_t obstacle);
 
-/* Before the substeps of a step: where the felt surfaces are to be at its end, so that cloth between
- * parts of them keeps its room. Lies in the scratch arena. */
+/* Before the substeps of a step: where the felt surfaces are to be at its end, so that cloth
+ * between parts of them keeps its room. Lies in the scratch arena. */
 tulle_status world_begin_felt(step_context *context);
 /* Takes the targets of a substep as the script gives them, and puts felt surfaces on their way. */
 void world_lead_felt(step_context *context);
@@ -31,7 +31,7 @@ bool world_feel_pinch(step_context *context, const blocked_place *place);
 bool world_has_lags(const tulle_world *world, const world_motion_state *state);
 /* Finds the largest lag of each obstacle, when lags were read. */
 void world_measure_lags(const tulle_world *world, world_motion_state *state);
-/* [m] Where a vertex of the world's state is drawn. */
-vec3 world_get_drawn(const tulle_world *world, size_t vertex);
+/* [m] How far a vertex of the world's state is from where it is drawn. */
+vec3 world_get_lag(const tulle_world *world, size_t vertex);
 
 #endif

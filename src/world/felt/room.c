@@ -16,9 +16,12 @@
 /* Two sides face each other when the cosine between the directions into the cloth is under this. */
 static const double OPPOSED_COSINE = -0.5;
 /* [contact distances] room of a layer of cloth on each of its sides: a little pressed */
-static const double ROOM_OF_SIDE = 0.75;
-/* Sweeps over all places; the last of them change less than the tolerance. */
-enum { ROOM_SWEEPS = 100 };
+static const double ROOM_OF_SIDE = 0.9;
+/* [m/s] Sides that lag and are nearer than that part at this speed, as obstacles that are held. */
+static const double OPENING_SPEED = 0.05;
+/* Sweeps over all places, at most, in which a surface gives way around them; in which it does not.
+ */
+enum { WIDE_SWEEPS = 16, NARROW_SWEEPS = 100 };
 
 /* ---- sides ---- */
 
@@ -84,11 +87,36 @@ static bool find_across(const tulle_world *world, size_t cloth, vec3 from, vec3 
     return hit->triangle != TULLE_NONE;
 }
 
+static bool is_lagging(const tulle_world *world, const room_side *side) {
+    bool lags = false;
+    for (int k = 0; k < 3 && side->may_lag; k++)
+        lags |= vec3_norm2(world_get_lag(world, side->vertices[k])) > 0.0;
+    return lags;
+}
+
+/* [m] What a place that has the room `now` is to have: no less, and where a side lags, little by
+ * little, all that the cloth needs. */
+static double choose_room(const step_context *context, const room_place *place, double now,
+                          double full) {
+    const tulle_world *const world = context->world;
+    bool const opens = is_lagging(world, &place->sides[0]) || is_lagging(world, &place->sides[1]);
+    return fmin(full, now + (opens ? OPENING_SPEED * context->whole_step : 0.0));
+}
+
 /* How far the side goes along the direction in this step, as drawn. */
 static double get_advance(const tulle_world *world, const room_side *side, const double *ends,
                           vec3 direction) {
     vec3 const way = vec3_sub(get_point(side, ends), get_point(side, world->now.positions));
     return side->may_lag ? fmax(0.0, vec3_dot(way, direction)) : 0.0;
+}
+
+/* Unit normal of a triangle, on the side of `way`. */
+static vec3 measure_facing(const tulle_world *world, const uint32_t corners[3], vec3 way) {
+    const double *const positions = world->now.positions;
+    vec3 const a = vec3_load(positions, corners[0]);
+    vec3 const normal = vec3_normalize(vec3_cross(vec3_sub(vec3_load(positions, corners[1]), a),
+                                                  vec3_sub(vec3_load(positions, corners[2]), a)));
+    return vec3_dot(normal, way) < 0.0 ? vec3_neg(normal) : normal;
 }
 
 /* What a side that may lag touches the cloth with, and the cloth there. */
@@ -101,8 +129,9 @@ typedef struct touch {
 } touch;
 
 /* The place of a touch, if the cloth has another side across. */
-static bool find_place(const tulle_world *world, const touch *at, const double *ends, double reach,
-                       room_place *place) {
+static bool find_place(const step_context *context, const touch *at, const double *ends,
+                       double reach, room_place *place) {
+    const tulle_world *const world = context->world;
     const double *const positions = world->now.positions;
     size_t const cloth = world->vertex_surface[at->vertex];
     vec3 const away = vec3_sub(at->cloth, get_point(&at->side, positions));
@@ -113,19 +142,20 @@ static bool find_place(const tulle_world *world, const touch *at, const double *
 
     room_side *const second = &place->sides[1];
     const uint32_t *const corners = world->topo.triangles + 3 * (size_t)hit.triangle;
-    vec3 x[3];
     for (int k = 0; k < 3; k++) {
         second->vertices[k] = corners[k];
         second->weights[k] = hit.weights[k];
-        x[k] = vec3_load(positions, corners[k]);
     }
     size_t const other = world->vertex_surface[corners[0]];
     second->may_lag = world_may_lag(world, other - world->cloths.count);
     place->sides[0] = at->side;
-    vec3 facing = vec3_normalize(vec3_cross(vec3_sub(x[1], x[0]), vec3_sub(x[2], x[0])));
-    if (vec3_dot(facing, normal) > 0.0) facing = vec3_neg(facing);
+    vec3 const facing = measure_facing(world, corners, vec3_neg(normal));
     if (vec3_dot(facing, normal) > OPPOSED_COSINE) return false;
-    place->normal = vec3_normalize(vec3_sub(normal, facing));
+    /* Contacts at edges and at wrinkled cloth have directions of their own, by which the surfaces
+     * would shift along themselves. Those within a triangle have its normal. */
+    bool const is_within =
+        fmin(at->side.weights[0], fmin(at->side.weights[1], at->side.weights[2])) > 0.0;
+    place->normal = is_within ? vec3_normalize(vec3_sub(normal, facing)) : vec3_neg(facing);
 
     double from[3], to[3];
     vec3_store(from, 0, at->cloth);
@@ -134,11 +164,11 @@ static bool find_place(const tulle_world *world, const touch *at, const double *
     size_t const own = world->vertex_surface[at->side.vertices[0]];
     double const side = ROOM_OF_SIDE * fmax(world->laws[cloth * count + own].contact_distance,
                                             world->laws[cloth * count + other].contact_distance);
-    double const full = fmax(side, at->height) +
-                        side * (double)count_layers(world, at->vertices, from, to);
-    double const now = vec3_dot(place->normal, vec3_sub(get_point(second, positions),
-                                                        get_point(&at->side, positions)));
-    place->room = fmin(full, now);
+    double const full =
+        fmax(side, at->height) + side * (double)count_layers(world, at->vertices, from, to);
+    double const now = vec3_dot(
+        place->normal, vec3_sub(get_point(second, positions), get_point(&at->side, positions)));
+    place->room = choose_room(context, place, now, full);
     double const a = get_advance(world, &at->side, ends, place->normal);
     double const b = get_advance(world, second, ends, vec3_neg(place->normal));
     place->share = !second->may_lag ? 1.0 : a + b > 0.0 ? a / (a + b) : 0.5;
@@ -148,8 +178,7 @@ static bool find_place(const tulle_world *world, const touch *at, const double *
 /* ---- what touches ---- */
 
 /* Reads a contact. False where it is not one of cloth with something that may lag. */
-static bool read_touch(const tulle_world *world, feature_kind kind, feature_pair pair,
-                       touch *at) {
+static bool read_touch(const tulle_world *world, feature_kind kind, feature_pair pair, touch *at) {
     vec3 points[4];
     int own = 0;
     size_t surface = 0;
@@ -202,8 +231,9 @@ static bool read_tie(const tulle_world *world, const world_tie *tie, touch *at) 
 }
 
 /* The place between a pinned vertex and what may lag and comes near it. */
-static bool find_pin_place(const tulle_world *world, uint32_t vertex, double reach,
+static bool find_pin_place(const step_context *context, uint32_t vertex, double reach,
                            room_place *place) {
+    const tulle_world *const world = context->world;
     size_t const cloth = world->vertex_surface[vertex], count = world->set.surface_count;
     vec3 const pin = vec3_load(world->now.positions, vertex);
     nearest_query query =
@@ -214,17 +244,21 @@ static bool find_pin_place(const tulle_world *world, uint32_t vertex, double rea
             query_tree_visit(&world->queries.trees[s], &query.query);
     const surface_hit *const hit = &query.hit;
     if (hit->triangle == TULLE_NONE || !(hit->distance > 0.0)) return false;
+    const uint32_t *const corners = world->topo.triangles + 3 * (size_t)hit->triangle;
+    vec3 const way = vec3_scale(vec3_sub(pin, hit->position), 1.0 / hit->distance);
+    vec3 const normal = measure_facing(world, corners, way);
+    if (vec3_dot(normal, way) < -OPPOSED_COSINE) return false; /* it passes beside the pin */
     *place = (room_place){.sides = {{.may_lag = true}, {.vertices = {vertex, vertex, vertex}}},
-                          .normal = vec3_scale(vec3_sub(pin, hit->position), 1.0 / hit->distance),
+                          .normal = normal,
                           .share = 1.0};
     place->sides[1].weights[0] = 1.0;
     for (int k = 0; k < 3; k++) {
-        place->sides[0].vertices[k] = world->topo.triangles[3 * (size_t)hit->triangle + (size_t)k];
+        place->sides[0].vertices[k] = corners[k];
         place->sides[0].weights[k] = hit->weights[k];
     }
-    size_t const other = world->vertex_surface[place->sides[0].vertices[0]];
-    place->room =
-        fmin(hit->distance, ROOM_OF_SIDE * world->laws[cloth * count + other].contact_distance);
+    size_t const other = world->vertex_surface[corners[0]];
+    double const full = ROOM_OF_SIDE * world->laws[cloth * count + other].contact_distance;
+    place->room = choose_room(context, place, vec3_dot(normal, vec3_sub(pin, hit->position)), full);
     return true;
 }
 
@@ -295,16 +329,15 @@ tulle_status world_find_room(step_context *context, const double *ends, double r
         return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < touch_count; i++)
         places->count +=
-            find_place(world, &touches[i], ends, reach, &places->data[places->count]);
+            find_place(context, &touches[i], ends, reach, &places->data[places->count]);
     for (size_t i = 0; i < pin_count; i++)
-        places->count +=
-            find_pin_place(world, pins[i], reach, &places->data[places->count]);
+        places->count += find_pin_place(context, pins[i], reach, &places->data[places->count]);
     return TULLE_OK;
 }
 
 /* ---- making room ---- */
 
-/* The vertices of a surface around a point, by edges, that go along when the point gives way. */
+/* The vertices of a surface that go along when a point of it gives way. */
 typedef struct around_point {
     uint32_t *vertices;
     double *parts; /* of the way, up to 1 */
@@ -312,78 +345,153 @@ typedef struct around_point {
     double answer; /* how far the point goes when it is moved by 1 */
 } around_point;
 
-/* Finds the vertices around a side. marks: of all vertices, zero before and after. False when
- * memory is short. */
-static bool look_around(const tulle_world *world, const room_side *side, double radius,
-                        uint8_t *marks, uint32_t *queue, arena *scratch, around_point *found) {
+/* A search over a surface from a point of it. */
+typedef struct surface_search {
+    double *lengths; /* [m] of all vertices: along edges from the point; INFINITY: not reached */
+    uint32_t *queue; /* ring of vertices whose neighbours are next */
+    uint8_t *waits;  /* of all vertices: is in the ring */
+    uint32_t *found; /* vertices that were reached */
+    size_t count;
+    size_t capacity; /* of each */
+} surface_search;
+
+/* Finds the vertices within `radius` of the side's point along edges. Ends with all of `waits` 0.
+ */
+static void search_surface(const tulle_world *world, const room_side *side, double radius,
+                           surface_search *search) {
+    const double *const x = world->now.positions;
     const adjacency *const next = &world->topo.vertex_neighbours;
-    vec3 const centre = get_point(side, world->now.positions);
-    size_t count = 0;
+    vec3 const centre = get_point(side, x);
+    size_t first = 0, waiting = 0;
+    search->count = 0;
     for (int k = 0; k < 3; k++) {
-        if (marks[side->vertices[k]]) continue;
-        marks[side->vertices[k]] = 1;
-        queue[count++] = side->vertices[k];
+        uint32_t const v = side->vertices[k];
+        if (search->waits[v]) continue;
+        search->lengths[v] = vec3_norm(vec3_sub(vec3_load(x, v), centre));
+        search->waits[v] = 1;
+        search->found[search->count++] = v;
+        search->queue[waiting++] = v;
     }
-    for (size_t i = 0; i < count; i++) {
-        for (uint32_t k = next->begin[queue[i]]; k < next->begin[queue[i] + 1]; k++) {
-            uint32_t const v = next->items[k];
-            vec3 const away = vec3_sub(vec3_load(world->now.positions, v), centre);
-            if (marks[v] || !(vec3_norm2(away) < radius * radius)) continue;
-            marks[v] = 1;
-            queue[count++] = v;
+    while (waiting > 0) {
+        uint32_t const v = search->queue[first];
+        first = (first + 1) % search->capacity;
+        waiting--;
+        search->waits[v] = 0;
+        for (uint32_t k = next->begin[v]; k < next->begin[v + 1]; k++) {
+            uint32_t const w = next->items[k];
+            double const length =
+                search->lengths[v] + vec3_norm(vec3_sub(vec3_load(x, w), vec3_load(x, v)));
+            if (!(length < radius) || !(length < search->lengths[w])) continue;
+            if (isinf(search->lengths[w])) search->found[search->count++] = w;
+            search->lengths[w] = length;
+            if (search->waits[w]) continue;
+            search->waits[w] = 1;
+            search->queue[(first + waiting++) % search->capacity] = w;
         }
     }
-    *found = (around_point){ARENA_NEW(scratch, uint32_t, count), ARENA_NEW(scratch, double, count),
-                            count, 0.0};
+}
+
+/* Finds what goes along with a side. Where the surface leads from it to the other side, each takes
+ * half of the way between. False when memory is short. */
+static bool look_around(const tulle_world *world, const room_side *side, const room_side *other,
+                        double radius, surface_search *search, arena *scratch,
+                        around_point *found) {
+    search_surface(world, side, radius, search);
+    double reach = radius;
+    for (int k = 0; k < 3; k++) reach = fmin(reach, 0.5 * search->lengths[other->vertices[k]]);
+    *found = (around_point){ARENA_NEW(scratch, uint32_t, search->count),
+                            ARENA_NEW(scratch, double, search->count), 0, 0.0};
     bool const has_room = found->vertices && found->parts;
-    for (size_t i = 0; i < count; i++) {
-        vec3 const away = vec3_sub(vec3_load(world->now.positions, queue[i]), centre);
-        double const left = fmax(0.0, 1.0 - vec3_norm2(away) / (radius * radius));
-        marks[queue[i]] = 0;
-        if (!has_room) continue;
-        found->vertices[i] = queue[i];
-        found->parts[i] = fmax(left * left, 1e-3);
+    for (size_t i = 0; i < search->count; i++) {
+        uint32_t const v = search->found[i];
+        double const share = reach > 0.0 ? search->lengths[v] / reach : 1.0;
+        double const left = fmax(0.0, 1.0 - share * share);
+        search->lengths[v] = (double)INFINITY;
+        bool is_own = false;
+        for (int k = 0; k < 3; k++) is_own |= side->vertices[k] == v;
+        if (!has_room || !(left > 0.0 || is_own)) continue;
+        double const part = fmax(left * left, 1e-3);
         for (int k = 0; k < 3; k++)
-            if (side->vertices[k] == queue[i]) found->answer += side->weights[k] * found->parts[i];
+            if (side->vertices[k] == v) found->answer += side->weights[k] * part;
+        found->vertices[found->count] = v;
+        found->parts[found->count++] = part;
     }
     return has_room;
 }
 
-static void move_around(const around_point *around, vec3 way, double *ends) {
+/* Takes a point `missing` [m] farther along a direction. What is around it follows by its part, but
+ * not where it has gone so far already: what many points take along goes no farther than each of
+ * them does. */
+static void take_along(const around_point *around, const room_side *side, vec3 direction,
+                       double missing, const double *starts, double *ends) {
+    double const gone =
+        vec3_dot(direction, vec3_sub(get_point(side, ends), get_point(side, starts)));
+    double const wanted = fmax(gone, 0.0) + missing;
     for (size_t i = 0; i < around->count; i++) {
         uint32_t const v = around->vertices[i];
-        vec3_store(ends, v,
-                   vec3_add_scaled(vec3_load(ends, v), way, around->parts[i] / around->answer));
+        vec3 const end = vec3_load(ends, v);
+        double const lacks = wanted * around->parts[i] / around->answer -
+                             vec3_dot(direction, vec3_sub(end, vec3_load(starts, v)));
+        if (lacks > 0.0) vec3_store(ends, v, vec3_add_scaled(end, direction, lacks));
     }
 }
 
-bool world_make_room(tulle_world *world, const room_list *places, double radius, double tolerance,
-                     double *ends) {
+/* Sweeps over the places until each has its room. False when memory is short. */
+static bool sweep_places(tulle_world *world, const room_list *places, double radius, int sweeps,
+                         double tolerance, surface_search *search, const double *starts,
+                         double *ends) {
     arena *const scratch = &world->scratch;
-    uint8_t *const marks = ARENA_NEW_ZEROED(scratch, uint8_t, world->vertex_count);
-    uint32_t *const queue = ARENA_NEW(scratch, uint32_t, world->vertex_count);
+    arena_mark const mark = arena_get_mark(scratch);
     around_point *const around = ARENA_NEW_ZEROED(scratch, around_point, 2 * places->count);
-    if (!marks || !queue || !around) return false;
-    for (int sweep = 0; sweep < ROOM_SWEEPS; sweep++) {
-        double worst = 0.0;
-        for (size_t i = 0; i < places->count; i++) {
+    bool has_memory = around != NULL;
+    bool is_done = false;
+    for (int sweep = 0; sweep < sweeps && has_memory && !is_done; sweep++) {
+        is_done = true;
+        for (size_t i = 0; i < places->count && has_memory; i++) {
             const room_place *const place = &places->data[i];
             vec3 const between =
                 vec3_sub(get_point(&place->sides[1], ends), get_point(&place->sides[0], ends));
             double const missing = place->room - vec3_dot(place->normal, between);
             if (!(missing > tolerance)) continue;
-            worst = fmax(worst, missing);
-            double const shares[2] = {-place->share, 1.0 - place->share};
-            for (int side = 0; side < 2; side++) {
-                around_point *const own = &around[2 * i + (size_t)side];
-                if (shares[side] == 0.0 || !place->sides[side].may_lag) continue;
-                if (!own->vertices && !look_around(world, &place->sides[side], radius, marks, queue,
-                                                   scratch, own))
-                    return false;
-                move_around(own, vec3_scale(place->normal, shares[side] * missing), ends);
+            is_done = false;
+            double const shares[2] = {place->share, 1.0 - place->share};
+            vec3 const directions[2] = {vec3_neg(place->normal), place->normal};
+            for (int k = 0; k < 2 && has_memory; k++) {
+                around_point *const own = &around[2 * i + (size_t)k];
+                const room_side *const side = &place->sides[k];
+                if (shares[k] == 0.0 || !side->may_lag) continue;
+                has_memory = own->vertices || look_around(world, side, &place->sides[1 - k], radius,
+                                                          search, scratch, own);
+                if (has_memory)
+                    take_along(own, side, directions[k], shares[k] * missing, starts, ends);
             }
         }
-        if (!(worst > tolerance)) break;
     }
+    arena_release(scratch, mark);
+    return has_memory;
+}
+
+static bool make_search(const tulle_world *world, arena *scratch, surface_search *search) {
+    size_t const n = world->vertex_count;
+    *search = (surface_search){.lengths = ARENA_NEW(scratch, double, n),
+                               .queue = ARENA_NEW(scratch, uint32_t, n),
+                               .waits = ARENA_NEW_ZEROED(scratch, uint8_t, n),
+                               .found = ARENA_NEW(scratch, uint32_t, n),
+                               .capacity = n};
+    if (!search->lengths || !search->queue || !search->waits || !search->found) return false;
+    for (size_t v = 0; v < n; v++) search->lengths[v] = (double)INFINITY;
     return true;
+}
+
+bool world_make_room(tulle_world *world, const room_list *places, double radius, double tolerance,
+                     double *ends) {
+    size_t const n = 3 * world->vertex_count;
+    surface_search search;
+    if (places->count == 0) return true;
+    double *const starts = ARENA_NEW(&world->scratch, double, n);
+    if (!starts || !make_search(world, &world->scratch, &search)) return false;
+    memcpy(starts, ends, n * sizeof(double));
+    /* wide ones keep the surface smooth; what they leave lacking takes nothing along */
+    return sweep_places(world, places, radius, WIDE_SWEEPS, tolerance, &search, starts, ends) &&
+           sweep_places(world, places, 0.0, NARROW_SWEEPS, tolerance, &search, starts, ends);
 }

@@ -5,9 +5,9 @@
 
 #include "world/step/step.h"
 
-/* Finds the places at the start of the step, from the contacts of cloth with what may lag, and, once
- * the step was tried, from the rows that it met. reach [m]: sides farther from each other do not
- * matter. `ends`: [m] all vertices at the end of the step, as drawn. */
+/* Finds the places at the start of the step, from the contacts of cloth with what may lag, and,
+ * once the step was tried, from the rows that it met. reach [m]: sides farther from each other do
+ * not matter. `ends`: [m] all vertices at the end of the step, as drawn. */
 tulle_status world_find_room(step_context *context, const double *ends, double reach,
                              room_list *places);
 

@@ -157,8 +157,7 @@ static vec3 get_way(const step_context *context, size_t obstacle, const pinch_si
     const tulle_world *const world = context->world;
     vec3 way = {0, 0, 0};
     if (world->surfaces[world->cloths.count + obstacle].is_static ||
-        world_may_lag(world, obstacle) ||
-        world->obstacles.data[obstacle].body.is_dynamic)
+        world_may_lag(world, obstacle) || world->obstacles.data[obstacle].body.is_dynamic)
         return way;
     for (int k = 0; k < 4; k++) {
         uint32_t const v = side->points[k];

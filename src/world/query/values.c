@@ -129,7 +129,8 @@ tulle_status tulle_object_copy_values(const tulle_world *world, tulle_object_id 
         else if (values == TULLE_VALUES_STRAINS)
             value = compute_strain(world, begin + i);
         else if (values == TULLE_VALUES_DRAWN_POSITIONS)
-            value = world_get_drawn(world, begin + i);
+            value = vec3_sub(vec3_load(world->now.positions, begin + i),
+                             world_get_lag(world, begin + i));
         put(target, stride, i, value);
     }
     if (values == TULLE_VALUES_CONTACT_FORCES) add_contact_forces(world, range, target, stride);

@@ -67,8 +67,7 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
     target->attachment_count = source->attachment_count;
     if (world->lag_vertex_count > 0) {
         memcpy(target->lags, source->lags, 3 * world->lag_vertex_count * sizeof(double));
-        memcpy(target->largest_lags, source->largest_lags,
-               world->obstacles.count * sizeof(double));
+        memcpy(target->largest_lags, source->largest_lags, world->obstacles.count * sizeof(double));
     }
     target->time = source->time;
 
