@@ -202,6 +202,11 @@ static void read_body(tulle_run_reader *reader, const tulle_run_info *info, size
     for (uint32_t frame = 0; frame < info->frame_count; frame++) {
         status = tulle_run_reader_read_positions(reader, frame, body, positions, &error);
         if (status) fuzz_check_error(status, &error);
+        const tulle_run_lag *lags = NULL;
+        size_t lag_count = 0;
+        if (tulle_run_reader_get_lags(reader, frame, &lags, &lag_count) == TULLE_OK)
+            for (size_t k = 0; k < lag_count; k++)
+                FUZZ_CHECK(lags[k].lag > 0.0 && lags[k].body < info->body_count);
         (void)tulle_run_reader_is_present(reader, frame, body);
     }
     free(positions);

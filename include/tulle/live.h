@@ -5,7 +5,8 @@
  * Each step goes on from where things are to what was given for its end. Within the step rigid
  * obstacles move as between two keyframes, all else on straight lines. Friction and impacts see the
  * velocity of that motion, as on a script. What is given nothing stands still: an obstacle at its
- * last pose, pins where they are. on_pinch: slow holds back what is given as it does scripts.
+ * last pose, pins where they are. What deforms lags behind what is given where that leaves cloth no
+ * room (TULLE_ON_PINCH_LAG).
  *
  * What was given is for one step. That step uses it up, also when it fails, and so does
  * tulle_world_load_state when it succeeds. (A call that is refused for its time step is no step.) A

@@ -117,13 +117,10 @@ typedef enum tulle_start_intersections {
 } tulle_start_intersections;
 /* What happens when obstacles close on cloth and leave it no room. */
 typedef enum tulle_on_pinch {
-    TULLE_ON_PINCH_STOP, /* the step fails, before the cloth tears; the state stays */
-    /* the obstacles are held apart until their script asks for more room; all else goes on */
-    TULLE_ON_PINCH_SLOW,
-    /* the moving obstacles let the cloth through until they are free of it */
-    TULLE_ON_PINCH_RELEASE,
-    /* what deforms lags behind its frames there (tulle/live.h); what is rigid stops the step */
-    TULLE_ON_PINCH_LAG
+    TULLE_ON_PINCH_STOP,    /* the step fails, before the cloth tears; the state stays */
+    TULLE_ON_PINCH_SLOW,    /* as LAG; what is rigid is held apart until it asks for more room */
+    TULLE_ON_PINCH_RELEASE, /* moving obstacles let the cloth through until they are free of it */
+    TULLE_ON_PINCH_LAG      /* what deforms lags behind its frames there; what is rigid: STOP */
 } tulle_on_pinch;
 
 /* Wind: a mean velocity plus gusts. The same seed, time and place give the same gust on every

@@ -73,6 +73,16 @@ typedef struct tulle_run_debug {
     const uint32_t *patch_counts;        /* of each body; 0 for obstacles */
 } tulle_run_debug;
 
+/* An obstacle that lags behind its frames where it leaves cloth no room (TULLE_ON_PINCH_LAG). Its
+ * positions are the felt surface, which cloth meets. */
+typedef struct tulle_run_lag {
+    uint32_t body;            /* index of the bodies */
+    uint32_t vertex;          /* the one that lags most */
+    double lag;               /* [m] of that vertex, > 0 */
+    uint64_t drawn_crossings; /* pairs of triangles of cloth and of the surface as its frames have
+                                 it */
+} tulle_run_lag;
+
 /* One frame, given to the writer. */
 typedef struct tulle_run_frame {
     double time;         /* [s] */
@@ -86,6 +96,8 @@ typedef struct tulle_run_frame {
     const tulle_run_debug *debug;      /* kept when the run records_debug; null: nothing is known */
     const tulle_transform *transforms; /* of each body that is_dynamic, in the order of bodies; may
                                           be null when there is none */
+    const tulle_run_lag *lags;         /* lag_count, by ascending body; null: none lags */
+    size_t lag_count;                  /* at most one for each body */
 } tulle_run_frame;
 
 /* State of the world between two steps, to go on from. */
@@ -175,6 +187,8 @@ typedef struct tulle_run_outcome {
     uint64_t pinched_steps;       /* steps in which cloth was pinched between obstacles */
     uint64_t overstretched_steps; /* steps in which a yarn was beyond the limit of its material */
     uint64_t most_overstretched;  /* most triangles at which it was, at the end of a step */
+    double largest_lag;           /* [m] by which an obstacle lagged behind its frames */
+    double largest_lag_time;      /* [s] of that step's end */
 } tulle_run_outcome;
 /* Adds a step by its report. Without a place: see tulle_run_outcome_place. Nothing happens where
  * one of the two is null. */
@@ -291,6 +305,11 @@ TULLE_API tulle_status tulle_run_reader_get_frame(const tulle_run_reader *reader
  * there is no such body or frame. */
 TULLE_API int tulle_run_reader_is_present(const tulle_run_reader *reader, uint32_t frame,
                                           size_t body);
+/* Gives the obstacles that lag in frame number `frame`: `*count` of them, by ascending body, which
+ * live as long as the reader. None in runs of older versions. Error: TULLE_ERROR_INVALID_ARGUMENT
+ * (null, no such frame). */
+TULLE_API tulle_status tulle_run_reader_get_lags(const tulle_run_reader *reader, uint32_t frame,
+                                                 const tulle_run_lag **lags, size_t *count);
 /* Fills `positions`, 3 * vertex_count [m], of body number `body` at frame number `frame`: from its
  * point cache, which holds floats, or from the OBJ file of a static body. Errors as of
  * tulle_run_reader_get_mesh. */

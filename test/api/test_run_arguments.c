@@ -318,6 +318,25 @@ ARGUMENTS_OF(tulle_run_reader_get_frame) {
     tulle_run_reader_close(reader);
 }
 
+ARGUMENTS_OF(tulle_run_reader_get_lags) {
+    (void)unused;
+    tulle_run_reader *const reader = make_reader();
+    const tulle_run_lag *lags = NULL;
+    size_t count = 7;
+    assert_int_equal(tulle_run_reader_get_lags(NULL, 0, &lags, &count),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(tulle_run_reader_get_lags(reader, UINT32_MAX, &lags, &count),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(tulle_run_reader_get_lags(reader, 0, NULL, &count),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(tulle_run_reader_get_lags(reader, 0, &lags, NULL),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(count, 7);
+    assert_int_equal(tulle_run_reader_get_lags(reader, 0, &lags, &count), TULLE_OK);
+    assert_int_equal(count, 0);
+    tulle_run_reader_close(reader);
+}
+
 ARGUMENTS_OF(tulle_run_reader_is_present) {
     (void)unused;
     tulle_run_reader *const reader = make_reader();
@@ -398,6 +417,7 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_run_reader_get_info),
     TABLE_LINE(tulle_run_reader_get_mesh),
     TABLE_LINE(tulle_run_reader_get_frame),
+    TABLE_LINE(tulle_run_reader_get_lags),
     TABLE_LINE(tulle_run_reader_is_present),
     TABLE_LINE(tulle_run_reader_read_positions),
     TABLE_LINE(tulle_run_reader_read_debug),

@@ -177,6 +177,12 @@ static inline void assert_debug(const tulle_run_debug *debug, uint64_t state, ui
 
 /* ---- frames, reports, checkpoints ---- */
 
+/* Of a body that lags in a frame of this state; state % 3 do, bodies 0 and 2. */
+static inline tulle_run_lag make_lag(uint64_t state, uint32_t body) {
+    return (tulle_run_lag){body, (uint32_t)(state % 5), 1e-3 * (double)(1 + state % 7) / 3.0,
+                           state >> 40};
+}
+
 static inline tulle_status write_frame(tulle_run_writer *writer, uint64_t state, uint64_t step,
                                        tulle_error *error) {
     double positions[3][3 * CLOTH_VERTICES];
@@ -188,12 +194,15 @@ static inline tulle_status write_frame(tulle_run_writer *writer, uint64_t state,
     uint64_t seed = state;
     tulle_transform transform = {.mass = random_uniform(&seed), .velocity = {-1e-300, 0.1, 3e20}};
     for (int k = 0; k < 3; k++) transform.position[k] = random_uniform(&seed) - 0.5;
+    tulle_run_lag const lags[2] = {make_lag(state, 0), make_lag(state, 2)};
     tulle_run_frame const frame = {.time = (double)step * 0.01,
                                    .step = step,
                                    .state_hash = hash_mix(state),
                                    .positions = pointers,
                                    .is_present = present,
                                    .transforms = &transform,
+                                   .lags = lags,
+                                   .lag_count = state % 3,
                                    .debug = step == UNKNOWN_STEP ? NULL : &source.debug};
     return tulle_run_write_frame(writer, &frame, error);
 }
@@ -310,6 +319,16 @@ static inline uint32_t assert_sound(const char *directory) {
         assert_int_equal(step, frame * STEPS_PER_FRAME);
         assert_true(time == (double)step * 0.01);
         assert_true(hash == hash_mix(state));
+        const tulle_run_lag *lags = NULL;
+        size_t lag_count = 9;
+        assert_int_equal(tulle_run_reader_get_lags(reader, frame, &lags, &lag_count), TULLE_OK);
+        assert_int_equal(lag_count, state % 3);
+        for (size_t i = 0; i < lag_count; i++) {
+            tulle_run_lag const lag = make_lag(state, i == 0 ? 0 : 2);
+            assert_int_equal(lags[i].body, lag.body);
+            assert_int_equal(lags[i].vertex, lag.vertex);
+            assert_true(lags[i].lag == lag.lag && lags[i].drawn_crossings == lag.drawn_crossings);
+        }
         for (int body = 0; body < BODY_COUNT; body++) {
             double expected[3 * CLOTH_VERTICES], read[3 * CLOTH_VERTICES];
             size_t const count = 3 * bodies[body].mesh.vertex_count;

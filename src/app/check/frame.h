@@ -3,6 +3,7 @@
 #define TULLE_APP_CHECK_FRAME_H
 
 #include "tulle/check.h"
+#include "tulle_io/run.h"
 
 enum { CHECK_FRAME_OF_FILE = -1 }; /* `number` of a frame that is a mesh file */
 
@@ -14,6 +15,9 @@ typedef struct check_frame {
     tulle_check_body *bodies;
     const char **names;
     size_t body_count;
+    const tulle_run_lag *lags; /* of a frame in a run: what lags behind how it is drawn */
+    const tulle_run_body_info *run_bodies; /* that these name */
+    size_t lag_count;
     tulle_status status; /* of the judgement; result counts where it is TULLE_OK */
     tulle_check_result result;
     tulle_error error;

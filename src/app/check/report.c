@@ -86,6 +86,31 @@ static size_t get_listed_count(const check_report *report, const check_frame *fr
                : (size_t)report->list_limit;
 }
 
+/* What lags, and what the drawn surfaces cross: no part of the verdict. */
+static void print_lags_json(const check_frame *frame) {
+    fputs(",\"lags\":[", stdout);
+    for (size_t i = 0; i < frame->lag_count; i++) {
+        const tulle_run_lag *const lag = &frame->lags[i];
+        fputs(i > 0 ? ",{\"body\":" : "{\"body\":", stdout);
+        json_print_text(stdout, frame->run_bodies[lag->body].name);
+        printf(",\"vertex\":%" PRIu32 ",\"lag\":", lag->vertex);
+        json_print_double(stdout, lag->lag);
+        printf(",\"drawn_crossings\":%" PRIu64 "}", lag->drawn_crossings);
+    }
+    fputs("]", stdout);
+}
+
+static void print_lags_text(const check_frame *frame) {
+    for (size_t i = 0; i < frame->lag_count; i++) {
+        const tulle_run_lag *const lag = &frame->lags[i];
+        app_print_names(stdout,
+                        "  apart: %s lags behind its frames by %.3g mm at vertex %" PRIu32
+                        "; as drawn it crosses cloth in %" PRIu64 " pair%s\n",
+                        frame->run_bodies[lag->body].name, 1000.0 * lag->lag, lag->vertex,
+                        lag->drawn_crossings, lag->drawn_crossings == 1 ? "" : "s");
+    }
+}
+
 static void print_frame_json(const check_report *report, const check_frame *frame) {
     fputs("{\"source\":", stdout);
     json_print_text(stdout, frame->source);
@@ -98,7 +123,9 @@ static void print_frame_json(const check_report *report, const check_frame *fram
         if (i > 0) putchar(',');
         print_pair_json(frame, &frame->result.pairs[i]);
     }
-    fputs("]}\n", stdout);
+    fputs("]", stdout);
+    if (frame->lag_count > 0) print_lags_json(frame);
+    fputs("}\n", stdout);
 }
 
 static void print_frame_text(const check_report *report, const check_frame *frame) {
@@ -111,6 +138,7 @@ static void print_frame_text(const check_report *report, const check_frame *fram
     printf("%zu intersection%s\n", count, count == 1 ? "" : "s");
     for (size_t i = 0; i < listed; i++) print_pair_text(frame, &frame->result.pairs[i]);
     if (listed > 0 && listed < count) printf("  and %zu more\n", count - listed);
+    print_lags_text(frame);
 }
 
 void check_report_frame(const check_report *report, const check_frame *frame,

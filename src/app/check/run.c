@@ -81,6 +81,8 @@ static tulle_status read_frame(run_check *self, size_t slot, uint32_t number, tu
     if (status != TULLE_OK)
         return error_set_at(error, status, self->directory, 0, 0, "frame %u cannot be read",
                             (unsigned)number);
+    frame->run_bodies = self->info->bodies;
+    (void)tulle_run_reader_get_lags(self->reader, number, &frame->lags, &frame->lag_count);
     for (size_t body = 0; body < self->info->body_count; body++) {
         const tulle_run_body_info *const info = &self->info->bodies[body];
         if (!tulle_run_reader_is_present(self->reader, number, body)) continue;

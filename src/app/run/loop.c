@@ -63,6 +63,9 @@ static tulle_status write_frame(run_session *session, tulle_error *error) {
             tulle_obstacle_get_positions(built->world, built->obstacles[i], NULL);
         session->is_present[body] = tulle_obstacle_is_present(built->world, built->obstacles[i]);
     }
+    session->lag_count = 0;
+    if (session->may_lag) status = run_measure_lags(session, error);
+    if (status != TULLE_OK) return status;
     tulle_run_frame const frame = {.time = tulle_world_get_time(built->world),
                                    .step = tulle_world_get_step_count(built->world),
                                    .state_hash = tulle_world_get_state_hash(built->world),
@@ -70,6 +73,8 @@ static tulle_status write_frame(run_session *session, tulle_error *error) {
                                    .velocities = session->velocities,
                                    .is_present = session->is_present,
                                    .transforms = session->transforms,
+                                   .lags = session->lags,
+                                   .lag_count = session->lag_count,
                                    .debug = session->options.records_debug ? &session->debug.debug
                                                                            : NULL};
     return tulle_run_write_frame(session->writer, &frame, error);
@@ -129,6 +134,7 @@ static tulle_status make_step(run_session *session, tulle_error *error) {
         tulle_world_step(world, tulle_scene_get_time_step(session->scene), &report, error);
     if (status != TULLE_OK) return status;
     add_to_totals(session, &report);
+    session->may_lag = report.largest_lag > 0.0;
     status = tulle_run_write_report(session->writer, &report, error);
     uint64_t const done = tulle_world_get_step_count(world);
     if (status == TULLE_OK && done % tulle_scene_get_steps_per_frame(session->scene) == 0)

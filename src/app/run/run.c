@@ -191,8 +191,9 @@ static tulle_status prepare_world(run_session *session, tulle_error *error) {
     session->velocities = calloc(session->body_count, sizeof *session->velocities);
     session->is_present = calloc(session->body_count, sizeof *session->is_present);
     session->transforms = calloc(session->body_count, sizeof *session->transforms);
+    session->lags = calloc(session->body_count + 1, sizeof *session->lags);
     if (!session->bodies || !session->positions || !session->velocities || !session->is_present ||
-        !session->transforms)
+        !session->transforms || !session->lags)
         return fail_memory(error);
     describe_bodies(session);
     if (session->options.records_debug && !debug_record_prepare(&session->debug, session))
@@ -209,6 +210,7 @@ static void release_session(run_session *session) {
     free(session->velocities);
     free(session->is_present);
     free(session->transforms);
+    free(session->lags);
 }
 
 /* ---- the output directory ---- */

@@ -64,6 +64,9 @@ typedef struct run_session {
     const double **positions, **velocities;
     int *is_present;
     size_t body_count;
+    tulle_run_lag *lags; /* of the frame that was written last: lag_count, room for body_count */
+    size_t lag_count;
+    bool may_lag;                /* the last step had a lag */
     tulle_transform *transforms; /* of rigid bodies, in the order of bodies */
     debug_record debug;
     bool goes_on; /* from a checkpoint, so the world was not started */
@@ -87,6 +90,9 @@ bool debug_record_prepare(debug_record *record, const run_session *session);
 tulle_status debug_record_fill(debug_record *record, const run_session *session,
                                tulle_error *error);
 void debug_record_release(debug_record *record);
+
+/* lags.c: fills the session's lags for the world as it is, whose positions it has. */
+tulle_status run_measure_lags(run_session *session, tulle_error *error);
 
 /* left.c: a line of CSV for every pair of triangles that refused the start. */
 tulle_status run_write_left(const run_session *session, tulle_error *error);

@@ -6,6 +6,7 @@
 #include "io/text/json_read.h"
 #include "io/text/number.h"
 
+#include <float.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -14,20 +15,26 @@ void run_frames_destroy(run_frames *frames) {
     if (!frames->heap) return;
     ARRAY_FREE(frames->heap, &frames->lines);
     ARRAY_FREE(frames->heap, &frames->absent);
+    ARRAY_FREE(frames->heap, &frames->lags);
 }
 
 bool run_frames_add(run_frames *frames, const tulle_run_frame *frame, size_t body_count) {
     if (!ARRAY_RESERVE(frames->heap, &frames->lines, 1) ||
-        !ARRAY_RESERVE(frames->heap, &frames->absent, body_count))
+        !ARRAY_RESERVE(frames->heap, &frames->absent, body_count) ||
+        !ARRAY_RESERVE(frames->heap, &frames->lags, frame->lag_count))
         return false;
     run_frame_line line = {.time = frame->time,
                            .step = frame->step,
                            .state_hash = frame->state_hash,
-                           .first_absent = frames->absent.count};
+                           .first_absent = frames->absent.count,
+                           .first_lag = frames->lags.count,
+                           .lag_count = frame->lag_count};
     for (size_t i = 0; i < body_count; i++)
         if (frame->is_present && !frame->is_present[i])
             frames->absent.data[frames->absent.count++] = (uint32_t)i;
     line.absent_count = frames->absent.count - line.first_absent;
+    for (size_t i = 0; i < frame->lag_count; i++)
+        frames->lags.data[frames->lags.count++] = frame->lags[i];
     frames->lines.data[frames->lines.count++] = line;
     return true;
 }
@@ -35,6 +42,7 @@ bool run_frames_add(run_frames *frames, const tulle_run_frame *frame, size_t bod
 void run_frames_truncate(run_frames *frames, size_t count) {
     if (count >= frames->lines.count) return;
     frames->absent.count = frames->lines.data[count].first_absent;
+    frames->lags.count = frames->lines.data[count].first_lag;
     frames->lines.count = count;
 }
 
@@ -45,7 +53,10 @@ bool run_frames_is_present(const run_frames *frames, size_t frame, size_t body) 
     return true;
 }
 
-size_t run_frames_line_size(size_t body_count) { return 150 + 11 * body_count; }
+/* For each body the digits of an index, and of a lag: two more, a count and a double. */
+enum { LAG_SIZE = 3 * 11 + 21 + NUMBER_TEXT_SIZE };
+
+size_t run_frames_line_size(size_t body_count) { return 150 + (11 + LAG_SIZE) * body_count; }
 
 size_t run_frames_format_last(const run_frames *frames, char *text, size_t size) {
     size_t const index = frames->lines.count - 1;
@@ -58,6 +69,15 @@ size_t run_frames_format_last(const run_frames *frames, char *text, size_t size)
     for (size_t i = 0; i < line->absent_count && length < size; i++)
         length += (size_t)snprintf(text + length, size - length, "%s%u", i ? " " : "",
                                    frames->absent.data[line->first_absent + i]);
+    if (length < size) length += (size_t)snprintf(text + length, size - length, ",");
+    for (size_t i = 0; i < line->lag_count && length < size; i++) {
+        const tulle_run_lag *const lag = &frames->lags.data[line->first_lag + i];
+        char way[NUMBER_TEXT_SIZE];
+        number_format_double(lag->lag, way);
+        length +=
+            (size_t)snprintf(text + length, size - length, "%s%u:%u:%s:%llu", i ? " " : "",
+                             lag->body, lag->vertex, way, (unsigned long long)lag->drawn_crossings);
+    }
     if (length + 2 > size) return 0;
     memcpy(text + length, "\n", 2);
     return length + 1;
@@ -101,9 +121,50 @@ static tulle_status read_absent(run_frames *frames, text_cursor *text, const cha
     return TULLE_OK;
 }
 
+/* BODY:VERTEX:LAG:CROSSINGS */
+static tulle_status read_lag(text_cursor *text, text_word word, size_t body_count,
+                             tulle_run_lag *lag, tulle_error *error) {
+    text_word parts[4];
+    const char *const end = word.text + word.length;
+    for (int k = 0; k < 4; k++) {
+        const char *const colon = memchr(word.text, ':', (size_t)(end - word.text));
+        if (!colon != (k == 3))
+            return text_fail(text, word.text, error,
+                             "a lag should be here: body:vertex:metres:crossings");
+        parts[k] = (text_word){word.text, (size_t)((colon ? colon : end) - word.text)};
+        word.text = colon ? colon + 1 : end;
+    }
+    uint64_t body = 0, vertex = 0;
+    tulle_status status = take_count(text, parts[0], body_count, &body, error);
+    if (!status) status = take_count(text, parts[1], UINT32_MAX, &vertex, error);
+    if (!status && (number_parse_double(parts[2].text, parts[2].length, &lag->lag) != NUMBER_READ ||
+                    !(lag->lag > 0.0 && lag->lag <= DBL_MAX)))
+        status = text_fail(text, parts[2].text, error, "a lag in metres should be here");
+    if (!status) status = take_count(text, parts[3], INT64_MAX, &lag->drawn_crossings, error);
+    lag->body = (uint32_t)body;
+    lag->vertex = (uint32_t)vertex;
+    return status;
+}
+
+static tulle_status read_lags(run_frames *frames, text_cursor *text, const char *line_end,
+                              size_t body_count, tulle_error *error) {
+    text_cursor words = *text;
+    words.end = line_end;
+    for (text_word word = text_take_word(&words); word.length > 0; word = text_take_word(&words)) {
+        tulle_run_lag lag = {0};
+        tulle_status const status = read_lag(text, word, body_count, &lag, error);
+        if (status) return status;
+        if (!ARRAY_RESERVE(frames->heap, &frames->lags, 1))
+            return file_fail_memory(error, text->path);
+        frames->lags.data[frames->lags.count++] = lag;
+    }
+    text->at = line_end;
+    return TULLE_OK;
+}
+
 static tulle_status read_line(run_frames *frames, text_cursor *text, const char *line_end,
                               size_t body_count, tulle_error *error) {
-    run_frame_line line = {.first_absent = frames->absent.count};
+    run_frame_line line = {.first_absent = frames->absent.count, .first_lag = frames->lags.count};
     uint64_t index = 0;
     tulle_status status = take_count(text, take_field(text, line_end), INT32_MAX, &index, error);
     if (!status && index != frames->lines.count)
@@ -118,8 +179,14 @@ static tulle_status read_line(run_frames *frames, text_cursor *text, const char 
     text_word const hash = take_field(text, line_end);
     if (!json_parse_hash(hash.text, hash.length, &line.state_hash))
         return text_fail(text, hash.text, error, "hexadecimal digits should be here");
-    status = read_absent(frames, text, line_end, body_count, error);
+    const char *const comma = memchr(text->at, ',', (size_t)(line_end - text->at));
+    status = read_absent(frames, text, comma ? comma : line_end, body_count, error);
+    if (!status && comma) {
+        text->at = comma + 1;
+        status = read_lags(frames, text, line_end, body_count, error);
+    }
     if (status) return status;
+    line.lag_count = frames->lags.count - line.first_lag;
     line.absent_count = frames->absent.count - line.first_absent;
     if (!ARRAY_RESERVE(frames->heap, &frames->lines, 1)) return file_fail_memory(error, text->path);
     frames->lines.data[frames->lines.count++] = line;
@@ -128,9 +195,11 @@ static tulle_status read_line(run_frames *frames, text_cursor *text, const char 
 
 static tulle_status read_lines(run_frames *frames, text_cursor *text, size_t body_count,
                                tulle_error *error) {
-    size_t const heading = strlen(RUN_FRAMES_HEADING);
-    if ((size_t)(text->end - text->at) < heading) return TULLE_OK; /* killed while it was made */
-    if (memcmp(text->at, RUN_FRAMES_HEADING, heading) != 0)
+    size_t const heading = strlen(RUN_FRAMES_HEADING), old = strlen(RUN_FRAMES_HEADING_OLD);
+    size_t const left = (size_t)(text->end - text->at);
+    bool const is_old = left >= old && memcmp(text->at, RUN_FRAMES_HEADING_OLD, old) == 0;
+    if (!is_old && left < heading) return TULLE_OK; /* killed while it was made */
+    if (!is_old && memcmp(text->at, RUN_FRAMES_HEADING, heading) != 0)
         return text_fail(text, NULL, error, "does not begin with \"frame,time,step,...\"");
     text_next_line(text);
     tulle_status status = TULLE_OK;

@@ -36,6 +36,10 @@ void tulle_run_outcome_add(tulle_run_outcome *outcome, const tulle_step_report *
     outcome->overstretched_steps += report->overstretched > 0;
     if (report->overstretched > outcome->most_overstretched)
         outcome->most_overstretched = report->overstretched;
+    if (report->largest_lag > outcome->largest_lag && isfinite(report->largest_lag)) {
+        outcome->largest_lag = report->largest_lag;
+        outcome->largest_lag_time = report->time;
+    }
 }
 
 void tulle_run_outcome_place(tulle_run_outcome *outcome, const tulle_stretch *stretch,
@@ -134,6 +138,10 @@ void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *bo
         begin_line(&into);
         add(&into, "cloth was pinched between obstacles in %llu of %llu steps",
             (unsigned long long)outcome->pinched_steps, steps);
+        if (outcome->largest_lag > 0.0)
+            add(&into,
+                "; what deforms lagged behind its frames there, by %.3g mm at most at %.6g s",
+                1000.0 * outcome->largest_lag, outcome->largest_lag_time);
     }
     if (into.lines > 0) return;
     add(&into, "none: every solve converged, no step was cut, nothing was rescued or pinched");
@@ -159,6 +167,8 @@ void run_outcome_write(json_writer *writer, const run_record *record) {
     json_put_unsigned(writer, "pinched_steps", outcome->pinched_steps);
     json_put_unsigned(writer, "overstretched_steps", outcome->overstretched_steps);
     json_put_unsigned(writer, "most_overstretched", outcome->most_overstretched);
+    json_put_double(writer, "largest_lag", outcome->largest_lag);
+    json_put_double(writer, "largest_lag_time", outcome->largest_lag_time);
     json_put_double(writer, "largest_stretch", outcome->largest_stretch);
     json_put_double(writer, "largest_stretch_time", outcome->largest_stretch_time);
     const char *name = NULL;
@@ -241,9 +251,13 @@ tulle_status run_outcome_read(run_record *record, const json_document *document,
     } numbers[] = {{"worst_residual", &outcome.worst_residual},
                    {"worst_residual_time", &outcome.worst_residual_time},
                    {"largest_stretch", &outcome.largest_stretch},
-                   {"largest_stretch_time", &outcome.largest_stretch_time}};
+                   {"largest_stretch_time", &outcome.largest_stretch_time},
+                   {"largest_lag", &outcome.largest_lag},
+                   {"largest_lag_time", &outcome.largest_lag_time}};
+    enum { FIRST_NUMBERS = 4 };
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0] && !status; i++)
-        status = json_take_double(document, object, numbers[i].key, numbers[i].to, error);
+        if (i < FIRST_NUMBERS || json_find(document, object, numbers[i].key))
+            status = json_take_double(document, object, numbers[i].key, numbers[i].to, error);
     if (!status)
         status = json_take_whole(document, object, "most_substeps", &outcome.most_substeps, error);
     if (!status) status = read_place(document, object, record->bodies.count, &outcome, error);

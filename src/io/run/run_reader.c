@@ -291,6 +291,16 @@ tulle_status tulle_run_reader_get_frame(const tulle_run_reader *reader, uint32_t
     return TULLE_OK;
 }
 
+tulle_status tulle_run_reader_get_lags(const tulle_run_reader *reader, uint32_t frame,
+                                       const tulle_run_lag **lags, size_t *count) {
+    if (!reader || !lags || !count || frame >= reader->frames.lines.count)
+        return TULLE_ERROR_INVALID_ARGUMENT;
+    const run_frame_line *const line = &reader->frames.lines.data[frame];
+    *count = line->lag_count;
+    *lags = line->lag_count > 0 ? reader->frames.lags.data + line->first_lag : NULL;
+    return TULLE_OK;
+}
+
 int tulle_run_reader_is_present(const tulle_run_reader *reader, uint32_t frame, size_t body) {
     if (!reader || frame >= reader->frames.lines.count || body >= reader->record.bodies.count)
         return 0;

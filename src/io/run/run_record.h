@@ -113,15 +113,19 @@ typedef struct run_frame_line {
     double time;
     uint64_t step, state_hash;
     size_t first_absent, absent_count; /* in run_frames.absent */
+    size_t first_lag, lag_count;       /* in run_frames.lags */
 } run_frame_line;
 
 typedef struct run_frames {
     memory *heap;
     ARRAY(run_frame_line) lines;
-    ARRAY(uint32_t) absent; /* bodies that are not there, in order within a frame */
+    ARRAY(uint32_t) absent;    /* bodies that are not there, in order within a frame */
+    ARRAY(tulle_run_lag) lags; /* by body within a frame */
 } run_frames;
 
-#define RUN_FRAMES_HEADING "frame,time,step,state_hash,absent\n"
+#define RUN_FRAMES_HEADING "frame,time,step,state_hash,absent,lags\n"
+/* Of runs that know no lags. */
+#define RUN_FRAMES_HEADING_OLD "frame,time,step,state_hash,absent\n"
 
 void run_frames_destroy(run_frames *frames);
 /* False when memory is short; the table is then as before. */

@@ -13,6 +13,7 @@
 #include "io/unflushed.h"
 
 #include <errno.h>
+#include <float.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -41,6 +42,15 @@ static tulle_status check_frame(const tulle_run_writer *writer, const tulle_run_
     if (transforms_count_bodies(&writer->record) > 0 && !frame->transforms)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the frame needs transforms of the rigid bodies");
+    if (frame->lag_count > 0 && !frame->lags)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the lags of the frame are null");
+    for (size_t i = 0; i < frame->lag_count; i++) {
+        const tulle_run_lag *const lag = &frame->lags[i];
+        if (lag->body >= writer->record.bodies.count || (i > 0 && lag->body <= lag[-1].body) ||
+            !(lag->lag > 0.0 && lag->lag <= DBL_MAX))
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "lag %zu of the frame is of no body, out of order, or no way", i);
+    }
     return TULLE_OK;
 }
 

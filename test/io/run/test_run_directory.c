@@ -1,6 +1,7 @@
 /* Run directories: what is written comes back, existing directories are spared, runs are resumed.
  */
 #define _XOPEN_SOURCE 700
+#include "io/run/run_record.h"
 #include "io/run/run_report.h"
 
 #include "io/run_support.h"
@@ -40,6 +41,70 @@ static void a_run_comes_back(void **state) {
     assert_int_equal(tulle_run_reader_get_frame(reader, FRAME_COUNT + 1, NULL, NULL, NULL),
                      TULLE_ERROR_INVALID_ARGUMENT);
     tulle_run_reader_close(reader);
+}
+
+/* Frames of older runs name no lags; what is no lag is refused at its place. */
+static void lags_are_read_with_care(void **state) {
+    (void)state;
+    static const struct {
+        const char *lags; /* null: an older run */
+        const char *message;
+    } cases[] = {{NULL, NULL},
+                 {"", NULL},
+                 {"1:5:0.25:7", NULL},
+                 {"1:5:0.25:7 2:0:1e-9:0", NULL},
+                 {"1:5:0.25", "body:vertex:metres:crossings"},
+                 {"1:5:0.25:7:", "body:vertex:metres:crossings"},
+                 {"4:5:0.25:7", "a whole number from 0 to 3"},
+                 {"1:5:-1:7", "a lag in metres"},
+                 {"1:5:inf:7", "a lag in metres"},
+                 {"1:-5:1:7", "a whole number"},
+                 {"1:5:1:x", "a whole number"}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        char text[256];
+        const char *const lags = cases[k].lags;
+        snprintf(text, sizeof text, "frame,time,step,state_hash,absent%s\n0,0,0,%016x,2%s%s\n",
+                 lags ? ",lags" : "", 7, lags ? "," : "", lags ? lags : "");
+        const char *const path = test_path("lags.csv");
+        put_text(path, text);
+        memory heap = memory_default();
+        run_frames frames;
+        tulle_error error = {0};
+        tulle_status const status = run_frames_read(&frames, &heap, path, BODY_COUNT, &error);
+        assert_int_equal(status, cases[k].message ? TULLE_ERROR_PARSE : TULLE_OK);
+        if (cases[k].message && !strstr(error.message, cases[k].message))
+            fail_msg("%s: %s", lags, error.message);
+        if (cases[k].message) assert_int_equal(error.line, 2);
+        size_t const expected = lags && lags[0] ? (strchr(lags, ' ') ? 2 : 1) : 0;
+        if (status == TULLE_OK) {
+            assert_int_equal(frames.lines.count, 1);
+            assert_int_equal(frames.lines.data[0].absent_count, 1);
+            assert_int_equal(frames.lines.data[0].lag_count, expected);
+        }
+        for (size_t i = 0; status == TULLE_OK && i < expected; i++) {
+            assert_int_equal(frames.lags.data[i].body, i + 1);
+            assert_true(frames.lags.data[i].lag == (i == 0 ? 0.25 : 1e-9));
+        }
+        run_frames_destroy(&frames);
+    }
+    tulle_run_def const def = make_def(test_path("lagging"), FRAME_COUNT);
+    tulle_run_writer *writer = NULL;
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, NULL), TULLE_OK);
+    double positions[3 * CLOTH_VERTICES] = {0};
+    const double *const pointers[BODY_COUNT] = {positions, positions, positions, NULL};
+    tulle_transform const transform = {0};
+    tulle_run_lag const bad[][2] = {{{BODY_COUNT, 0, 1.0, 0}, {0}},
+                                    {{1, 0, 1.0, 0}, {1, 0, 1.0, 0}},
+                                    {{1, 0, 0.0, 0}, {2, 0, 1.0, 0}},
+                                    {{1, 0, (double)INFINITY, 0}, {2, 0, 1.0, 0}}};
+    for (size_t k = 0; k <= sizeof bad / sizeof bad[0]; k++) {
+        tulle_run_frame const frame = {.positions = pointers,
+                                       .transforms = &transform,
+                                       .lags = k < sizeof bad / sizeof bad[0] ? bad[k] : NULL,
+                                       .lag_count = 2};
+        assert_int_equal(tulle_run_write_frame(writer, &frame, NULL), TULLE_ERROR_INVALID_ARGUMENT);
+    }
+    assert_int_equal(tulle_run_close(writer, TULLE_RUN_INTERRUPTED, NULL, NULL), TULLE_OK);
 }
 
 static void existing_directories_are_spared(void **state) {
@@ -322,14 +387,18 @@ static void reports_of_version_1_are_read(void **state) {
     }
 }
 
-/* What this version writes comes back, and what its first reports held, without the column that
+/* What this version writes comes back, and what its first reports held, without the columns that
  * came later; with another column less, or with one that is unknown, it is refused. */
 static void reports_come_back(void **state) {
     (void)state;
     memory heap = memory_default();
     char text[2][RUN_REPORT_LINE_SIZE];
-    tulle_step_report report = {
-        .step = 7, .pinched = 1, .turning_pairs = 3, .smallest_gap = 0.5, .overstretched = 9};
+    tulle_step_report report = {.step = 7,
+                                .pinched = 1,
+                                .turning_pairs = 3,
+                                .smallest_gap = 0.5,
+                                .overstretched = 9,
+                                .largest_lag = 0.25};
     for (int k = 0; k < TULLE_STAGE_COUNT; k++) report.stage_seconds[k] = 0.1 * (k + 1);
     run_report_format_heading(text[0]);
     run_report_format(&report, text[1]);
@@ -337,8 +406,9 @@ static void reports_come_back(void **state) {
         const char *dropped, *added;
         bool is_read;
     } cases[] = {{"", "", true},
-                 {",overstretched", "", true},
-                 {",turning_pairs,overstretched", "", false},
+                 {",largest_lag", "", true},
+                 {",overstretched,largest_lag", "", true},
+                 {",turning_pairs,overstretched,largest_lag", "", false},
                  {"", ",more", false}};
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         const char *const path = test_path("whole.csv");
@@ -346,11 +416,12 @@ static void reports_come_back(void **state) {
         assert_non_null(file);
         size_t const kept = strlen(text[0]) - 1 - strlen(cases[k].dropped);
         assert_memory_equal(text[0] + kept, cases[k].dropped, strlen(cases[k].dropped));
-        bool const is_older = cases[k].is_read && cases[k].dropped[0];
-        const char *const last = strrchr(text[1], ',');
-        fprintf(file, "%.*s%s\n%.*s%s", (int)kept, text[0], cases[k].added,
-                is_older ? (int)(last - text[1]) : (int)strlen(text[1]), text[1],
-                is_older ? "\n" : "");
+        size_t dropped = 0;
+        for (const char *c = cases[k].dropped; *c; c++) dropped += *c == ',';
+        size_t length = strlen(text[1]) - 1;
+        for (size_t i = 0; i < dropped; i++)
+            while (text[1][--length] != ',') {}
+        fprintf(file, "%.*s%s\n%.*s\n", (int)kept, text[0], cases[k].added, (int)length, text[1]);
         fclose(file);
         run_report_rows rows = {0};
         tulle_status const status = run_report_read(&heap, path, &rows, NULL);
@@ -362,7 +433,8 @@ static void reports_come_back(void **state) {
             assert_int_equal(rows.data[i].step, 7);
             assert_int_equal(rows.data[i].pinched, 1);
             assert_int_equal(rows.data[i].turning_pairs, 3);
-            assert_int_equal(rows.data[i].overstretched, is_older ? 0 : 9);
+            assert_int_equal(rows.data[i].overstretched, dropped > 1 ? 0 : 9);
+            assert_true(rows.data[i].largest_lag == (dropped > 0 ? 0.0 : 0.25));
             assert_true(rows.data[i].smallest_gap == 0.5);
         }
         ARRAY_FREE(&heap, &rows);
@@ -386,6 +458,7 @@ int main(void) {
     make_bodies();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_run_comes_back),
+        cmocka_unit_test(lags_are_read_with_care),
         cmocka_unit_test(existing_directories_are_spared),
         cmocka_unit_test(without_bodies_there_is_no_file_of_them),
         cmocka_unit_test(a_leftover_of_the_first_file_does_not_matter),

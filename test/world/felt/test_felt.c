@@ -269,7 +269,7 @@ static void cloth_between_parts_keeps_its_room(void **state) {
     }
     /* a layer has nine tenths of the contact distance on both sides */
     double const room = 1.8 * CONTACT_DISTANCE;
-    if (!(saw.narrowest > 0.9 * room && saw.narrowest < 1.2 * room))
+    if (!(saw.narrowest > 0.8 * room && saw.narrowest < 1.1 * room))
         fail_msg("the blocks come as near as %g m, not %g m", saw.narrowest, room);
     assert_true(saw.largest_lag > 0.45 * (DEPTH + room) && saw.largest_lag < DEPTH + 2.0 * room);
     assert_true(saw.drawn_crossings > 20);
