@@ -305,9 +305,9 @@ TULLE_API tulle_status tulle_run_reader_get_frame(const tulle_run_reader *reader
  * there is no such body or frame. */
 TULLE_API int tulle_run_reader_is_present(const tulle_run_reader *reader, uint32_t frame,
                                           size_t body);
-/* Gives the obstacles that lag in frame number `frame`: `*count` of them, by ascending body, which
- * live as long as the reader. None in runs of older versions. Error: TULLE_ERROR_INVALID_ARGUMENT
- * (null, no such frame). */
+/* Gives the obstacles that lag in frame number `frame`: `*count` of them in `*lags`, by ascending
+ * body, which live as long as the reader. None in runs of older versions. Error:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, no such frame). */
 TULLE_API tulle_status tulle_run_reader_get_lags(const tulle_run_reader *reader, uint32_t frame,
                                                  const tulle_run_lag **lags, size_t *count);
 /* Fills `positions`, 3 * vertex_count [m], of body number `body` at frame number `frame`: from its

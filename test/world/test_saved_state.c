@@ -16,9 +16,10 @@
 
 static const double STEP = 1.0 / 60.0;
 /* Bytes of the header: magic, hash, then numbers of 8 bytes. */
-enum { HASH_AT = 8, HASHED_FROM = 16, HEADER_BYTES = 144 };
+enum { HASH_AT = 8, HASHED_FROM = 16, HEADER_BYTES = 152 };
 enum { VERTEX_COUNT_AT = 32, CONTACT_BYTES_AT = 56, PATCH_BYTES_AT = 64, IGNORED_COUNT_AT = 80 };
-enum { HOLD_COUNT_AT = 88, TIE_COUNT_AT = 104, TIME_AT = 120, TIME_STEP_AT = 128, ENERGY_AT = 136 };
+enum { HOLD_COUNT_AT = 88, ATTACHMENTS_AT = 112, LAG_COUNT_AT = 120 };
+enum { TIME_AT = 128, TIME_STEP_AT = 136, ENERGY_AT = 144 };
 enum { CONTACT_HEADER_BYTES = 16, PATCH_ANGLE_AT = 40, PATCH_REACH_AT = 48 };
 
 static void add_moving(tulle_world *world, const tulle_mesh *mesh, double way) {
@@ -216,8 +217,9 @@ static void refuse_header(const saved_world *made) {
     refuse_double(made, "time step", TIME_STEP_AT, -0.1);
     refuse_double(made, "time step", TIME_STEP_AT, 1.5);
     refuse_bad_doubles(made, "lost energy", ENERGY_AT);
-    for (size_t at = HASHED_FROM; at <= TIE_COUNT_AT; at += 8) {
-        if (at == 48) continue; /* any number of steps may have been made */
+    for (size_t at = HASHED_FROM; at <= LAG_COUNT_AT; at += 8) {
+        /* any number of steps may have been made, and of attachments */
+        if (at == 48 || at == ATTACHMENTS_AT) continue;
         uint64_t const is = get_u64(made->bytes + at);
         uint64_t const values[] = {is + 1, is - 1, is + 8, UINT64_MAX, UINT64_MAX / 16, 0};
         for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {

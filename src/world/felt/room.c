@@ -19,18 +19,6 @@ static const double OPPOSED_COSINE = -0.5;
 static const double ROOM_OF_SIDE = 0.9;
 /* [m/s] Sides that lag and are nearer than that part at this speed, as obstacles that are held. */
 static const double OPENING_SPEED = 0.05;
-/* Sweeps over all places, at most, in which a surface gives way around them; in which it does not.
- */
-enum { WIDE_SWEEPS = 16, NARROW_SWEEPS = 100 };
-
-/* ---- sides ---- */
-
-static vec3 get_point(const room_side *side, const double *positions) {
-    vec3 point = {0, 0, 0};
-    for (int k = 0; k < 3; k++)
-        point = vec3_add_scaled(point, vec3_load(positions, side->vertices[k]), side->weights[k]);
-    return point;
-}
 
 /* ---- what lies across ---- */
 
@@ -106,7 +94,8 @@ static double choose_room(const step_context *context, const room_place *place, 
 /* How far the side goes along the direction in this step, as drawn. */
 static double get_advance(const tulle_world *world, const room_side *side, const double *ends,
                           vec3 direction) {
-    vec3 const way = vec3_sub(get_point(side, ends), get_point(side, world->now.positions));
+    vec3 const way =
+        vec3_sub(get_side_point(side, ends), get_side_point(side, world->now.positions));
     return side->may_lag ? fmax(0.0, vec3_dot(way, direction)) : 0.0;
 }
 
@@ -134,7 +123,7 @@ static bool find_place(const step_context *context, const touch *at, const doubl
     const tulle_world *const world = context->world;
     const double *const positions = world->now.positions;
     size_t const cloth = world->vertex_surface[at->vertex];
-    vec3 const away = vec3_sub(at->cloth, get_point(&at->side, positions));
+    vec3 const away = vec3_sub(at->cloth, get_side_point(&at->side, positions));
     vec3 const normal = vec3_normalize(away);
     surface_hit hit;
     if (!(vec3_norm(away) > 0.0) || !find_across(world, cloth, at->cloth, normal, reach, &hit))
@@ -166,8 +155,8 @@ static bool find_place(const step_context *context, const touch *at, const doubl
                                             world->laws[cloth * count + other].contact_distance);
     double const full =
         fmax(side, at->height) + side * (double)count_layers(world, at->vertices, from, to);
-    double const now = vec3_dot(
-        place->normal, vec3_sub(get_point(second, positions), get_point(&at->side, positions)));
+    double const now = vec3_dot(place->normal, vec3_sub(get_side_point(second, positions),
+                                                        get_side_point(&at->side, positions)));
     place->room = choose_room(context, place, now, full);
     double const a = get_advance(world, &at->side, ends, place->normal);
     double const b = get_advance(world, second, ends, vec3_neg(place->normal));
@@ -333,165 +322,4 @@ tulle_status world_find_room(step_context *context, const double *ends, double r
     for (size_t i = 0; i < pin_count; i++)
         places->count += find_pin_place(context, pins[i], reach, &places->data[places->count]);
     return TULLE_OK;
-}
-
-/* ---- making room ---- */
-
-/* The vertices of a surface that go along when a point of it gives way. */
-typedef struct around_point {
-    uint32_t *vertices;
-    double *parts; /* of the way, up to 1 */
-    size_t count;
-    double answer; /* how far the point goes when it is moved by 1 */
-} around_point;
-
-/* A search over a surface from a point of it. */
-typedef struct surface_search {
-    double *lengths; /* [m] of all vertices: along edges from the point; INFINITY: not reached */
-    uint32_t *queue; /* ring of vertices whose neighbours are next */
-    uint8_t *waits;  /* of all vertices: is in the ring */
-    uint32_t *found; /* vertices that were reached */
-    size_t count;
-    size_t capacity; /* of each */
-} surface_search;
-
-/* Finds the vertices within `radius` of the side's point along edges. Ends with all of `waits` 0.
- */
-static void search_surface(const tulle_world *world, const room_side *side, double radius,
-                           surface_search *search) {
-    const double *const x = world->now.positions;
-    const adjacency *const next = &world->topo.vertex_neighbours;
-    vec3 const centre = get_point(side, x);
-    size_t first = 0, waiting = 0;
-    search->count = 0;
-    for (int k = 0; k < 3; k++) {
-        uint32_t const v = side->vertices[k];
-        if (search->waits[v]) continue;
-        search->lengths[v] = vec3_norm(vec3_sub(vec3_load(x, v), centre));
-        search->waits[v] = 1;
-        search->found[search->count++] = v;
-        search->queue[waiting++] = v;
-    }
-    while (waiting > 0) {
-        uint32_t const v = search->queue[first];
-        first = (first + 1) % search->capacity;
-        waiting--;
-        search->waits[v] = 0;
-        for (uint32_t k = next->begin[v]; k < next->begin[v + 1]; k++) {
-            uint32_t const w = next->items[k];
-            double const length =
-                search->lengths[v] + vec3_norm(vec3_sub(vec3_load(x, w), vec3_load(x, v)));
-            if (!(length < radius) || !(length < search->lengths[w])) continue;
-            if (isinf(search->lengths[w])) search->found[search->count++] = w;
-            search->lengths[w] = length;
-            if (search->waits[w]) continue;
-            search->waits[w] = 1;
-            search->queue[(first + waiting++) % search->capacity] = w;
-        }
-    }
-}
-
-/* Finds what goes along with a side. Where the surface leads from it to the other side, each takes
- * half of the way between. False when memory is short. */
-static bool look_around(const tulle_world *world, const room_side *side, const room_side *other,
-                        double radius, surface_search *search, arena *scratch,
-                        around_point *found) {
-    search_surface(world, side, radius, search);
-    double reach = radius;
-    for (int k = 0; k < 3; k++) reach = fmin(reach, 0.5 * search->lengths[other->vertices[k]]);
-    *found = (around_point){ARENA_NEW(scratch, uint32_t, search->count),
-                            ARENA_NEW(scratch, double, search->count), 0, 0.0};
-    bool const has_room = found->vertices && found->parts;
-    for (size_t i = 0; i < search->count; i++) {
-        uint32_t const v = search->found[i];
-        double const share = reach > 0.0 ? search->lengths[v] / reach : 1.0;
-        double const left = fmax(0.0, 1.0 - share * share);
-        search->lengths[v] = (double)INFINITY;
-        bool is_own = false;
-        for (int k = 0; k < 3; k++) is_own |= side->vertices[k] == v;
-        if (!has_room || !(left > 0.0 || is_own)) continue;
-        double const part = fmax(left * left, 1e-3);
-        for (int k = 0; k < 3; k++)
-            if (side->vertices[k] == v) found->answer += side->weights[k] * part;
-        found->vertices[found->count] = v;
-        found->parts[found->count++] = part;
-    }
-    return has_room;
-}
-
-/* Takes a point `missing` [m] farther along a direction. What is around it follows by its part, but
- * not where it has gone so far already: what many points take along goes no farther than each of
- * them does. */
-static void take_along(const around_point *around, const room_side *side, vec3 direction,
-                       double missing, const double *starts, double *ends) {
-    double const gone =
-        vec3_dot(direction, vec3_sub(get_point(side, ends), get_point(side, starts)));
-    double const wanted = fmax(gone, 0.0) + missing;
-    for (size_t i = 0; i < around->count; i++) {
-        uint32_t const v = around->vertices[i];
-        vec3 const end = vec3_load(ends, v);
-        double const lacks = wanted * around->parts[i] / around->answer -
-                             vec3_dot(direction, vec3_sub(end, vec3_load(starts, v)));
-        if (lacks > 0.0) vec3_store(ends, v, vec3_add_scaled(end, direction, lacks));
-    }
-}
-
-/* Sweeps over the places until each has its room. False when memory is short. */
-static bool sweep_places(tulle_world *world, const room_list *places, double radius, int sweeps,
-                         double tolerance, surface_search *search, const double *starts,
-                         double *ends) {
-    arena *const scratch = &world->scratch;
-    arena_mark const mark = arena_get_mark(scratch);
-    around_point *const around = ARENA_NEW_ZEROED(scratch, around_point, 2 * places->count);
-    bool has_memory = around != NULL;
-    bool is_done = false;
-    for (int sweep = 0; sweep < sweeps && has_memory && !is_done; sweep++) {
-        is_done = true;
-        for (size_t i = 0; i < places->count && has_memory; i++) {
-            const room_place *const place = &places->data[i];
-            vec3 const between =
-                vec3_sub(get_point(&place->sides[1], ends), get_point(&place->sides[0], ends));
-            double const missing = place->room - vec3_dot(place->normal, between);
-            if (!(missing > tolerance)) continue;
-            is_done = false;
-            double const shares[2] = {place->share, 1.0 - place->share};
-            vec3 const directions[2] = {vec3_neg(place->normal), place->normal};
-            for (int k = 0; k < 2 && has_memory; k++) {
-                around_point *const own = &around[2 * i + (size_t)k];
-                const room_side *const side = &place->sides[k];
-                if (shares[k] == 0.0 || !side->may_lag) continue;
-                has_memory = own->vertices || look_around(world, side, &place->sides[1 - k], radius,
-                                                          search, scratch, own);
-                if (has_memory)
-                    take_along(own, side, directions[k], shares[k] * missing, starts, ends);
-            }
-        }
-    }
-    arena_release(scratch, mark);
-    return has_memory;
-}
-
-static bool make_search(const tulle_world *world, arena *scratch, surface_search *search) {
-    size_t const n = world->vertex_count;
-    *search = (surface_search){.lengths = ARENA_NEW(scratch, double, n),
-                               .queue = ARENA_NEW(scratch, uint32_t, n),
-                               .waits = ARENA_NEW_ZEROED(scratch, uint8_t, n),
-                               .found = ARENA_NEW(scratch, uint32_t, n),
-                               .capacity = n};
-    if (!search->lengths || !search->queue || !search->waits || !search->found) return false;
-    for (size_t v = 0; v < n; v++) search->lengths[v] = (double)INFINITY;
-    return true;
-}
-
-bool world_make_room(tulle_world *world, const room_list *places, double radius, double tolerance,
-                     double *ends) {
-    size_t const n = 3 * world->vertex_count;
-    surface_search search;
-    if (places->count == 0) return true;
-    double *const starts = ARENA_NEW(&world->scratch, double, n);
-    if (!starts || !make_search(world, &world->scratch, &search)) return false;
-    memcpy(starts, ends, n * sizeof(double));
-    /* wide ones keep the surface smooth; what they leave lacking takes nothing along */
-    return sweep_places(world, places, radius, WIDE_SWEEPS, tolerance, &search, starts, ends) &&
-           sweep_places(world, places, 0.0, NARROW_SWEEPS, tolerance, &search, starts, ends);
 }

@@ -5,6 +5,14 @@
 
 #include "world/step/step.h"
 
+/* [m] The point of a side where the vertices are at `positions`. */
+static inline vec3 get_side_point(const room_side *side, const double *positions) {
+    vec3 point = {0, 0, 0};
+    for (int k = 0; k < 3; k++)
+        point = vec3_add_scaled(point, vec3_load(positions, side->vertices[k]), side->weights[k]);
+    return point;
+}
+
 /* Finds the places at the start of the step, from the contacts of cloth with what may lag, and,
  * once the step was tried, from the rows that it met. reach [m]: sides farther from each other do
  * not matter. `ends`: [m] all vertices at the end of the step, as drawn. */

@@ -206,7 +206,7 @@ static const char not_read[] = "\"scene_file\" \"frame_interval\" \"cloth\" \"tr
 /* Values of all kinds, and the members that may have them. */
 #define NUMBERS                                                                                    \
     "\"alpha_max\" \"largest_displacement\" \"worst_residual\" \"worst_residual_time\" "           \
-    "\"largest_stretch\" \"largest_stretch_time\" "
+    "\"largest_stretch\" \"largest_stretch_time\" \"largest_lag\" \"largest_lag_time\" "
 static const struct {
     const char *value, *keys;
 } odd_values[] = {
