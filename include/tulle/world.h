@@ -586,7 +586,7 @@ typedef struct tulle_step_progress {
     /* part of the step's time that has passed, 0 .. 1; less again when a pinch makes the step
      * begin anew */
     double share;
-    uint32_t solve_count; /* solves of the substeps before this one */
+    uint32_t solve_count; /* solves so far; a step that stands still goes on as they grow */
 } tulle_step_progress;
 /* How far the step that is under way has come. All zero for null. */
 TULLE_API tulle_step_progress tulle_world_get_step_progress(const tulle_world *world);

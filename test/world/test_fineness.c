@@ -59,6 +59,37 @@ static void bending_length_is_that_of_the_softer_yarns(void **unused) {
     assert_true(measure_sheet(TULLE_MEMBRANE_WOVEN, 0.0).bending_length == 0.0);
 }
 
+/* ---- the fall of fine cloth ---- */
+
+/* A centimetre of cloth with edges of a quarter of a millimetre has a matrix a million times its
+ * mass. To fall, it needs next to no iterations all the same. */
+static void fine_cloth_falls_at_once(void **unused) {
+    (void)unused;
+    double const gravity = -9.81, step = 1.0 / 90.0;
+    tulle_world_def world_def = tulle_world_def_default();
+    world_def.gravity[2] = gravity;
+    world_def.wind.drag_coefficient = 0.0;
+    tulle_mesh mesh = small_sheet(0.01, 41, 0.0);
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.mesh = tulle_mesh_get_view(&mesh);
+    def.material.air_damping = 0.0;
+    tulle_world *world = NULL;
+    tulle_cloth_id id;
+    assert_int_equal(tulle_world_create(&world_def, &world, NULL), TULLE_OK);
+    assert_int_equal(tulle_world_add_cloth(world, &def, &id, NULL), TULLE_OK);
+    for (int i = 1; i <= 3; i++) {
+        tulle_step_report report;
+        assert_int_equal(tulle_world_step(world, step, &report, NULL), TULLE_OK);
+        assert_true(report.cg_converged);
+        assert_in_range(report.cg_iterations, 0, 5);
+        for (size_t v = 0; v < mesh.vertex_count; v++)
+            expect_near(tulle_cloth_get_velocities(world, id, NULL)[3 * v + 2], gravity * step * i,
+                        1e-6);
+    }
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&mesh);
+}
+
 /* ---- damping ---- */
 
 /* A triangle held by two corners, whose third one is moved a little along its middle: it swings by
@@ -147,6 +178,7 @@ static void damping_of_euler_is_half_the_turn(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(fine_cloth_falls_at_once),
         cmocka_unit_test(bending_length_is_that_of_the_softer_yarns),
         cmocka_unit_test(damping_is_what_a_swing_loses),
         cmocka_unit_test(damping_of_euler_is_half_the_turn),

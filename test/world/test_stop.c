@@ -17,6 +17,7 @@ typedef struct stop_script {
     long left;  /* asks that are still answered with no */
     long count; /* asks so far */
     uint32_t most_substeps;
+    bool tells_solves; /* the count of solves grew while a substep was under way */
     const tulle_world *world;
     tulle_step_progress last;
 } stop_script;
@@ -24,7 +25,10 @@ typedef struct stop_script {
 static int answer(void *context) {
     stop_script *const script = context;
     script->count++;
+    tulle_step_progress const before = script->last;
     script->last = tulle_world_get_step_progress(script->world);
+    if (script->count > 1 && script->last.substep == before.substep)
+        script->tells_solves |= script->last.solve_count > before.solve_count;
     if (script->last.substep > script->most_substeps) script->most_substeps = script->last.substep;
     return script->left-- <= 0;
 }
@@ -159,6 +163,7 @@ static void stopped_steps_leave_no_trace(const stop_case *test) {
                   (unsigned long long)most_ignored);
     assert_true(stops > 3 * STEPS);
     assert_true(script.most_substeps >= 1);
+    assert_true(script.tells_solves);
     if (test->has_pinch) assert_true(pinched > 0);
     if (test->is_caught) assert_true(most_ignored > 0);
     tulle_world_destroy(plain);

@@ -54,6 +54,12 @@ static const double LEAST_NET = 1e-9;
  */
 static const double LEAST_NET_OF_ALL = 1e-13;
 
+/* Where A's diagonal is so many times the mass, the first solve of a substep begins with the best
+ * translation. To begin with none is to have the weight of all cloth as residual, which the
+ * diagonal divides unevenly: at borders, and where triangles differ. Conjugate gradients then take
+ * hundreds of iterations, thousands for a centimetre of silk, to make a sheet fall. */
+static const double VERY_STIFF = 1e6;
+
 typedef struct motion_solve {
     const contact_scene *scene;
     const motion_system *system;
@@ -417,6 +423,14 @@ static tulle_status measure_reference(motion_solve *solve) {
     return status;
 }
 
+/* Whether a vertex of the cloth is held by its neighbours as if by far more than its mass. */
+static bool is_very_stiff(const motion_solve *solve) {
+    const contact_scene *const scene = solve->scene;
+    for (size_t v = 0; v < scene->cloth_vertex_count; v++)
+        if (solve->diagonal[9 * v] * scene->inverse_mass[v] > VERY_STIFF) return true;
+    return false;
+}
+
 tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
                           double *u, solve_report *report) {
     *report =
@@ -461,13 +475,15 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
     const contact_settings *const settings = &scene->settings;
     contact_row *const rows = list->rows.data;
     size_t const row_count = list->rows.count;
+    bool const moves_first = status == TULLE_OK && !system->start && is_very_stiff(&solve);
     if (status == TULLE_OK) set_springs(&solve);
     update_driven_rows(scene, rows, row_count);
     if (status == TULLE_OK) prepare_hard_rows(scene, solve.diagonal, rows, row_count, u);
     for (int round = 0; round < settings->solve_rounds_landing && status == TULLE_OK; round++) {
         uint32_t const before = report->cg_iterations;
         prepare_round(&solve, round == 0);
-        status = solve_linear(&solve);
+        if (moves_first && round == 0) status = translate_cloths(&solve);
+        if (status == TULLE_OK) status = solve_linear(&solve);
         if (status != TULLE_OK) break;
         if (row_count == 0) { /* ties alone may answer what a drive does now */
             if (settle_drives(scene, rows, row_count, u) && system->spring_count > 0) continue;

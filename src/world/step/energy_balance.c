@@ -9,6 +9,9 @@
 #include "world/bodies/body_control.h"
 #include "world/ties/ties.h"
 
+#include <math.h>
+#include <string.h>
+
 /* A gain is worth another solve if it is over the sum of two slacks. This is the first one, as a
  * share of the kinetic energy that gravity gives in a step from rest. */
 static const double GRAVITY_SHARE = 1e-6;
@@ -20,6 +23,16 @@ static const double KINETIC_SHARE = 1e-12;
  * cloth that the solve has lost gains a hundred times that energy. */
 static const double GAIN_MAX = 0.1;
 
+/* The solve is lost when springs take so many times as much as is at work in the substep. What
+ * moves slowly and pulls stiff cloth may well give more than that, so the springs' excess over what
+ * is linear counts. Sheets that land well stay below. */
+static const double LOST_SHARE = 1000.0;
+/* A solution that no other follows may have so many times as much: a script that moves slowly and
+ * pulls stiff cloth gives more than its own speed tells. */
+static const double LAST_SHARE = 10.0;
+/* A solution goes back on its way by so many halvings at most. */
+enum { HALVINGS_MAX = 30 };
+
 bool world_keeps_balance(const step_context *context) {
     const tulle_world *const world = context->world;
     return context->scene.response->balances_energy && world->rows.rows.count > 0 &&
@@ -27,7 +40,7 @@ bool world_keeps_balance(const step_context *context) {
 }
 
 bool world_gains_too_much(const step_context *context) {
-    return context->gain > GAIN_MAX * context->energy_scale;
+    return context->retry.is_tempered || context->gain > GAIN_MAX * context->energy_scale;
 }
 
 tulle_status world_measure_cloths(const step_context *context, const double *positions,
@@ -125,4 +138,71 @@ tulle_status world_measure_gain(step_context *context) {
     double const bodies = world_measure_bodies(world, context->state->positions, u).kinetic;
     context->gain = measure_kinetic(context, false) + bodies - limit.energy - outside - slack;
     return TULLE_OK;
+}
+
+/* Energy [J] at work in a substep, from above: what cloth and bodies have, what cloth gets by its
+ * fall, and as much as if all of it went as fast as the fastest of pins and obstacles. */
+static tulle_status measure_work(step_context *context, double *work) {
+    const tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    double const fall = vec3_norm(vec3_load(world->def.gravity, 0)) * context->time_step;
+    double mass = 0.0, fastest2 = 0.0;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) mass += world->model->masses[v];
+    for (size_t v = 0; v < world->vertex_count; v++) {
+        if (context->scene.inverse_mass[v] > 0.0) continue;
+        vec3 const x0 = vec3_load(state->positions, v);
+        vec3 const way = vec3_sub(vec3_load(context->scene.targets, v), x0);
+        fastest2 = fmax(fastest2, vec3_norm2(way) / (context->time_step * context->time_step));
+    }
+    cloth_energies cloths = {0};
+    tulle_status const status =
+        world_measure_cloths(context, state->positions, &state->elastic, &cloths);
+    body_energies const bodies = world_measure_bodies(world, state->positions, state->velocities);
+    *work = cloths.elastic.stretch + 2.0 * (cloths.kinetic + bodies.kinetic) +
+            mass * (fall * fall + fastest2);
+    return status;
+}
+
+/* Newton's method goes astray where a solution stretches stiff cloth in earnest: the tangent there
+ * throws it farther off. No motion can have more energy than there is, so none is linearised about
+ * that has. The way from the guess before to the solution begins with such as have not, and is
+ * halved until one is found. Pins go their part of it in the guess, but not in u. */
+tulle_status world_temper_solution(step_context *context) {
+    tulle_world *const world = context->world;
+    retry_state *const retry = &context->retry;
+    double work;
+    tulle_status status = measure_work(context, &work);
+    if (status != TULLE_OK) return status;
+    bool const was_lost = retry->is_lost;
+    retry->is_lost |= context->spring_excess > LOST_SHARE * work;
+    if (!retry->is_lost) return TULLE_OK;
+    bool const is_last = !retry->is_rough && !world_may_linearise(context);
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    size_t const size = 3 * world->cloth_vertex_count;
+    double *const before = ARENA_NEW_ZEROED(&world->scratch, double, size);
+    double *const ends = ARENA_NEW(&world->scratch, double, size);
+    if (!before || !ends) return TULLE_ERROR_OUT_OF_MEMORY;
+    if (was_lost) memcpy(before, context->guess, size * sizeof *before);
+    double const most = (is_last ? LAST_SHARE : 1.0) * work;
+    double part = 1.0;
+    for (int halvings = 0; status == TULLE_OK; halvings++, part *= 0.5) {
+        double kinetic = 0.0;
+        for (size_t i = 0; i < size; i++) {
+            double const way = context->mean_velocity[i] - before[i];
+            context->guess[i] = halvings == 0 ? context->mean_velocity[i] : before[i] + part * way;
+            if (!world->is_fixed[i / 3])
+                kinetic +=
+                    0.5 * world->model->masses[i / 3] * context->guess[i] * context->guess[i];
+            ends[i] = context->state->positions[i] + context->time_step * context->guess[i];
+        }
+        known_elastic elastic = {.is_known = false};
+        cloth_energies energies = {0};
+        status = world_measure_cloths(context, ends, &elastic, &energies);
+        if (energies.elastic.stretch + kinetic <= most || halvings == HALVINGS_MAX) break;
+        retry->is_tempered = is_last;
+    }
+    for (size_t i = 0; i < size && status == TULLE_OK; i++)
+        if (!world->is_fixed[i / 3]) context->mean_velocity[i] = context->guess[i];
+    arena_release(&world->scratch, mark);
+    return status;
 }

@@ -7,6 +7,7 @@
  *   -----------------------------------|-------------------------------------|------------------
  *   in a solve (stages 7 and 8)        |                                     |
  *   springs take more than was linear  | linearise about the solution, solve | 3 a balance
+ *   they take far more than there is   | the same about a part of the way    | 12 a balance
  *   the solve was rough                | solve to the tolerance              | 1 a linearisation
  *   energy is gained, bodies make room | the same with less room for bodies  | 2
  *   energy is gained                   | linearise, solve with more rounds   | 3, while it falls
@@ -14,7 +15,8 @@
  *   in a substep                       |                                     |
  *   its contacts wake bodies           | the substep with them awake         | once for each body
  *   a contact makes a body turn too far| as long as the turn allows          | until it fits
- *   cloth grows, energy is gained      | half the length                     | while over 1/4 step
+ *   cloth grows, energy is gained, or  | half the length                     | while over 1/4 step
+ *   there still is far too much of it  |                                     |
  *   a part of the time passed          | the rest as another substep         | 48 a go at the step
  *   stuck while a script moves         | substeps shorter by 4, half reserve | 3
  *   stuck with nothing on a script     | cloth and bodies stand still        | to its end
@@ -38,7 +40,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { LINEARISATIONS_MAX = 3 };
+enum { LINEARISATIONS_MAX = 3, LINEARISATIONS_LOST_MAX = 12 };
 /* Solves that follow a gain of energy: the most rounds of others, then twice as many each time. */
 enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 6, ROOM_LEVELS_MAX = 2 };
 
@@ -66,23 +68,30 @@ static void begin_series(step_context *context) {
 void world_begin_solves(step_context *context) {
     retry_state *const retry = &context->retry;
     retry->solves = retry->balances = retry->room_levels = 0;
-    retry->is_costly = false;
+    retry->is_costly = retry->is_lost = retry->is_tempered = false;
     retry->last_gain = (double)INFINITY;
     context->gain = 0.0;
     begin_series(context);
 }
 
+/* A lost solution has set the guess already. */
 static tulle_status linearise_anew(step_context *context) {
-    memcpy(context->guess, context->mean_velocity,
-           3 * context->world->cloth_vertex_count * sizeof(double));
+    if (!context->retry.is_lost)
+        memcpy(context->guess, context->mean_velocity,
+               3 * context->world->cloth_vertex_count * sizeof(double));
     context->dynamics.guess = context->guess;
     return world_compute_forces(context);
+}
+
+bool world_may_linearise(const step_context *context) {
+    const retry_state *const retry = &context->retry;
+    return retry->linearisations < (retry->is_lost ? LINEARISATIONS_LOST_MAX : LINEARISATIONS_MAX);
 }
 
 bool world_retry_solve(step_context *context, tulle_status *status) {
     retry_state *const retry = &context->retry;
     if (*status != TULLE_OK) return false;
-    if (context->is_stretched && retry->linearisations < LINEARISATIONS_MAX) {
+    if (context->is_stretched && world_may_linearise(context)) {
         retry->linearisations++;
         retry->is_rough = true;
         *status = linearise_anew(context);
@@ -99,6 +108,8 @@ bool world_retry_balance(step_context *context, tulle_status *status) {
     if (*status == TULLE_OK)
         *status = world_end_stage(context, STAGE_SOLVE_MOTION, world_measure_gain(context));
     if (*status != TULLE_OK || !(context->gain > 0.0)) return false;
+    if (retry->is_lost && world_may_refuse_gain(context) && world_gains_too_much(context))
+        return false; /* shorter substeps cost less than to find the way back */
     if (retry->room_levels < ROOM_LEVELS_MAX && world_ask_less_room(context, retry->room_levels)) {
         retry->room_levels++;
         settings->push_out_speed = 0.0; /* of impacts that are found from here on */
@@ -111,7 +122,8 @@ bool world_retry_balance(step_context *context, tulle_status *status) {
         settings->solve_rounds_landing = settings->solve_rounds;
     retry->last_gain = context->gain;
     begin_series(context);
-    *status = linearise_anew(context);
+    if (retry->is_lost) *status = world_temper_solution(context);
+    if (*status == TULLE_OK) *status = linearise_anew(context);
     return *status == TULLE_OK;
 }
 

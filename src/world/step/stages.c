@@ -23,6 +23,10 @@ static const double EXCESS_SHARE = 0.5;
  * residual is small, and a rough solve is as exact as others. */
 static const double ROUGH_SHARE = 0.01, ROUGH_TOLERANCES = 30.0, ROUGH_MOST = 0.01;
 
+/* A rough solve takes so many iterations at most. Where that is not enough, it has not settled, and
+ * others follow. */
+enum { ROUGH_ITERATIONS = 1000 };
+
 /* Paths of a rough solve that are so many times longer than any that was expected are not worth to
  * foresee impacts by: they may hit everything. */
 static const double LEAP = 4.0;
@@ -102,15 +106,19 @@ static tulle_status check_springs(step_context *context) {
     tulle_status const status =
         measure_linear_excess(world->model, &context->dynamics, context->mean_velocity,
                               world->threads, &world->scratch, &excess);
-    context->is_stretched =
-        status == TULLE_OK && excess.springs > EXCESS_SHARE * kept * excess.inertia;
-    return status;
+    if (status != TULLE_OK) return status;
+    context->spring_excess = excess.springs;
+    context->is_stretched = excess.springs > EXCESS_SHARE * kept * excess.inertia;
+    return context->is_stretched ? world_temper_solution(context) : TULLE_OK;
 }
 
 tulle_status world_solve_motion(step_context *context) {
     tulle_world *const world = context->world;
     contact_settings *const settings = &context->scene.settings;
     contact_settings const given = *settings;
+    bool const has_own_limit =
+        context->retry.is_rough && settings->cg_max_iterations > ROUGH_ITERATIONS;
+    context->is_stretched = context->retry.is_tempered = false;
     double *const u = context->mean_velocity;
     bool const is_first = context->retry.solves++ == 0;
     motion_system const system = {.right_hand_side = world->system.right_hand_side,
@@ -132,6 +140,7 @@ tulle_status world_solve_motion(step_context *context) {
     if (context->retry.is_rough) {
         settings->solve_rounds = settings->solve_rounds_landing = 1;
         settings->early_share = ROUGH_SHARE;
+        if (has_own_limit) settings->cg_max_iterations = ROUGH_ITERATIONS;
         settings->early_most = fmin(ROUGH_TOLERANCES * settings->cg_tolerance, ROUGH_MOST);
     }
     solve_report solved = {0};
@@ -139,17 +148,19 @@ tulle_status world_solve_motion(step_context *context) {
     const contact_response *const response = context->scene.response;
     tulle_status status =
         response->solve_motion(&context->scene, &system, &world->rows, u, &solved);
-    context->has_settled =
-        solved.has_settled && !solved.is_early && (int)solved.solve_count >= given.solve_rounds;
+    bool const goes_on = has_own_limit && !solved.has_converged;
+    context->has_settled = solved.has_settled && !goes_on && !solved.is_early &&
+                           (int)solved.solve_count >= given.solve_rounds;
     *settings = given;
     context->retry.is_costly = solved.is_costly;
     if (status == TULLE_OK && response->linearises_again) status = check_springs(context);
 
     tulle_step_report *const report = context->report;
     report->solve_count += solved.solve_count;
+    world->progress.solve_count = report->solve_count;
     report->cg_iterations += solved.cg_iterations;
-    report->cg_residual = fmax(report->cg_residual, solved.cg_residual);
-    if (!solved.has_converged) report->cg_converged = 0;
+    if (!goes_on) report->cg_residual = fmax(report->cg_residual, solved.cg_residual);
+    if (!solved.has_converged && !goes_on) report->cg_converged = 0;
     report->stick_contacts = solved.stick_count;
     report->slip_contacts = solved.slip_count;
     report->hard_contacts = solved.hard_count;

@@ -70,6 +70,8 @@ typedef struct retry_state {
     bool is_costly;     /* one of them outlasted its patience: those after it have less */
     bool is_rough;      /* the next solve need only be rough: springs are linearised about it */
     int linearisations; /* of the springs anew, since the last balance */
+    bool is_lost;       /* a solution of the substep took far more energy than there is */
+    bool is_tempered;   /* the last one still did, and no other follows: u went back on its way */
     int balances;       /* solves anew with more rounds, for a gain of energy */
     int room_levels;    /* solves anew with less room between bodies, for the same */
     double last_gain;   /* [J] of the balance before */
@@ -109,6 +111,7 @@ typedef struct step_context {
     double *mean_velocity;     /* [m/s] solve_motion: u of all vertices */
     double *end;               /* [m] solve_motion: ends x0 + h u of the paths */
     bool is_stretched;         /* the cloth takes more energy than the system reckons with */
+    double spring_excess;      /* [J] so much more in springs */
     bool has_settled;          /* the impulses of a full solve no longer change */
     impact_report impacts;     /* resolve_impacts */
     double gain;               /* [J] that the paths give beyond what there is and a small slack */
@@ -185,6 +188,8 @@ void world_begin_retries(step_context *context);
 void world_begin_solves(step_context *context);
 /* Chooses the length of the next substep. An error names a body that turns too fast. */
 tulle_status world_choose_substep(step_context *context);
+/* Whether springs may be linearised once more before the substep is judged. */
+bool world_may_linearise(const step_context *context);
 /* Whether stage 7 runs again; stages 7 and 8; how the step goes on after a substep; whether the
  * step, undone, runs again. */
 bool world_retry_solve(step_context *context, tulle_status *status);
@@ -220,8 +225,13 @@ void world_follow_carriers(step_context *context);
 /* energy_balance.c: whether a substep must not gain energy. Other integrators than implicit Euler
  * let it go up and down about its value, and the paper's response has no such rule. */
 bool world_keeps_balance(const step_context *context);
-/* Whether the gain is so large that the substep is better tried at half its length. */
+/* Whether the gain is so large, or the solve so lost, that the substep is better tried at half its
+ * length. */
 bool world_gains_too_much(const step_context *context);
+
+/* energy_balance.c: takes a solution that stretches cloth by far more energy than there is back on
+ * the way to it, and sets `guess`. From then on so it takes all of the substep that have more. */
+tulle_status world_temper_solution(step_context *context);
 
 /* energy_balance.c: the kinetic energy of vertices that can move with which the substep may end at
  * context->end, without the work of what rows hold them by. */
