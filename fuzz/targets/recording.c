@@ -107,6 +107,7 @@ static void call_everything(tulle_world *world, bool loads, tulle_error *error) 
         (void)tulle_world_step(world, time_step, NULL, error);
     }
     (void)tulle_cloth_release_pin(world, cloth, 0, error);
+    (void)tulle_cloth_wake(world, cloth, error);
     void *state = NULL;
     size_t size = 0;
     if (loads && tulle_world_save_state(world, &state, &size, error) == TULLE_OK)

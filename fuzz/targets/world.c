@@ -101,6 +101,10 @@ static tulle_world_def take_def(fuzz_bytes *bytes) {
     if (fuzz_take_below(bytes, 4) == 3)
         def.wind = (tulle_wind){{5.0, 0.0, 3.0}, 2.0, 0.3, 0.5, 7, 1.2};
     def.threads = 1;
+    if (choices % 3 == 1 && def.response == TULLE_RESPONSE_COUPLED) {
+        def.sleep_speed = choices % 2 ? 1.0 : 1e-2; /* some that fall asleep in a few steps */
+        def.sleep_time = 0.03;
+    }
     return def;
 }
 
@@ -512,10 +516,13 @@ static void change_cloth(session *self) {
     fuzz_bytes *const bytes = self->bytes;
     uint64_t const before = tulle_world_get_state_hash(self->world);
     tulle_cloth_id const id = {fuzz_take_below(bytes, self->cloth_count + 1), 1};
-    uint32_t const kind = fuzz_take_below(bytes, 3);
+    uint32_t const kind = fuzz_take_below(bytes, 4);
     tulle_error error = {0};
     tulle_status status;
-    if (kind == 0) {
+    if (kind == 3) {
+        status = tulle_cloth_wake(self->world, id, &error);
+        FUZZ_CHECK(status != TULLE_OK || !tulle_cloth_is_asleep(self->world, id));
+    } else if (kind == 0) {
         tulle_material material;
         FUZZ_CHECK(tulle_material_preset(tulle_material_preset_name(fuzz_take_below(bytes, 23)),
                                          &material) == TULLE_OK);

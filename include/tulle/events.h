@@ -1,5 +1,5 @@
 /* tulle/events.h - what happens in a world, as events that the host polls after its steps: contacts
- * that begin and end, bodies that fall asleep, pinches.
+ * that begin and end, bodies and cloths that fall asleep, pinches.
  *
  * A host watches kinds of events. After each accepted step the world looks for what has begun or
  * ended since the last look, and puts it into a queue in a fixed order: ends and beginnings of
@@ -25,7 +25,7 @@ typedef enum tulle_event_kind {
     /* contacts of two objects together press with more than the watch's contact_force */
     TULLE_EVENT_CONTACT_BEGIN,
     TULLE_EVENT_CONTACT_END, /* they do so no more */
-    TULLE_EVENT_SLEEP,       /* a body has fallen asleep */
+    TULLE_EVENT_SLEEP,       /* a body or a cloth has fallen asleep */
     TULLE_EVENT_WAKE,        /* it is awake again, also by a call of the host */
     TULLE_EVENT_PINCH_BEGIN, /* on_pinch holds an obstacle back, or others from it, or lets cloth
                                 through it */

@@ -1,6 +1,6 @@
 /* tulle/live.h - what a host gives and changes while the world runs: motion step by step, for
  * engines and editors that learn the next pose of a character, a gripper or a hand only before they
- * step; gravity and wind; materials, thickness and pins of cloth.
+ * step; gravity and wind; materials, thickness and pins of cloth; its sleep.
  *
  * Each step goes on from where things are to what was given for its end. Within the step rigid
  * obstacles move as between two keyframes, all else on straight lines. Friction and impacts see the
@@ -100,6 +100,31 @@ TULLE_API tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth
  * not started, a pin that is not there), TULLE_ERROR_OUT_OF_MEMORY; the pin holds on then. */
 TULLE_API tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_id id, size_t pin,
                                                tulle_error *error);
+
+/* ---- sleep ---- */
+
+/* Cloth falls asleep where the world's def has a sleep_speed, once it has been slow for sleep_time:
+ * no vertex faster than sleep_speed, and its centre of mass not faster than a tenth of that; the
+ * same holds for all cloth that touches or is tied to it, directly or over others, and no body that
+ * is awake does. A sleeping cloth stands still to the bit and is an obstacle for what moves. A step
+ * of a world in which all sleeps costs next to nothing; tulle_world_get_contacts then goes on to
+ * give the contacts of the last step in which something was awake, beside which contacts of a
+ * sleeper with what stands or sleeps are not listed. It wakes
+ *   - when something on a script or given moves within its box, widened by the separation distance,
+ *     or a contact with cloth or a body that is awake presses on it;
+ *   - when a pin or an attachment that holds it moves or lets go, or one is made;
+ *   - with what it touches: at once, or in the next step where a call of the host woke that;
+ *   - when an obstacle appears or leaves, when gravity, wind, a material, a law or a thickness
+ *     changes, and by tulle_cloth_wake.
+ * While wind has gusts, none falls asleep. sleep_speed of 1 mm/s and sleep_time of 0.5 s suit most
+ * scenes: what is left then swings by less than a millimetre. Sleep is part of the state. */
+
+/* 1 while a cloth sleeps; 0 for a stale id and for a null world. */
+TULLE_API int tulle_cloth_is_asleep(const tulle_world *world, tulle_cloth_id id);
+/* Wakes a cloth; what touches it follows in the next step. The time for which it must be slow
+ * begins anew. Error: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not
+ * started). */
+TULLE_API tulle_status tulle_cloth_wake(tulle_world *world, tulle_cloth_id id, tulle_error *error);
 
 /* ---- rollback ---- */
 

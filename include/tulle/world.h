@@ -167,6 +167,8 @@ typedef struct tulle_world_def {
     /* the coefficient of cloths that slide on one another, 0 .. friction_cloth_cloth; negative: the
      * static one */
     double dynamic_friction_cloth_cloth;
+    double sleep_speed; /* [m/s] 0 .. 1000: cloth so slow sleeps (tulle/live.h); default 0: never */
+    double sleep_time;  /* [s] > 0: once it was so for so long; default 0.5 */
     tulle_start_intersections start_intersections; /* default TULLE_START_REFUSE */
     int untangle_limit;        /* rounds of untangling, 1 .. 1e6; then the start is refused */
     tulle_on_pinch on_pinch;   /* default TULLE_ON_PINCH_LAG */
@@ -525,10 +527,9 @@ typedef struct tulle_step_report {
     double total_seconds;   /* [s] wall clock; at least the sum of the stages */
     uint32_t solve_count;   /* solves of the linear system */
     uint32_t cg_iterations; /* iterations of conjugate gradients, over all solves */
-    /* largest relative preconditioned residual of the solves that no other one follows */
-    double cg_residual;
-    int cg_converged;        /* 0: a solve stopped at its limit of iterations */
-    uint64_t box_pairs;      /* pairs of features whose swept boxes met, over all searches */
+    double cg_residual; /* largest relative preconditioned residual of solves that none follows */
+    int cg_converged;   /* 0: a solve stopped at its limit of iterations */
+    uint64_t box_pairs; /* pairs of features whose swept boxes met, over all searches */
     uint64_t tested_pairs;   /* pairs that the cheapest tests of a path did not prove apart */
     uint64_t turning_pairs;  /* of the tested pairs: proven apart by a plane that turns with them */
     uint64_t contacts;       /* contacts of the last substep, impacts included */
@@ -548,8 +549,7 @@ typedef struct tulle_step_report {
     double kinetic_energy; /* [J] */
     double gravity_energy; /* [J] 0 at the height of the origin */
     double elastic_energy; /* [J] of stretching and bending */
-    /* largest length over rest length: of a yarn of woven cloth, of an edge with springs */
-    double max_stretch;
+    double max_stretch;    /* largest length over rest length: of a yarn, of an edge with springs */
     uint64_t overstretched; /* triangles of woven cloth with a yarn beyond its limit */
     /* 1: a pinch between obstacles was found (see tulle_world_last_message), or an earlier one
      * still holds them back or lets cloth through */
@@ -558,9 +558,8 @@ typedef struct tulle_step_report {
     uint64_t patches;           /* patches in use at the end of the step; 0 for methods without */
     uint64_t patch_triangles;   /* triangles in patches in use */
     uint64_t patches_certified; /* patches in use that are proven not to touch themselves */
-    /* kept patches dissolved whole in this step; not those that were cut or grown again */
-    uint64_t patches_dissolved;
-    double largest_lag; /* [m] of a vertex behind its frames (TULLE_ON_PINCH_LAG) */
+    uint64_t patches_dissolved; /* kept patches dissolved whole; not those cut or grown again */
+    double largest_lag;         /* [m] of a vertex behind its frames (TULLE_ON_PINCH_LAG) */
 } tulle_step_report;
 
 /* Moves the world on by `time_step` [s], 0 < time_step <= 1. `report` and `error` may be null.

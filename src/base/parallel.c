@@ -73,3 +73,24 @@ void parallel_for(size_t count, size_t chunk_size, int threads, parallel_body bo
     }
     for (size_t chunk = 0; chunk < loop.chunk_count; chunk++) parallel_run_chunk(&loop, chunk, 0);
 }
+
+/* A loop that leaves out chunks. */
+typedef struct busy_loop {
+    const uint8_t *is_idle;
+    parallel_body body;
+    void *context;
+} busy_loop;
+
+static void run_busy(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    const busy_loop *const loop = context;
+    if (!are_idle(loop->is_idle, begin, end)) loop->body(loop->context, begin, end, chunk, worker);
+}
+
+void parallel_for_busy(const uint8_t *is_idle, size_t count, size_t chunk_size, int threads,
+                       parallel_body body, void *context) {
+    busy_loop loop = {is_idle, body, context};
+    if (is_idle)
+        parallel_for(count, chunk_size, threads, run_busy, &loop);
+    else
+        parallel_for(count, chunk_size, threads, body, context);
+}

@@ -7,6 +7,7 @@
 #include "tulle/base.h"
 
 #include <stdbool.h>
+#include <string.h>
 
 /* Works on items begin .. end-1 of chunk `chunk`; worker is in 0 .. threads-1,
  * 0 in the thread that called parallel_for. */
@@ -15,6 +16,15 @@ typedef void (*parallel_body)(void *context, size_t begin, size_t end, size_t ch
 /* Runs body over count items in chunks of chunk_size, dynamically on up to `threads` threads. One
  * chunk runs inline. */
 void parallel_for(size_t count, size_t chunk_size, int threads, parallel_body body, void *context);
+
+/* The same without the chunks of which all items are idle: is_idle is not 0. Null: none are. */
+void parallel_for_busy(const uint8_t *is_idle, size_t count, size_t chunk_size, int threads,
+                       parallel_body body, void *context);
+
+/* Whether all these items are idle; not where none is said to be. */
+static inline bool are_idle(const uint8_t *is_idle, size_t begin, size_t end) {
+    return is_idle && !memchr(is_idle + begin, 0, end - begin);
+}
 
 /* Number of chunks that parallel_for makes. */
 size_t parallel_chunk_count(size_t count, size_t chunk_size);

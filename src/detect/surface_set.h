@@ -19,7 +19,7 @@ typedef struct surface_range {
     bool ignores_self; /* its features do not meet one another; obstacles' never do */
     bool is_static; /* x0 == x1 == the positions of the last call: its tree need not be refitted */
     bool is_body;   /* of obstacles: meets all others */
-    bool is_asleep; /* of bodies: meets no obstacles but bodies that are awake */
+    bool is_asleep; /* of bodies and cloth: meets only cloth and bodies that are awake */
 } surface_range;
 
 typedef struct surface_set {
@@ -30,13 +30,16 @@ typedef struct surface_set {
                                       besides what the ranges exclude; null: all */
 } surface_set;
 
+/* Whether something else than a script may move a surface. */
+static inline bool surface_is_awake(const surface_range *range) {
+    return !range->is_asleep && (!range->is_obstacle || range->is_body);
+}
+
 /* Whether features of two surfaces, or of one surface twice, are paired where both are present. */
 static inline bool surfaces_may_meet(const surface_set *set, size_t a, size_t b) {
     const surface_range *const first = &set->surfaces[a], *const second = &set->surfaces[b];
-    bool const has_awake_body =
-        (first->is_body && !first->is_asleep) || (second->is_body && !second->is_asleep);
-    if (first->is_obstacle && second->is_obstacle && (a == b || !has_awake_body)) return false;
-    if (a == b && first->ignores_self) return false;
+    if (!surface_is_awake(first) && !surface_is_awake(second)) return false;
+    if (a == b && (first->is_obstacle || first->ignores_self)) return false;
     return !set->collides || set->collides[a * set->surface_count + b];
 }
 

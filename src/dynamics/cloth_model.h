@@ -135,6 +135,9 @@ typedef struct cloth_model {
     bool bends_by_matrix; /* flat at rest: its bending force is minus the bending matrix times the
                              positions */
     struct cloth_sliders *sliders; /* hysteresis.h; null: no cloth has any */
+    /* Borrowed, set by the user before a step: not 0 for vertices, and triangles, of cloth that
+     * does not move in it. Forces do not matter there and are not computed. Null: all may move. */
+    const uint8_t *idle_vertices, *idle_triangles;
 } cloth_model;
 
 static inline size_t cloth_count_patches(const cloth_model *model) {

@@ -115,12 +115,12 @@ static bool fill_terms(assembly *work) {
         work->corner_sources = ARENA_NEW(work->scratch, vec3, places + 1);
         if (model->patches) work->far_sources = ARENA_NEW(work->scratch, vec3, places + 1);
         if (!work->corner_sources || (model->patches && !work->far_sources)) return false;
-        parallel_for(model->triangle_count, PATCHES_PER_CHUNK, work->threads,
-                     TULLE_PICK_KERNEL(fill_patches), work);
+        parallel_for_busy(model->idle_triangles, model->triangle_count, PATCHES_PER_CHUNK,
+                          work->threads, TULLE_PICK_KERNEL(fill_patches), work);
     }
     if (!fill_bending(work)) return false;
-    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads,
-                 TULLE_PICK_KERNEL(sum_terms), work);
+    parallel_for_busy(model->idle_vertices, model->vertex_count, VERTICES_PER_CHUNK, work->threads,
+                      TULLE_PICK_KERNEL(sum_terms), work);
     arena_release(work->scratch, mark);
     return true;
 }
@@ -145,6 +145,28 @@ size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind) {
     return count * sizeof(vec3);
 }
 
+/* Rows of idle vertices. A chunk of them that is not idle has added slots that nobody filled. */
+static void fill_idle(assembly *work) {
+    const cloth_model *const model = work->model;
+    block_matrix *const matrix = &work->system->matrix;
+    for (size_t begin = 0; begin < model->vertex_count; begin += VERTICES_PER_CHUNK) {
+        size_t const left = model->vertex_count - begin;
+        size_t const end = begin + (left < VERTICES_PER_CHUNK ? left : VERTICES_PER_CHUNK);
+        bool const is_filled = !are_idle(model->idle_vertices, begin, end);
+        for (size_t v = begin; v < end; v++) {
+            if (!model->idle_vertices[v]) continue;
+            memset(work->sums + 3 * v, 0, 3 * sizeof *work->sums);
+            if (!is_filled || work->finds_forces) continue;
+            size_t const first = BLOCK_NUMBERS * (size_t)matrix->row_begin[v];
+            size_t const last = BLOCK_NUMBERS * (size_t)matrix->row_begin[v + 1];
+            memset(matrix->values + first, 0, (last - first) * sizeof *matrix->values);
+            double *const own =
+                matrix->values + BLOCK_NUMBERS * (size_t)matrix->diagonal_positions[v];
+            own[0] = own[3] = own[5] = model->masses[v];
+        }
+    }
+}
+
 /* Fills the matrix and the sums with all forces, in their order. False: no memory. */
 static bool fill_system(assembly *work) {
     const cloth_model *const model = work->model;
@@ -154,10 +176,11 @@ static bool fill_system(assembly *work) {
     if (!provide_slider_slots(work)) return false;
     if (!(model->elements ? fill_elements(work) : fill_springs(work))) return false;
     if (!fill_sliders(work)) return false;
-    parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads,
-                 TULLE_PICK_KERNEL(fill_rows), work);
+    parallel_for_busy(model->idle_vertices, model->vertex_count, VERTICES_PER_CHUNK, work->threads,
+                      TULLE_PICK_KERNEL(fill_rows), work);
     if (work->sliders.blocks)
         parallel_for(model->vertex_count, VERTICES_PER_CHUNK, work->threads, add_sliders, work);
+    if (model->idle_vertices) fill_idle(work);
     return true;
 }
 

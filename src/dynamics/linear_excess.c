@@ -28,11 +28,14 @@ static void measure_chunks(void *context, size_t begin, size_t end, size_t chunk
     (void)chunk, (void)worker;
     excess_task *const task = context;
     const cloth_model *const model = task->model;
+    const uint8_t *const idle_parts = model->elements ? model->idle_triangles : NULL;
     for (size_t i = begin; i < end; i++) {
         bool const is_spring = i < task->spring_chunks;
         size_t const count = is_spring ? task->part_count : model->vertex_count;
         size_t const first = ITEMS_PER_CHUNK * (is_spring ? i : i - task->spring_chunks);
         size_t const last = count - first < ITEMS_PER_CHUNK ? count : first + ITEMS_PER_CHUNK;
+        task->sums[i] = 0.0;
+        if (are_idle(is_spring ? idle_parts : model->idle_vertices, first, last)) continue;
         if (is_spring) {
             task->sums[i] = model->elements
                                 ? TULLE_PICK_KERNEL(sum_membrane_excess)(&task->elements,

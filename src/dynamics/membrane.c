@@ -29,8 +29,8 @@ bool fill_elements(assembly *work) {
                               .blocks = work->finds_forces ? NULL : work->membrane_blocks,
                               .drags = work->has_wind ? work->terms.triangle_drags : NULL,
                               .sources = work->membrane_sources};
-    parallel_for(model->triangle_count, ELEMENTS_PER_CHUNK, work->threads,
-                 TULLE_PICK_KERNEL(fill_membrane), &motion);
+    parallel_for_busy(model->idle_triangles, model->triangle_count, ELEMENTS_PER_CHUNK,
+                      work->threads, TULLE_PICK_KERNEL(fill_membrane), &motion);
     return true;
 }
 
@@ -56,10 +56,11 @@ tulle_status cloth_measure_yarn_growth(const cloth_model *model, const double *s
                          .vertex_count = model->vertex_count,
                          .positions = starts},
                         ends,
-                        ARENA_NEW(scratch, double, chunks)};
+                        ARENA_NEW_ZEROED(scratch, double, chunks)};
     *growth = 0.0;
     if (!task.parts) return TULLE_ERROR_OUT_OF_MEMORY;
-    parallel_for(model->triangle_count, ELEMENTS_PER_CHUNK, threads, find_growth, &task);
+    parallel_for_busy(model->idle_triangles, model->triangle_count, ELEMENTS_PER_CHUNK, threads,
+                      find_growth, &task);
     for (size_t i = 0; i < chunks; i++) *growth = fmax(*growth, task.parts[i]);
     arena_release(scratch, mark);
     return TULLE_OK;

@@ -149,11 +149,12 @@ tulle_status measure_wind_work(const cloth_model *model, const motion_state *sta
                       .wind = options.wind,
                       .mean = mean,
                       .air = air,
-                      .sums = ARENA_NEW(scratch, double, chunks)};
+                      .sums = ARENA_NEW_ZEROED(scratch, double, chunks)};
     if (!air || !task.sums) return TULLE_ERROR_OUT_OF_MEMORY;
     air_samples samples = {options.wind, state, air};
     if (!has_air) parallel_for(vertices, VERTICES_PER_CHUNK, options.threads, sample_air, &samples);
-    parallel_for(count, TRIANGLES_PER_CHUNK, options.threads, measure_triangles, &task);
+    parallel_for_busy(model->idle_triangles, count, TRIANGLES_PER_CHUNK, options.threads,
+                      measure_triangles, &task);
     for (size_t i = 0; i < chunks; i++) *work += state->time_step * task.sums[i];
     arena_release(scratch, mark);
     return TULLE_OK;

@@ -79,9 +79,11 @@ void block_matrix_destroy(memory *heap, block_matrix *matrix) {
 
 void block_matrix_apply(void *context, const double *x, double *result) {
     const block_matrix_operator *const a = context;
-    multiply_task task = {a->matrix, x, result};
-    parallel_for(a->matrix->row_count, ROWS_PER_CHUNK, a->threads, TULLE_PICK_KERNEL(multiply_rows),
-                 &task);
+    const block_matrix *const matrix = a->matrix;
+    multiply_task task = {matrix, x, result};
+    if (matrix->is_idle) memset(result, 0, 3 * matrix->row_count * sizeof *result);
+    parallel_for_busy(matrix->is_idle, matrix->row_count, ROWS_PER_CHUNK, a->threads,
+                      TULLE_PICK_KERNEL(multiply_rows), &task);
 }
 
 typedef struct diagonal_task {

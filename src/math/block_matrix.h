@@ -37,6 +37,9 @@ typedef struct block_matrix {
     /* Scalars are sums of two, borrowed: see block_matrix_get_scalar. Set by the user. */
     const double *scalar_parts[2]; /* scalar_count each */
     double scalar_factors[2];
+    /* row_count, borrowed, set by the user: rows that no product is asked of, and which give 0, are
+     * not 0; null: none */
+    const uint8_t *is_idle;
     const double *scalar_sums; /* scalar_count, borrowed: the sums, which spares adding them up in
                                   each product; null: not at hand */
 } block_matrix;

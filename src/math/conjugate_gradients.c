@@ -14,6 +14,7 @@
 #include "math/vec3.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Vertices in a chunk. Each dot is made of sums over one chunk. */
 enum { VERTICES_PER_CHUNK = 512 };
@@ -31,6 +32,14 @@ typedef struct solver {
 static double run_pass(solver *work, parallel_body body) {
     parallel_for(work->problem->vertex_count, VERTICES_PER_CHUNK, work->problem->threads, body,
                  work);
+    return parallel_sum(work->partials, work->chunk_count);
+}
+
+/* The same without vertices that are idle, where the pass would add nothing. */
+static double run_busy_pass(solver *work, parallel_body body) {
+    memset(work->partials, 0, work->chunk_count * sizeof *work->partials);
+    parallel_for_busy(work->problem->is_idle, work->problem->vertex_count, VERTICES_PER_CHUNK,
+                      work->problem->threads, body, work);
     return parallel_sum(work->partials, work->chunk_count);
 }
 
@@ -132,18 +141,18 @@ static conjugate_gradients_end iterate(solver *work, double rho, double target, 
         if (*iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0))
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         problem->apply(problem->apply_context, work->direction, work->product);
-        double const curvature = run_pass(work, measure_curvature);
+        double const curvature = run_busy_pass(work, measure_curvature);
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (!(curvature > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
         double const alpha = rho / curvature;
         if (!isfinite(alpha)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         work->step = alpha;
-        double const next = run_pass(work, advance);
+        double const next = run_busy_pass(work, advance);
         (*iterations)++;
         work->step = next / rho;
         rho = next;
-        parallel_for(problem->vertex_count, VERTICES_PER_CHUNK, problem->threads, turn_direction,
-                     work);
+        parallel_for_busy(problem->is_idle, problem->vertex_count, VERTICES_PER_CHUNK,
+                          problem->threads, turn_direction, work);
     }
 }
 

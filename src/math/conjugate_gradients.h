@@ -20,9 +20,11 @@ typedef struct conjugate_gradients_problem {
                                       inside as the preconditioner P; a block that is not positive
                                       definite is replaced by its positive diagonal, or by 1 */
     const uint8_t *is_fixed;       /* vertex_count, null: none. Fixed entries of x stay as given */
-    double tolerance;              /* stop at sqrt(r . P^-1 r) <= tolerance * reference */
-    double reference;              /* > 0; otherwise sqrt(b . P^-1 b) over free vertices, and the
-                                      first residual where that is zero */
+    const uint8_t *is_idle; /* vertex_count: fixed, and the product at them is of no use; null: none
+                             */
+    double tolerance;       /* stop at sqrt(r . P^-1 r) <= tolerance * reference */
+    double reference;       /* > 0; otherwise sqrt(b . P^-1 b) over free vertices, and the
+                               first residual where that is zero */
     /* A solve that another one follows may stop early: at early_share of its first residual, but
      * not above early_most times the reference. 0: it does not */
     double early_share, early_most;

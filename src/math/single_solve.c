@@ -59,7 +59,8 @@ bool single_system_make(const block_matrix *matrix, const matrix_term *terms, si
     system->apart = ARENA_NEW(scratch, const matrix_term *, term_count);
     if (!system->copy.values || !system->copy.scalar_values || !system->apart) return false;
     copy_task task = {matrix, &system->copy};
-    parallel_for(matrix->row_count, VERTICES_PER_CHUNK, threads, copy_rows, &task);
+    parallel_for_busy(matrix->is_idle, matrix->row_count, VERTICES_PER_CHUNK, threads, copy_rows,
+                      &task);
     memset(system->copy.values + SINGLE_BLOCK * matrix->block_count, 0,
            SINGLE_PADDING * sizeof(float));
     for (size_t t = 0; t < term_count; t++) {
@@ -166,6 +167,14 @@ static double run_loop(single_solver *work, parallel_body body) {
     return parallel_sum(work->partials, work->chunk_count);
 }
 
+/* The same without vertices that are idle, where the loop would add nothing. */
+static double run_busy_loop(single_solver *work, parallel_body body) {
+    memset(work->partials, 0, work->chunk_count * sizeof *work->partials);
+    parallel_for_busy(work->problem->is_idle, work->problem->vertex_count, VERTICES_PER_CHUNK,
+                      work->problem->threads, body, work);
+    return parallel_sum(work->partials, work->chunk_count);
+}
+
 static void invert_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     single_solver *const work = context;
@@ -225,8 +234,10 @@ static void multiply(void *context, size_t begin, size_t end, size_t chunk, int 
     (void)worker;
     single_solver *const work = context;
     const float *const direction = work->vectors.direction;
-    work->partials[chunk] =
-        (double)TULLE_PICK_KERNEL(single_multiply)(&work->system->copy, &work->vectors, begin, end);
+    work->partials[chunk] = are_idle(work->problem->is_idle, begin, end)
+                                ? 0.0
+                                : (double)TULLE_PICK_KERNEL(single_multiply)(
+                                      &work->system->copy, &work->vectors, begin, end);
     size_t const count = work->system->apart_count;
     for (size_t t = count * chunk / work->chunk_count; t < count * (chunk + 1) / work->chunk_count;
          t++) {
@@ -284,8 +295,8 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2) {
                                                  problem->threads);
         work->step = is_first ? 0.0F : (float)(descent / before);
         if (!is_first || work->aggregates) /* else begin_pass has set the direction */
-            parallel_for(problem->vertex_count, VERTICES_PER_CHUNK, problem->threads,
-                         turn_direction, work);
+            parallel_for_busy(problem->is_idle, problem->vertex_count, VERTICES_PER_CHUNK,
+                              problem->threads, turn_direction, work);
         if (!isfinite(norm2) || !isfinite(descent)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (work->iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0))
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
@@ -295,7 +306,7 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2) {
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
         work->step = (float)(descent / curvature);
-        norm2 = run_loop(work, advance);
+        norm2 = run_busy_loop(work, advance);
         if (sqrt(norm2) <= fmax(PASS_AIM * work->target / work->norm, PASS_DEPTH))
             return CONJUGATE_GRADIENTS_CONVERGED;
     }

@@ -45,6 +45,8 @@ static tulle_world_def make_world_def(const tulle_scene *loaded) {
     def.cg_max_iterations = (int)keys->solver.cg_iterations;
     def.solve_rounds = (int)keys->solver.rounds;
     def.impulse_sweeps = (int)keys->solver.sweeps;
+    def.sleep_speed = keys->solver.sleep_speed;
+    def.sleep_time = keys->solver.sleep_time;
     return def;
 }
 

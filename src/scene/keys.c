@@ -321,6 +321,26 @@ static const schema_key solver_table[] = {
      .maximum = 1000,
      FIELD(solver_keys, sweeps),
      .meaning = "sweeps over the contacts in a round"},
+    {.name = "sleep_speed",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_VELOCITY,
+     .fallback = "0",
+     .minimum = 0,
+     .maximum = 1000,
+     FIELD(solver_keys, sleep_speed),
+     .meaning = "cloth falls asleep once it and all cloth that touches it have been slower than "
+                "this for sleep_time, and their centres ten times slower. Sleeping cloth stands "
+                "still and costs little; it wakes when something comes near. 0: never; 1 mm/s is "
+                "usual"},
+    {.name = "sleep_time",
+     .type = SCHEMA_NUMBER,
+     .unit = UNIT_TIME,
+     .fallback = "0.5 s",
+     .minimum = 0,
+     .maximum = 1e6,
+     .flags = SCHEMA_ABOVE_MINIMUM,
+     FIELD(solver_keys, sleep_time),
+     .meaning = "how long cloth must be slow before it falls asleep"},
 };
 const schema_map solver_map = {.title = "Solver",
                                .meaning = "Time integration and its linear systems.",

@@ -257,6 +257,7 @@ typedef struct solver_keys {
     int integrator, quality;
     double cg_tolerance;
     uint64_t cg_iterations, rounds, sweeps;
+    double sleep_speed, sleep_time;
 } solver_keys;
 
 typedef struct camera_keys {

@@ -44,6 +44,7 @@ tulle_world_def tulle_world_def_default(void) {
         .start_intersections = TULLE_START_REFUSE,
         .untangle_limit = 2000,
         .on_pinch = TULLE_ON_PINCH_LAG,
+        .sleep_time = 0.5,
     };
 }
 
@@ -158,9 +159,15 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
         {"untangle limit", "rounds", (double)def->untangle_limit, 1.0, 1e6},
         {"on_pinch", "", ENUM_VALUE(def->on_pinch), 0.0, (double)TULLE_ON_PINCH_LAG},
         {"threads", "", (double)def->threads, 0.0, 256.0},
+        {"sleep speed", "m/s", def->sleep_speed, 0.0, 1000.0},
+        {"sleep time", "s", def->sleep_time, SMALLEST_POSITIVE, LARGEST},
     };
     tulle_status const status = CHECK_RANGES(checks, "world", error);
     if (status != TULLE_OK) return status;
+    if (def->sleep_speed > 0.0 && def->response != TULLE_RESPONSE_COUPLED)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "world: cloth sleeps with the coupled response alone; set sleep_speed to "
+                         "0 for the paper's");
     return check_dynamic("dynamic friction between cloths", def->dynamic_friction_cloth_cloth,
                          def->friction_cloth_cloth, "world", error);
 }

@@ -99,7 +99,10 @@ static uint8_t find_marks(const tulle_world *world, size_t surface) {
     if (surface < cloth_count) {
         bool const is_asked = is_watched(world->events, TULLE_EVENT_OVERSTRETCH_BEGIN) ||
                               is_watched(world->events, TULLE_EVENT_OVERSTRETCH_END);
-        return is_asked && is_overstretched(world, surface) ? IS_OVERSTRETCHED : 0;
+        int cloth_marks = is_asked && is_overstretched(world, surface) ? IS_OVERSTRETCHED : 0;
+        if (surface < world->cloth_rest_count && world->now.cloth_rests[surface].is_asleep)
+            cloth_marks |= IS_ASLEEP;
+        return (uint8_t)cloth_marks;
     }
     size_t const obstacle = surface - cloth_count; /* all of them for the world */
     int marks = world_is_held_or_released(world, &world->now, obstacle) ? IS_PINCHED : 0;

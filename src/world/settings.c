@@ -11,6 +11,7 @@
 #include "world/bodies/bodies_sleep.h"
 #include "world/defs.h"
 #include "world/record/record.h"
+#include "world/sleep/cloth_sleep.h"
 #include "world/start/start.h"
 
 #include <math.h>
@@ -154,10 +155,12 @@ tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind, tu
     if (!world || !wind)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world or the wind is null");
     world_settings settings = get_settings(world);
+    bool const differs = memcmp(&settings.wind, wind, sizeof *wind) != 0;
     settings.wind = *wind;
     tulle_status const status = check_settings(world, &settings, error);
     if (status != TULLE_OK) return status;
     set_settings(world, &settings);
+    if (world->is_started && differs) world_wake_cloths(world, &world->now);
     double const numbers[] = {wind->velocity[0],     wind->velocity[1], wind->velocity[2],
                               wind->gust_strength,   wind->gust_length, wind->gust_time,
                               wind->drag_coefficient};
@@ -246,6 +249,7 @@ tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_id id, size
         use_machinery(world);
     }
     cloth->pins[pin].has_targets = false;
+    world_wake_cloth(world, &world->now, id.index);
     if (world->recording)
         world_record(world, &(recorded_call){
                                 .kind = RECORD_RELEASE_PIN, .ids = {id.index}, .numbers = {pin}});
@@ -281,6 +285,19 @@ tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, do
         world_record(world, &(recorded_call){.kind = RECORD_THICKNESS,
                                              .ids = {id.index},
                                              .arrays = {{&thickness, 1}}});
+    return TULLE_OK;
+}
+
+int tulle_cloth_is_asleep(const tulle_world *world, tulle_cloth_id id) {
+    return world && id.generation == 1 && id.index < world->cloth_rest_count && world->is_started &&
+           world->now.cloth_rests[id.index].is_asleep;
+}
+
+tulle_status tulle_cloth_wake(tulle_world *world, tulle_cloth_id id, tulle_error *error) {
+    if (!find_cloth(world, id, error)) return TULLE_ERROR_INVALID_ARGUMENT;
+    world_wake_cloth(world, &world->now, id.index);
+    if (world->recording)
+        world_record(world, &(recorded_call){.kind = RECORD_WAKE_CLOTH, .ids = {id.index}});
     return TULLE_OK;
 }
 

@@ -112,6 +112,9 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     hash = hash_bytes(hash, now->particles, world->particle_count);
     hash = hash_bytes(hash, now->rests, world->body_count * sizeof *now->rests);
     hash = hash_bytes(hash, now->poses, world->pose_count * sizeof *now->poses);
+    if (world->cloth_rest_count > 0)
+        hash =
+            hash_bytes(hash, now->cloth_rests, world->cloth_rest_count * sizeof *now->cloth_rests);
     if (now->hold_count > 0)
         hash = hash_bytes(hash, now->holds, now->hold_count * sizeof *now->holds);
     if (world->body_count > 0) hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
@@ -137,9 +140,9 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
     return sizeof(state_header) + 12 * count_moving(world) * sizeof(double) +
            world->plastic_count * sizeof(double) + 2 * world->obstacles.count +
            world->particle_count + world->body_count * sizeof(body_rest) +
-           world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
-           parts.tie_count * sizeof(world_tie) + 3 * parts.lag_count * sizeof(double) +
-           parts.contact_bytes + parts.patch_bytes +
+           world->cloth_rest_count * sizeof(cloth_rest) + world->pose_count * sizeof(motion_pose) +
+           parts.hold_count * sizeof(world_hold) + parts.tie_count * sizeof(world_tie) +
+           3 * parts.lag_count * sizeof(double) + parts.contact_bytes + parts.patch_bytes +
            parts.ignored_count * sizeof(tulle_intersection) + parts.control_bytes +
            parts.setting_bytes;
 }
@@ -177,6 +180,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     put(cursor, now->is_released, world->obstacles.count);
     put(cursor, now->particles, world->particle_count);
     put(cursor, now->rests, world->body_count * sizeof *now->rests);
+    put(cursor, now->cloth_rests, world->cloth_rest_count * sizeof *now->cloth_rests);
     put(cursor, now->poses, world->pose_count * sizeof *now->poses);
     put(cursor, now->holds, parts.hold_count * sizeof *now->holds);
     put(cursor, now->ties.data, parts.tie_count * sizeof *now->ties.data);
@@ -379,6 +383,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->is_released, world->obstacles.count);
     take(&cursor, next->particles, world->particle_count);
     take(&cursor, next->rests, world->body_count * sizeof *next->rests);
+    take(&cursor, next->cloth_rests, world->cloth_rest_count * sizeof *next->cloth_rests);
     take(&cursor, next->poses, world->pose_count * sizeof *next->poses);
     next->elastic.is_known = false;
     next->hold_count = parts.hold_count;

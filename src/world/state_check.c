@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "world/bodies/bodies.h"
 #include "world/pinch/holds.h"
+#include "world/sleep/cloth_sleep.h"
 #include "world/ties/ties.h"
 
 #include <math.h>
@@ -89,6 +90,8 @@ tulle_status world_check_state(const tulle_world *world, const world_motion_stat
         what = "flags of obstacles or vertices that mean nothing";
     else if (!rests_are_valid(world, state->rests))
         what = "rigid bodies in a state that no body has";
+    else if (!world_cloth_rests_are_valid(world, state))
+        what = "a sleep that no cloth has";
     else if (!poses_are_valid(world, state->poses))
         what = "obstacles in a pose that is none";
     else if (!world_holds_are_valid(world, state))

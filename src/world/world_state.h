@@ -124,6 +124,14 @@ typedef struct body_rest {
     double moment[3];  /* [N m s] of these impulses about the body's centre */
 } body_rest;
 
+/* What a step knows of the sleep of a cloth (cloth_sleep.h). Plain data without padding: saved and
+ * hashed as bytes. */
+typedef struct cloth_rest {
+    uint64_t is_asleep; /* 0 or 1 */
+    double quiet_time;  /* [s] it has been slow, or slept since */
+    double slept_from;  /* [s] start of the step in which it fell asleep; 0 while awake */
+} cloth_rest;
+
 /* What the host has a body do until it is told otherwise (tulle/bodies.h). Plain data without
  * padding: saved and hashed as bytes. Zeroed is nothing. */
 typedef struct body_control {
@@ -188,6 +196,7 @@ typedef struct world_motion_state {
     uint8_t *is_present;         /* per obstacle */
     uint8_t *particles;          /* particle_state of particle_count vertices */
     body_rest *rests;            /* per body */
+    cloth_rest *cloth_rests;     /* cloth_rest_count */
     double *drive_forces;        /* [N], [N m] 6 per body: of the last substep; not saved */
     motion_pose *poses;          /* of pose_count obstacles: those driven as a whole */
     world_hold holds[HOLDS_MAX];
@@ -296,13 +305,17 @@ struct tulle_world {
     topology topo;
     surface_range *surfaces;
     surface_set set;
-    unsigned char *collides;  /* surface_count^2, as in `set`; null: all */
-    bool has_sleep;           /* a body may sleep */
-    double *rest;             /* [m] all vertices */
-    double *inverse_masses;   /* [1/kg] 0 for obstacles */
-    uint32_t *vertex_surface; /* surface of each vertex */
-    contact_law *laws;        /* surface_count^2 */
-    surface_grain *grains;    /* surface_count; null: none */
+    unsigned char *collides; /* surface_count^2, as in `set`; null: all */
+    bool has_sleep;          /* a body or cloth may sleep */
+    size_t cloth_rest_count; /* all cloths where they may sleep, else 0 */
+    /* of cloth vertices and triangles of sleepers in this substep; null where none may sleep */
+    uint8_t *idle_vertices, *idle_triangles;
+    size_t idle_vertex_count, idle_triangle_count;
+    double *rest;                                              /* [m] all vertices */
+    double *inverse_masses;                                    /* [1/kg] 0 for obstacles */
+    uint32_t *vertex_surface;                                  /* surface of each vertex */
+    contact_law *laws;                                         /* surface_count^2 */
+    surface_grain *grains;                                     /* surface_count; null: none */
     double contact_distance, separation_distance, minimum_gap; /* [m] */
     double edge_length;                                        /* [m] mean over all cloth */
     cloth_model *model;

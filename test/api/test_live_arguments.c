@@ -343,6 +343,27 @@ ARGUMENTS_OF(tulle_cloth_release_pin) {
     go_back(bytes, size, before);
 }
 
+ARGUMENTS_OF(tulle_cloth_is_asleep) {
+    (void)unused;
+    assert_int_equal(tulle_cloth_is_asleep(NULL, cloth), 0);
+    assert_int_equal(tulle_cloth_is_asleep(fresh, cloth), 0);
+    assert_int_equal(tulle_cloth_is_asleep(started, (tulle_cloth_id){2, 1}), 0);
+    assert_int_equal(tulle_cloth_is_asleep(started, (tulle_cloth_id){cloth.index, 0}), 0);
+    assert_int_equal(tulle_cloth_is_asleep(started, cloth), 0); /* nothing sleeps here */
+}
+
+ARGUMENTS_OF(tulle_cloth_wake) {
+    (void)unused;
+    uint64_t const before = tulle_world_get_state_hash(started);
+    REFUSED(tulle_cloth_wake(NULL, cloth, &error));
+    REFUSED(tulle_cloth_wake(fresh, cloth, &error));
+    REFUSED(tulle_cloth_wake(started, (tulle_cloth_id){2, 1}, &error));
+    REFUSED(tulle_cloth_wake(started, (tulle_cloth_id){cloth.index, 2}, &error));
+    FINE(tulle_cloth_wake(started, cloth, &error));
+    FINE(tulle_cloth_wake(started, cloth, NULL));
+    assert_true(tulle_world_get_state_hash(started) == before);
+}
+
 ARGUMENTS_OF(tulle_world_get_state_size) {
     (void)unused;
     assert_int_equal(tulle_world_get_state_size(NULL), 0);
@@ -406,6 +427,8 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_cloth_set_material),
     TABLE_LINE(tulle_cloth_set_thickness),
     TABLE_LINE(tulle_cloth_release_pin),
+    TABLE_LINE(tulle_cloth_is_asleep),
+    TABLE_LINE(tulle_cloth_wake),
     TABLE_LINE(tulle_world_get_state_size),
     TABLE_LINE(tulle_world_save_state_into),
 };

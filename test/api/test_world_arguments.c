@@ -130,7 +130,8 @@ ARGUMENTS_OF(tulle_world_create) {
                                &def.wind.gust_time,      &def.contact_distance,
                                &def.separation_distance, &def.wind.drag_coefficient,
                                &def.minimum_gap,         &def.detection.max_angle,
-                               &def.cg_tolerance,        &def.friction_cloth_cloth};
+                               &def.cg_tolerance,        &def.friction_cloth_cloth,
+                               &def.sleep_speed,         &def.sleep_time};
     for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++)
         for (int i = 0; i < NO_NUMBER_COUNT; i++) {
             def = tulle_world_def_default();
@@ -139,6 +140,13 @@ ARGUMENTS_OF(tulle_world_create) {
         }
     def = tulle_world_def_default();
     def.dynamic_friction_cloth_cloth = (double)NAN;
+    refuse_world_def(&def);
+    def = tulle_world_def_default();
+    def.sleep_time = 0.0;
+    refuse_world_def(&def);
+    def = tulle_world_def_default();
+    def.sleep_speed = 1e-3;
+    def.response = TULLE_RESPONSE_PAPER;
     refuse_world_def(&def);
     int *const counts[] = {&def.cg_max_iterations, &def.solve_rounds,   &def.impulse_sweeps,
                            &def.impact_rounds,     &def.untangle_limit, &def.threads};

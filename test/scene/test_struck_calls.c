@@ -96,6 +96,12 @@ static const small_case cases[] = {
           "  - {mesh: {shape: sphere, radius: 0.02, resolution: [5, 5]}, translate: [0, 0, 0.16], "
           "appears: 0.03, dynamic: {velocity: [0, 0, -2]}}\n",
      6},
+    {"cloth that sleeps",
+     TIME "cloth:\n" SHEET("7, 7") "    translate: [0, 0, 0.011]\n" SHEET(
+         "5, 5") "    translate: [0, 0, 0.05]\nobstacles:\n"
+                 "  - {mesh: {shape: plane, size: [1, 1]}}\n"
+                 "solver: {sleep_speed: 100, sleep_time: 0.001}\n",
+     6},
     {"plates that close, and wait",
      TIME "cloth:\n" SHEET(
          "7, 7") "    translate: [0, 0, 0.03]\n"

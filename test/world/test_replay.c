@@ -212,6 +212,7 @@ static void change_settings(tulle_world *world, int step) {
     if (step == 26)
         FINE(tulle_cloth_set_thickness(world, cloths[1], 0.5 * (contact + 2.0 * minimum_gap),
                                        &error));
+    if (step == 40) FINE(tulle_cloth_wake(world, cloths[1], &error));
     if (step == 60) FINE(tulle_cloth_release_pin(world, cloths[0], 0, &error));
     tulle_contact_law const law = {0.2, 0.1, 0.0};
     if (step == 30)

@@ -68,13 +68,17 @@ tulle_status store_contacts(contact_store *store, memory *heap, const row_list *
             memcpy(last->anchor, next->anchor, sizeof last->anchor);
         }
     }
-    if (other_count > 0) {
-        memcpy(contacts + kept, others, other_count * sizeof *others);
-        kept += other_count;
-        sort_by_heap(contacts, kept, sizeof *contacts, compare_keys);
+    /* both are sorted: merged from the end, where there is room */
+    size_t const count = kept + other_count;
+    for (size_t left = other_count; left > 0;) {
+        const stored_contact *const other = &others[left - 1];
+        bool const is_row = kept > 0 && compare_keys(&contacts[kept - 1], other) > 0;
+        contacts[kept + left - 1] = is_row ? contacts[kept - 1] : *other;
+        kept -= is_row;
+        left -= !is_row;
     }
-    store->contacts.count = kept;
-    store->time_step = kept > 0 ? time_step : 0.0;
+    store->contacts.count = count;
+    store->time_step = count > 0 ? time_step : 0.0;
     return TULLE_OK;
 }
 

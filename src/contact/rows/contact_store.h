@@ -5,7 +5,8 @@
 #include "contact/contact_types.h"
 
 /* Replaces the store's contents by the rows of an accepted step of length time_step [s], each pair
- * once with the sum of its rows' impulses, and by `others`, contacts of pairs without a row. Fails
+ * once with the sum of its rows' impulses, and by `others`, contacts of pairs without a row, in
+ * ascending order. Fails
  * only when memory is short, which a call of reserve_contacts before rules out; the store is then
  * as it was. */
 tulle_status store_contacts(contact_store *store, memory *heap, const row_list *list,

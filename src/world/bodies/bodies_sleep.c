@@ -5,6 +5,7 @@
 #include "contact/pairs/body_paths.h"
 #include "contact/rows/row_motion.h"
 #include "world/bodies/bodies.h"
+#include "world/sleep/cloth_sleep.h"
 #include "world/surface_box.h"
 
 #include <math.h>
@@ -30,6 +31,15 @@ void world_wake_all(const tulle_world *world, world_motion_state *state) {
         rest->quiet_time = 0.0;
         if (rest->state == BODY_SLEEPS) rest->state = BODY_FREE;
     }
+    world_wake_cloths(world, state);
+}
+
+static bool are_near(const surface_box *own, const surface_box *way, double distance) {
+    bool is_near = true;
+    for (size_t c = 0; c < 3; c++)
+        is_near = is_near && own->low[c] <= way->high[c] + distance &&
+                  way->low[c] <= own->high[c] + distance;
+    return is_near;
 }
 
 void world_wake_near_script(step_context *context) {
@@ -49,11 +59,12 @@ void world_wake_near_script(step_context *context) {
         for (size_t b = 0; b < world->body_count; b++) {
             surface_box const own =
                 measure_surface_box(get_body_surface(world, b), state->positions, state->positions);
-            bool is_near = true;
-            for (size_t c = 0; c < 3; c++)
-                is_near = is_near && own.low[c] <= way.high[c] + distance &&
-                          way.low[c] <= own.high[c] + distance;
-            if (is_near) world_wake_body(world, state, b);
+            if (are_near(&own, &way, distance)) world_wake_body(world, state, b);
+        }
+        for (size_t c = 0; c < world->cloth_rest_count; c++) {
+            surface_box const own =
+                measure_surface_box(&world->surfaces[c], state->positions, state->positions);
+            if (are_near(&own, &way, distance)) world_wake_cloth(world, state, c);
         }
     }
     for (size_t b = 0; b < world->body_count; b++)
@@ -85,6 +96,45 @@ static side_owner find_side_owner(const tulle_world *world, const contact_row *r
     return owner;
 }
 
+/* What cloth presses on a body with, as `impulse` at `point`. */
+static void add_press(const step_context *context, uint32_t body, vec3 point, vec3 impulse,
+                      body_press *press) {
+    size_t const slot = get_first_slot(context->world, body);
+    vec3 const arm = vec3_sub(point, vec3_load(context->state->positions, slot));
+    press->impulse = vec3_add(press->impulse, impulse);
+    press->moment = vec3_add(press->moment, vec3_cross(arm, impulse));
+}
+
+/* The same for sleeping cloth on sleeping bodies, which has no rows: as the store has it. `rate`
+ * makes of its impulses what the solve counts. */
+static void add_resting_presses(const step_context *context, double rate, body_press *presses) {
+    const tulle_world *const world = context->world;
+    const contact_store *const store = &context->state->contacts;
+    for (size_t i = 0; world->cloth_rest_count > 0 && i < store->contacts.count; i++) {
+        const stored_contact *const contact = &store->contacts.data[i];
+        feature_kind const kind = (feature_kind)contact->kind;
+        uint32_t vertices[4];
+        feature_pair_vertices(&world->topo, kind, (feature_pair){contact->first, contact->second},
+                              vertices);
+        size_t const cloth = world->vertex_surface[vertices[0]]; /* cloths come first */
+        size_t const other = world->vertex_surface[vertices[3]];
+        size_t const low = cloth < other ? cloth : other, high = cloth < other ? other : cloth;
+        uint32_t const body = world->surface_bodies[high];
+        if (low >= world->cloths.count || !world->surfaces[low].is_asleep || body == TULLE_NONE ||
+            context->state->rests[body].state != BODY_SLEEPS)
+            continue;
+        vec3 points[4], point = {0.0, 0.0, 0.0};
+        for (int k = 0; k < 4; k++) points[k] = vec3_load(context->state->positions, vertices[k]);
+        closest_points const closest = closest_of_pair(kind, points);
+        for (int k = 0; k < 4; k++)
+            if (world->vertex_surface[vertices[k]] == low)
+                point = vec3_add_scaled(point, points[k], fabs(closest.weights[k]));
+        double const sign = cloth == high ? 1.0 : -1.0;
+        add_press(context, body, point, vec3_scale(vec3_load(contact->impulse, 0), sign * rate),
+                  &presses[body]);
+    }
+}
+
 /* What cloth presses on each body with, and whether other bodies that are awake press on it. In
  * the scratch arena; null: no memory. */
 static body_press *collect_presses(const step_context *context) {
@@ -108,10 +158,8 @@ static body_press *collect_presses(const step_context *context) {
                 if (get_row_side(row, k) == 1 - side)
                     point = vec3_add_scaled(point, vec3_load(positions, row->frame.vertices[k]),
                                             fabs(row->frame.weights[k]));
-            vec3 const impulse = vec3_scale(row->solve.impulse, side == 0 ? 1.0 : -1.0);
-            vec3 const arm = vec3_sub(point, vec3_load(positions, get_first_slot(world, body)));
-            presses[body].impulse = vec3_add(presses[body].impulse, impulse);
-            presses[body].moment = vec3_add(presses[body].moment, vec3_cross(arm, impulse));
+            add_press(context, body, point, vec3_scale(row->solve.impulse, side == 0 ? 1.0 : -1.0),
+                      &presses[body]);
         }
     }
     return presses;
@@ -144,10 +192,14 @@ static double compute_change(const step_context *context, size_t body, const bod
 
 tulle_status world_wake_pressed(step_context *context) {
     tulle_world *const world = context->world;
-    if (!world->has_sleep) return TULLE_OK;
+    world_wake_loaded(context);
+    if (!world->has_sleep || world->body_count == 0) return TULLE_OK;
     arena_mark const mark = arena_get_mark(&world->scratch);
-    const body_press *const presses = collect_presses(context);
+    body_press *const presses = collect_presses(context);
     if (!presses) return TULLE_ERROR_OUT_OF_MEMORY;
+    const contact_store *const store = &context->state->contacts;
+    if (store->contacts.count > 0)
+        add_resting_presses(context, world->system.force_time / store->time_step, presses);
     for (size_t b = 0; b < world->body_count; b++) {
         if (context->state->rests[b].state != BODY_SLEEPS) continue;
         bool const is_pressed = presses[b].by_body || compute_change(context, b, &presses[b]) >
@@ -234,8 +286,8 @@ static void fall_asleep(step_context *context, size_t body, uint32_t group,
 tulle_status world_settle_bodies(step_context *context, double time_step) {
     tulle_world *const world = context->world;
     const world_motion_state *const state = context->state;
-    if (!world->has_sleep) return TULLE_OK;
     size_t const count = world->body_count;
+    if (!world->has_sleep || count == 0) return TULLE_OK;
     uint32_t *const parents = ARENA_NEW(&world->scratch, uint32_t, count);
     bool *const is_awake = ARENA_NEW_ZEROED(&world->scratch, bool, count);
     const body_press *const presses = collect_presses(context);

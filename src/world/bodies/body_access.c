@@ -132,17 +132,45 @@ static void add_contact(const tulle_world *world, const row_frame *frame, vec3 i
     }
 }
 
-/* Whether a vertex lies on a body that slept through the last step: then its contacts with what
- * stands are in the store alone. */
-static bool has_slept(const tulle_world *world, uint32_t vertex) {
-    uint32_t const body = world->surface_bodies[world->vertex_surface[vertex]];
-    if (body == TULLE_NONE || world->now.rests[body].state != BODY_SLEEPS) return false;
-    size_t const slot = get_first_slot(world, body);
+/* Whether an accepted row holds these two surfaces apart. */
+static bool has_row(const tulle_world *world, size_t a, size_t b) {
     for (size_t i = 0; i < world->accepted_rows.rows.count; i++) {
         const row_frame *const frame = &world->accepted_rows.rows.data[i].frame;
-        if (frame->has_body && (frame->slots[0] == slot || frame->slots[1] == slot)) return false;
+        size_t const first = world->vertex_surface[frame->vertices[0]];
+        size_t const second = world->vertex_surface[frame->vertices[3]];
+        if ((first == a && second == b) || (first == b && second == a)) return true;
     }
-    return true;
+    return false;
+}
+
+/* Whether a surface slept through the last step: then its contacts with `other`, which stands, are
+ * in the store alone. */
+static bool has_slept(const tulle_world *world, size_t surface, size_t other) {
+    bool is_asleep = surface < world->cloth_rest_count && world->now.cloth_rests[surface].is_asleep;
+    uint32_t const body = world->surface_bodies ? world->surface_bodies[surface] : TULLE_NONE;
+    if (body != TULLE_NONE) is_asleep = world->now.rests[body].state == BODY_SLEEPS;
+    return is_asleep && !has_row(world, surface, other);
+}
+
+/* Adds what the store has of the contacts of a sleeper with the surface of the sum. */
+static void add_stored(const tulle_world *world, size_t sleeper, impulse_sum *sum) {
+    const contact_store *const store = &world->now.contacts;
+    for (size_t i = 0; i < store->contacts.count; i++) {
+        const stored_contact *const contact = &store->contacts.data[i];
+        row_frame frame = {.kind = (feature_kind)contact->kind};
+        feature_pair_vertices(&world->topo, frame.kind,
+                              (feature_pair){contact->first, contact->second}, frame.vertices);
+        size_t const first = world->vertex_surface[frame.vertices[0]];
+        size_t const second = world->vertex_surface[frame.vertices[3]];
+        bool const is_meant = (first == sum->surface && second == sleeper) ||
+                              (second == sum->surface && first == sleeper);
+        if (!is_meant) continue;
+        vec3 points[4];
+        for (int k = 0; k < 4; k++) points[k] = vec3_load(world->now.positions, frame.vertices[k]);
+        closest_points const closest = closest_of_pair(frame.kind, points);
+        memcpy(frame.weights, closest.weights, sizeof frame.weights);
+        add_contact(world, &frame, vec3_load(contact->impulse, 0), sum);
+    }
 }
 
 /* The sum for what follows a script or stands. */
@@ -151,22 +179,8 @@ static void sum_scripted_impulses(const tulle_world *world, impulse_sum *sum) {
         const contact_row *const row = &world->accepted_rows.rows.data[i];
         add_contact(world, &row->frame, row->solve.impulse, sum);
     }
-    const contact_store *const store = &world->now.contacts;
-    for (size_t i = 0; world->has_sleep && i < store->contacts.count; i++) {
-        const stored_contact *const contact = &store->contacts.data[i];
-        row_frame frame = {.kind = (feature_kind)contact->kind};
-        feature_pair_vertices(&world->topo, frame.kind,
-                              (feature_pair){contact->first, contact->second}, frame.vertices);
-        uint32_t const ends[2] = {frame.vertices[0], frame.vertices[3]};
-        bool const is_first = world->vertex_surface[ends[0]] == sum->surface;
-        bool const is_second = world->vertex_surface[ends[1]] == sum->surface;
-        if ((!is_first && !is_second) || !has_slept(world, ends[is_first ? 1 : 0])) continue;
-        vec3 points[4];
-        for (int k = 0; k < 4; k++) points[k] = vec3_load(world->now.positions, frame.vertices[k]);
-        closest_points const closest = closest_of_pair(frame.kind, points);
-        memcpy(frame.weights, closest.weights, sizeof frame.weights);
-        add_contact(world, &frame, vec3_load(contact->impulse, 0), sum);
-    }
+    for (size_t s = 0; world->has_sleep && s < world->set.surface_count; s++)
+        if (has_slept(world, s, sum->surface)) add_stored(world, s, sum);
 }
 
 tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world, tulle_obstacle_id id,

@@ -11,7 +11,7 @@
 
 /* A field that is new in one of these is recorded below, too. Then the format has a new version. */
 #if UINTPTR_MAX == UINT64_MAX
-_Static_assert(sizeof(tulle_world_def) == 264, "record all fields of tulle_world_def");
+_Static_assert(sizeof(tulle_world_def) == 280, "record all fields of tulle_world_def");
 _Static_assert(sizeof(tulle_material) == 216, "record all fields of tulle_material");
 _Static_assert(sizeof(tulle_pin) == 72, "record all fields of tulle_pin");
 _Static_assert(sizeof(tulle_cloth_def) == 400, "record all fields of tulle_cloth_def");
@@ -57,6 +57,7 @@ const record_facts record_kinds[RECORD_KIND_COUNT] = {
     [RECORD_LOCKS] = {"tulle_obstacle_set_locks", {0, 0}},
     [RECORD_DRIVE] = {"tulle_obstacle_set_drive", {DRIVE_COUNT, 0}},
     [RECORD_WATCH] = {"tulle_world_watch_events", {1, 0}},
+    [RECORD_WAKE_CLOTH] = {"tulle_cloth_wake", {0, 0}},
 };
 
 /* ---- numbers and arrays ---- */
@@ -227,6 +228,8 @@ static void visit_world_def(record_stream *stream, tulle_world_def *def) {
     VISIT_ENUM(stream, def->start_intersections);
     visit_integer(stream, &def->untangle_limit);
     VISIT_ENUM(stream, def->on_pinch);
+    visit_doubles(stream, &def->sleep_speed, 1);
+    visit_doubles(stream, &def->sleep_time, 1);
     visit_integer(stream, &def->threads);
 }
 

@@ -58,6 +58,7 @@ typedef enum record_kind {
     RECORD_LOCKS,        /* obstacle; translations, rotations */
     RECORD_DRIVE,        /* obstacle; -; the drive or none */
     RECORD_WATCH,        /* -; kinds, capacity; force, or none: watches no more */
+    RECORD_WAKE_CLOTH,   /* cloth */
     RECORD_KIND_COUNT
 } record_kind;
 

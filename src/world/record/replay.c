@@ -238,6 +238,7 @@ static tulle_status make_cloth_call(replay *self, recorded_call *call) {
     case RECORD_MATERIAL: return tulle_cloth_set_material(world, cloth, &call->def.material, error);
     case RECORD_THICKNESS:
         return tulle_cloth_set_thickness(world, cloth, first->data ? first->data[0] : 0.0, error);
+    case RECORD_WAKE_CLOTH: return tulle_cloth_wake(world, cloth, error);
     case RECORD_RELEASE_PIN: return tulle_cloth_release_pin(world, cloth, number, error);
     case RECORD_PIN_TARGETS:
         return tulle_cloth_set_pin_targets(world, cloth, number, first->data, first->count / 3,

@@ -25,6 +25,8 @@ static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
     world->surfaces = memory_allocate_zeroed(&world->heap, surface_count, sizeof(surface_range));
     if (!world->surfaces || world_number_bodies(world) != TULLE_OK)
         return TULLE_ERROR_OUT_OF_MEMORY;
+    world->cloth_rest_count = world->def.sleep_speed > 0.0 ? world->cloths.count : 0;
+    world->has_sleep |= world->cloth_rest_count > 0;
     for (size_t s = 0; s < surface_count; s++) {
         const world_mesh *const mesh = world_surface_mesh(world, s);
         if (s == world->cloths.count) vertex_count += 2 * world->body_count; /* their slots */
@@ -161,6 +163,10 @@ static uint64_t hash_defs(const tulle_world *world) {
     hash = hash_bytes(hash, &world->minimum_gap, sizeof world->minimum_gap);
     if (world->plastic_count > 0)
         hash = hash_bytes(hash, &world->plastic_count, sizeof world->plastic_count);
+    if (world->cloth_rest_count > 0) {
+        hash = hash_bytes(hash, &world->def.sleep_speed, sizeof world->def.sleep_speed);
+        hash = hash_bytes(hash, &world->def.sleep_time, sizeof world->def.sleep_time);
+    }
     int const choices[3] = {(int)world->def.response, (int)world->def.motion_space,
                             (int)world->def.membrane};
     hash = hash_bytes(hash, choices, sizeof choices);

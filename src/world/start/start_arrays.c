@@ -15,8 +15,15 @@ bool world_allocate_start(tulle_world *world) {
     world->is_fixed = memory_allocate_zeroed(heap, n, 1);
     world->vertex_surface = memory_allocate(heap, n * sizeof(uint32_t));
     world->laws = memory_allocate_zeroed(heap, surface_count * surface_count, sizeof(contact_law));
+    if (world->cloth_rest_count > 0) {
+        world->idle_vertex_count = world->cloth_vertex_count;
+        world->idle_triangle_count = world->surfaces[world->cloth_rest_count - 1].triangle_end;
+    }
+    world->idle_vertices = memory_allocate_zeroed(heap, world->idle_vertex_count, 1);
+    world->idle_triangles = memory_allocate_zeroed(heap, world->idle_triangle_count, 1);
     world->controls = memory_allocate_zeroed(heap, world->body_count, sizeof *world->controls);
-    bool has_all = world->controls && world->rest && world->targets && world->inverse_masses &&
+    bool has_all = world->idle_vertices && world->idle_triangles && world->controls &&
+                   world->rest && world->targets && world->inverse_masses &&
                    world->active_inverse_masses && world->is_fixed && world->vertex_surface &&
                    world->laws;
     world_motion_state *const states[2] = {&world->now, &world->next};
@@ -30,6 +37,8 @@ bool world_allocate_start(tulle_world *world) {
         state->is_present = memory_allocate_zeroed(heap, world->obstacles.count, 1);
         state->particles = memory_allocate_zeroed(heap, world->particle_count, 1);
         state->rests = memory_allocate_zeroed(heap, world->body_count, sizeof *state->rests);
+        state->cloth_rests =
+            memory_allocate_zeroed(heap, world->cloth_rest_count, sizeof *state->cloth_rests);
         state->drive_forces =
             memory_allocate_zeroed(heap, BODY_AXES * world->body_count, sizeof(double));
         state->lags = memory_allocate_zeroed(heap, 3 * world->lag_vertex_count, sizeof(double));
@@ -39,8 +48,8 @@ bool world_allocate_start(tulle_world *world) {
             state->poses[k] = motion_compute_pose(&world->obstacles.data[k].motion, 0.0);
         has_all = has_all && state->positions && state->velocities && state->previous_mean &&
                   state->previous_velocities && state->is_released && state->is_present &&
-                  state->particles && state->rests && state->drive_forces && state->poses &&
-                  state->lags && state->largest_lags;
+                  state->particles && state->rests && state->cloth_rests && state->drive_forces &&
+                  state->poses && state->lags && state->largest_lags;
     }
     return has_all;
 }
@@ -82,6 +91,8 @@ void world_release_start(tulle_world *world) {
         memory_release(heap, state->is_present, world->obstacles.count);
         memory_release(heap, state->particles, world->particle_count);
         memory_release(heap, state->rests, world->body_count * sizeof *state->rests);
+        memory_release(heap, state->cloth_rests,
+                       world->cloth_rest_count * sizeof *state->cloth_rests);
         memory_release(heap, state->drive_forces, BODY_AXES * world->body_count * sizeof(double));
         memory_release(heap, state->poses, world->pose_count * sizeof *state->poses);
         memory_release(heap, state->lags, 3 * world->lag_vertex_count * sizeof(double));
@@ -90,6 +101,8 @@ void world_release_start(tulle_world *world) {
         ARRAY_FREE(heap, &state->ties);
         memset(state, 0, sizeof *state);
     }
+    memory_release(heap, world->idle_vertices, world->idle_vertex_count);
+    memory_release(heap, world->idle_triangles, world->idle_triangle_count);
     memory_release(heap, world->surface_bodies, surface_count * sizeof *world->surface_bodies);
     memory_release(heap, world->controls, world->body_count * sizeof *world->controls);
     memory_release(heap, world->body_obstacles, world->body_count * sizeof *world->body_obstacles);
@@ -119,6 +132,8 @@ void world_release_start(tulle_world *world) {
     world->collides = NULL;
     world->surface_bodies = world->body_obstacles = NULL;
     world->controls = NULL;
+    world->idle_vertices = world->idle_triangles = NULL;
+    world->idle_vertex_count = world->idle_triangle_count = 0;
     world->rest = world->targets = world->inverse_masses = world->active_inverse_masses = NULL;
     world->is_fixed = NULL;
     world->vertex_surface = NULL;
@@ -126,7 +141,7 @@ void world_release_start(tulle_world *world) {
     world->grains = NULL;
     world->vertex_count = world->cloth_vertex_count = world->particle_count = 0;
     world->body_count = world->lag_vertex_count = 0;
-    world->plastic_count = world->pose_count = 0;
+    world->plastic_count = world->pose_count = world->cloth_rest_count = 0;
     world->cloth_edge_count = 0;
     world->contact_distance = world->separation_distance = 0.0;
     world->is_started = false;

@@ -9,6 +9,7 @@
 #include "world/bodies/bodies_sleep.h"
 #include "world/felt/felt.h"
 #include "world/pinch/holds.h"
+#include "world/sleep/cloth_sleep.h"
 #include "world/step/search.h"
 #include "world/ties/ties.h"
 
@@ -97,6 +98,7 @@ tulle_status world_predict_paths(step_context *context) {
     if (context->is_script_frozen)
         memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
     world_wake_near_script(context);
+    world_hold_sleepers(context);
     world_compute_carriers(context);
     context->scene = world_make_scene(context);
     status = world_prepare_bodies(context);

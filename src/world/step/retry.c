@@ -13,7 +13,7 @@
  *   energy is gained                   | linearise, solve with more rounds   | 3, while it falls
  *                                      |                                     |
  *   in a substep                       |                                     |
- *   its contacts wake bodies           | the substep with them awake         | once for each body
+ *   its contacts wake bodies or cloth  | the substep with them awake         | once for each
  *   a contact makes a body turn too far| as long as the turn allows          | until it fits
  *   cloth grows, energy is gained, or  | half the length                     | while over 1/4 step
  *   there still is far too much of it  |                                     |

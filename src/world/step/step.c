@@ -19,6 +19,7 @@
 #include "world/felt/felt.h"
 #include "world/pinch/holds.h"
 #include "world/record/record.h"
+#include "world/sleep/cloth_sleep.h"
 
 #include <math.h>
 
@@ -153,6 +154,7 @@ static tulle_status run_step(step_context *context) {
         if (status == TULLE_OK) status = run_substeps(context);
         if (status == TULLE_OK && context->outcome != SUBSTEP_PINCHED) {
             status = world_settle_bodies(context, context->whole_step);
+            if (status == TULLE_OK) status = world_settle_cloths(context, context->whole_step);
             world_end_felt(context);
             if (status == TULLE_OK) status = report_energies(context);
             if (status == TULLE_OK) status = check_overstretch(context);
@@ -167,6 +169,25 @@ static tulle_status run_step(step_context *context) {
 
 tulle_step_progress tulle_world_get_step_progress(const tulle_world *world) {
     return world ? world->progress : (tulle_step_progress){0};
+}
+
+/* What a step leaves once it has run: its copy becomes the state, or all is as it was. */
+static tulle_status end_step(step_context *context, tulle_status status) {
+    tulle_world *const world = context->world;
+    tulle_error *const error = context->error;
+    world->progress = (tulle_step_progress){0};
+    if (atomic_load(&world->stop.is_stopped))
+        status =
+            error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted in step %llu, which is undone",
+                      (unsigned long long)world->step_count);
+    if (status == TULLE_OK) status = world_find_touching(world, context->state, error);
+    if (status == TULLE_OK) status = world_swap_states(world, error);
+    world_end_given(world, status != TULLE_OK);
+    if (status == TULLE_OK)
+        world_tell_events(world);
+    else
+        world_undo_step(world);
+    return status;
 }
 
 static tulle_status make_step(tulle_world *world, double time_step, tulle_step_report *report,
@@ -185,30 +206,19 @@ static tulle_status make_step(tulle_world *world, double time_step, tulle_step_r
     const tulle_tasks *const before = parallel_use(world->tasks);
     world->message[0] = '\0';
     atomic_store(&world->stop.is_stopped, false);
-    arena_mark const mark = arena_get_mark(&world->scratch);
     world->step_end = world->now.time + time_step;
-    status = world_keep_start(world, error);
-    if (status != TULLE_OK) {
+    if (world_stands_still(world, time_step)) {
+        status = world_pass_still(&context);
+    } else if ((status = world_keep_start(world, error)) != TULLE_OK) {
         world_end_given(world, true);
-        (void)parallel_use(before);
-        return status;
+    } else {
+        arena_mark const mark = arena_get_mark(&world->scratch);
+        world_begin_given(world);
+        status = run_step(&context);
+        if (status == TULLE_OK) status = world_end_pinch(&context);
+        arena_release(&world->scratch, mark);
+        status = end_step(&context, status);
     }
-    world_begin_given(world);
-    status = run_step(&context);
-    if (status == TULLE_OK) status = world_end_pinch(&context);
-    arena_release(&world->scratch, mark);
-    world->progress = (tulle_step_progress){0};
-    if (atomic_load(&world->stop.is_stopped))
-        status =
-            error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted in step %llu, which is undone",
-                      (unsigned long long)world->step_count);
-    if (status == TULLE_OK) status = world_find_touching(world, context.state, error);
-    if (status == TULLE_OK) status = world_swap_states(world, error);
-    world_end_given(world, status != TULLE_OK);
-    if (status == TULLE_OK)
-        world_tell_events(world);
-    else
-        world_undo_step(world);
     (void)parallel_use(before);
 
     local.time = world->now.time;

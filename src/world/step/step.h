@@ -30,7 +30,7 @@ typedef enum substep_outcome {
     SUBSTEP_WHOLE,     /* accepted: all of its time passed */
     SUBSTEP_SHORTENED, /* accepted: a part of its time passed */
     SUBSTEP_BLOCKED,   /* no part of its time may pass */
-    SUBSTEP_WAKES,     /* refused: its contacts woke bodies */
+    SUBSTEP_WAKES,     /* refused: its contacts woke bodies or cloth */
     SUBSTEP_TURNS,     /* refused: a contact makes a body turn too far */
     SUBSTEP_STRETCHES, /* refused: an edge of cloth would grow too much */
     SUBSTEP_GAINS,     /* refused: it would end with far more energy than there is */

@@ -41,6 +41,9 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
     }
     if (world->particle_count > 0)
         memcpy(target->particles, source->particles, world->particle_count);
+    if (world->cloth_rest_count > 0)
+        memcpy(target->cloth_rests, source->cloth_rests,
+               world->cloth_rest_count * sizeof *target->cloth_rests);
     if (world->body_count > 0) {
         memcpy(target->rests, source->rests, world->body_count * sizeof *target->rests);
         memcpy(target->drive_forces, source->drive_forces,

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "world/defs.h"
 #include "world/record/record.h"
+#include "world/sleep/cloth_sleep.h"
 #include "world/ties/ties.h"
 
 #include <math.h>
@@ -221,6 +222,8 @@ static tulle_status attach_now(tulle_world *world, const tulle_attachment_def *d
                          world->cloths.data[def->cloth.index].name, def->max_distance,
                          surface == TULLE_NONE ? "" : world_surface_name(world, surface));
     world->now.attachment_count++;
+    world_wake_cloth(world, &world->now, def->cloth.index);
+    if (surface != TULLE_NONE) world_wake_cloth(world, &world->now, surface);
     return TULLE_OK;
 }
 
@@ -271,8 +274,9 @@ tulle_status tulle_attachment_set_points(tulle_world *world, tulle_attachment_id
     if (status != TULLE_OK) return status;
     for (size_t i = 0; i < now->ties.count; i++) {
         world_tie *const tie = &now->ties.data[i];
-        if (tie->number == id)
-            memcpy(tie->point, points + 3 * (size_t)tie->order, sizeof tie->point);
+        if (tie->number != id) continue;
+        memcpy(tie->point, points + 3 * (size_t)tie->order, sizeof tie->point);
+        world_wake_cloth_at(world, now, tie->vertex);
     }
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_POINTS,
@@ -286,8 +290,15 @@ tulle_status tulle_attachment_release(tulle_world *world, tulle_attachment_id id
     if (!is_known(world, id)) return refuse(error, "is not there");
     world_motion_state *const now = &world->now;
     size_t kept = 0;
-    for (size_t i = 0; i < now->ties.count; i++)
-        if (now->ties.data[i].number != id) now->ties.data[kept++] = now->ties.data[i];
+    for (size_t i = 0; i < now->ties.count; i++) {
+        world_tie const tie = now->ties.data[i];
+        if (tie.number != id) {
+            now->ties.data[kept++] = tie;
+            continue;
+        }
+        world_wake_cloth_at(world, now, tie.vertex);
+        world_wake_cloth_at(world, now, tie.corners[0]);
+    }
     now->ties.count = kept;
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_RELEASE, .ids = {id}});

@@ -9,6 +9,7 @@
 #include "contact/rows/row_motion.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
+#include "world/sleep/cloth_sleep.h"
 #include "world/ties/ties.h"
 
 #include <math.h>
@@ -41,7 +42,11 @@ void world_lead_ties(step_context *context) {
         bool const has_left =
             is_on_obstacle &&
             state->time >= world->obstacles.data[surface - cloth_count].disappear_time;
-        if (has_left || state->time >= tie.release_time) continue;
+        if (has_left || state->time >= tie.release_time) {
+            world_wake_cloth_at(world, state, tie.vertex);
+            world_wake_cloth_at(world, state, tie.corners[0]);
+            continue;
+        }
         state->ties.data[kept++] = tie;
         if (is_on_obstacle && world->body_count > 0 && world->surface_bodies[surface] != TULLE_NONE)
             world_wake_body(world, state, world->surface_bodies[surface]);
@@ -185,6 +190,11 @@ tulle_status world_break_ties(step_context *context) {
     double first_force = 0.0;
     for (size_t i = 0; i < state->ties.count; i++) {
         world_tie tie = state->ties.data[i];
+        if (world->surfaces[world->vertex_surface[tie.vertex]].is_asleep) { /* it pulls as it did */
+            spring += !is_led(world, &tie);
+            state->ties.data[kept++] = tie;
+            continue;
+        }
         vec3 const impulse = is_led(world, &tie)
                                  ? vec3_load(leads, tie.vertex)
                                  : get_spring_impulse(&context->springs[spring++],

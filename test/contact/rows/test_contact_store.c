@@ -71,13 +71,19 @@ static void takes_in_contacts_without_a_row(void **state) {
     contact_store store = {0};
     assert_int_equal(store_contacts(&store, &heap, &list, NULL, 0, 0.01), TULLE_OK);
     size_t const row_count = store.contacts.count;
-    stored_contact const others[2] = {{.kind = 1, .first = 7, .second = 30, .age = 3},
-                                      {.kind = 0, .first = 21, .second = 1, .age = 4}};
+    stored_contact const others[2] = {{.kind = 0, .first = 21, .second = 1, .age = 4},
+                                      {.kind = 1, .first = 7, .second = 30, .age = 3}};
     assert_int_equal(store_contacts(&store, &heap, &list, others, 2, 0.01), TULLE_OK);
     assert_int_equal(store.contacts.count, row_count + 2);
     contact_reader reader = {.store = &store};
     assert_int_equal(read_contact(&reader, FEATURE_VERTEX_TRIANGLE, (feature_pair){21, 1})->age, 4);
     assert_int_equal(read_contact(&reader, FEATURE_EDGE_EDGE, (feature_pair){7, 30})->age, 3);
+    for (size_t i = 1; i < store.contacts.count; i++) {
+        const stored_contact *const a = &store.contacts.data[i - 1], *const b = a + 1;
+        assert_true(a->kind < b->kind ||
+                    (a->kind == b->kind &&
+                     (a->first < b->first || (a->first == b->first && a->second < b->second))));
+    }
     list.rows.count = 0;
     assert_int_equal(store_contacts(&store, &heap, &list, others, 1, 0.03), TULLE_OK);
     assert_true(store.contacts.count == 1 && store.time_step == 0.03);

@@ -1,0 +1,298 @@
+/* world/sleep/cloth_sleep.c - see cloth_sleep.h.
+ *
+ * Why nothing is lost: a sleeper moves by no bit, and so does a sleeper beside it. An obstacle that
+ * is no body either moves in a substep or not. If it does, the box of its way is farther from the
+ * sleeper than any contact reaches, else the sleeper wakes before pairs are looked for. So of a
+ * sleeper only pairs with cloth and bodies that are awake may come nearer than they were, and those
+ * are found as all others are. Of the rest neither place nor gap changes, and what the store has of
+ * them goes on to hold.
+ *
+ * Why it may stop: the fastest vertex was below sleep_speed for sleep_time, in its velocity and in
+ * the way that it went. What swings with the period T and is so slow for at least a quarter of it
+ * turns less than sleep_speed T / 6 away from where it sleeps; what swings more is faster before
+ * the time is over (docs/method/sleep.md). The centre of mass must be ten times slower still: what
+ * is left of a motion at rest has no direction in common, but cloth that slides or falls slowly
+ * has. */
+#include "world/sleep/cloth_sleep.h"
+
+#include "base/error.h"
+#include "world/bodies/bodies.h"
+#include "world/ties/ties.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The centre of mass must be slower than this part of sleep_speed. */
+static const double CENTRE_SHARE = 0.1;
+
+/* ---- waking ---- */
+
+void world_wake_cloth(const tulle_world *world, world_motion_state *state, size_t cloth) {
+    if (cloth < world->cloth_rest_count) state->cloth_rests[cloth] = (cloth_rest){0};
+}
+
+void world_wake_cloths(const tulle_world *world, world_motion_state *state) {
+    for (size_t c = 0; c < world->cloth_rest_count; c++) world_wake_cloth(world, state, c);
+}
+
+void world_wake_cloth_at(const tulle_world *world, world_motion_state *state, uint32_t vertex) {
+    if (vertex < world->cloth_vertex_count)
+        world_wake_cloth(world, state, world->vertex_surface[vertex]);
+}
+
+static bool has_gusts(const tulle_world *world) {
+    return world->def.wind.gust_strength > 0.0 && world->def.wind.drag_coefficient > 0.0;
+}
+
+/* Whether a surface has unknowns in this substep. */
+static bool is_awake(const tulle_world *world, const world_motion_state *state, size_t surface) {
+    if (surface < world->cloths.count) return !state->cloth_rests[surface].is_asleep;
+    uint32_t const body = world->surface_bodies ? world->surface_bodies[surface] : TULLE_NONE;
+    return body != TULLE_NONE && state->rests[body].state == BODY_FREE &&
+           world->surfaces[surface].is_present;
+}
+
+/* Whether a vertex is to be elsewhere at the end of the substep. */
+static bool is_moved(const step_context *context, size_t vertex) {
+    return memcmp(context->world->targets + 3 * vertex, context->state->positions + 3 * vertex,
+                  3 * sizeof(double)) != 0;
+}
+
+/* Whether what holds a cloth moves in this substep, or has let go since it fell asleep. */
+static bool is_pulled(const step_context *context, size_t cloth) {
+    const tulle_world *const world = context->world;
+    const world_motion_state *const state = context->state;
+    const surface_range *const range = &world->surfaces[cloth];
+    const world_cloth *const own = &world->cloths.data[cloth];
+    const cloth_rest *const rest = &state->cloth_rests[cloth];
+    for (size_t v = range->vertex_begin; v < range->vertex_end; v++)
+        if (world->is_fixed[v] && is_moved(context, v)) return true;
+    for (size_t p = 0; p < own->pin_count; p++) {
+        double const release = own->pins[p].release_time;
+        if (rest->is_asleep && release > rest->slept_from && release <= state->time) return true;
+    }
+    return false;
+}
+
+/* Wakes cloths that are tied to something that moves or is awake. True when there is one. */
+static bool wake_tied(step_context *context) {
+    const tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    bool has_woken = false;
+    for (size_t i = 0; i < state->ties.count; i++) {
+        const world_tie *const tie = &state->ties.data[i];
+        uint32_t const surface = get_tie_surface(world, tie);
+        size_t const cloth = world->vertex_surface[tie->vertex];
+        if (surface == TULLE_NONE)
+            continue; /* is_pulled has seen rigid ones; others pull as ever */
+        bool const is_other_awake = is_awake(world, state, surface);
+        bool const is_other_cloth = surface < world->cloths.count;
+        bool is_led = false;
+        for (int k = 0; k < 3; k++) is_led |= !is_other_cloth && is_moved(context, tie->corners[k]);
+        if (state->cloth_rests[cloth].is_asleep && (is_other_awake || is_led)) {
+            world_wake_cloth(world, state, cloth);
+            has_woken = true;
+        } else if (is_other_cloth && !is_other_awake && !state->cloth_rests[cloth].is_asleep) {
+            world_wake_cloth(world, state, surface);
+            has_woken = true;
+        }
+    }
+    return has_woken;
+}
+
+/* The surfaces of a stored contact. */
+static void find_sides(const tulle_world *world, const stored_contact *contact, size_t sides[2]) {
+    uint32_t vertices[4];
+    feature_pair_vertices(&world->topo, (feature_kind)contact->kind,
+                          (feature_pair){contact->first, contact->second}, vertices);
+    sides[0] = world->vertex_surface[vertices[0]];
+    sides[1] = world->vertex_surface[vertices[3]];
+}
+
+/* Wakes cloths that rested on something that is awake now. True when there is one. */
+static bool wake_touched(step_context *context) {
+    const tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    const contact_store *const store = &state->contacts;
+    bool has_woken = false;
+    for (size_t i = 0; i < store->contacts.count; i++) {
+        const stored_contact *const contact = &store->contacts.data[i];
+        size_t sides[2];
+        find_sides(world, contact, sides);
+        for (int k = 0; k < 2; k++) {
+            size_t const cloth = sides[k];
+            if (cloth >= world->cloth_rest_count || !state->cloth_rests[cloth].is_asleep ||
+                !is_awake(world, state, sides[1 - k]) ||
+                !(vec3_norm2(vec3_load(contact->impulse, 0)) > 0.0))
+                continue;
+            world_wake_cloth(world, state, cloth);
+            has_woken = true;
+        }
+    }
+    return has_woken;
+}
+
+void world_hold_sleepers(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    size_t const count = world->cloth_rest_count;
+    bool has_sleeper = false;
+    if (count == 0) return;
+    if (has_gusts(world)) world_wake_cloths(world, state);
+    for (size_t c = 0; c < count; c++) {
+        if (is_pulled(context, c)) world_wake_cloth(world, state, c);
+        has_sleeper |= state->cloth_rests[c].is_asleep != 0;
+    }
+    /* what wakes may wake others */
+    for (bool is_over = !has_sleeper; !is_over;) {
+        bool const is_tied = wake_tied(context), is_touched = wake_touched(context);
+        is_over = !is_tied && !is_touched;
+    }
+    has_sleeper = false;
+    for (size_t c = 0; c < count; c++) {
+        surface_range *const range = &world->surfaces[c];
+        size_t const begin = range->vertex_begin, length = range->vertex_end - begin;
+        range->is_asleep = state->cloth_rests[c].is_asleep != 0;
+        memset(world->idle_vertices + begin, range->is_asleep, length);
+        memset(world->idle_triangles + range->triangle_begin, range->is_asleep,
+               range->triangle_end - range->triangle_begin);
+        if (!range->is_asleep) continue;
+        has_sleeper = true;
+        memset(world->is_fixed + begin, 1, length);
+        memset(world->active_inverse_masses + begin, 0, length * sizeof(double));
+        memcpy(world->targets + 3 * begin, state->positions + 3 * begin,
+               3 * length * sizeof(double));
+    }
+    world->model->idle_vertices = has_sleeper ? world->idle_vertices : NULL;
+    world->model->idle_triangles = has_sleeper ? world->idle_triangles : NULL;
+    world->system.matrix.is_idle = world->model->idle_vertices;
+}
+
+void world_wake_loaded(step_context *context) {
+    const tulle_world *const world = context->world;
+    if (world->cloth_rest_count == 0) return;
+    for (size_t i = 0; i < world->rows.rows.count; i++) {
+        const contact_row *const row = &world->rows.rows.data[i];
+        if (!(vec3_norm2(row->solve.impulse) > 0.0)) continue;
+        for (int k = 0; k < 4; k += 3) { /* a vertex of either side */
+            uint32_t const vertex = row->frame.vertices[k];
+            if (!world->surfaces[world->vertex_surface[vertex]].is_asleep ||
+                vertex >= world->cloth_vertex_count)
+                continue;
+            world_wake_cloth_at(world, context->state, vertex);
+            context->outcome = SUBSTEP_WAKES;
+        }
+    }
+}
+
+/* ---- falling asleep ---- */
+
+/* Whether a cloth was slow in the step that ends, and nothing that holds it moved. */
+static bool is_slow(const step_context *context, size_t cloth, double time_step) {
+    const tulle_world *const world = context->world;
+    const world_motion_state *const state = context->state;
+    const surface_range *const range = &world->surfaces[cloth];
+    double const speed = world->def.sleep_speed, limit = speed * speed;
+    double const way_limit = limit * time_step * time_step;
+    vec3 momentum = {0.0, 0.0, 0.0}, drift = {0.0, 0.0, 0.0};
+    double mass = 0.0;
+    for (size_t v = range->vertex_begin; v < range->vertex_end; v++) {
+        vec3 const velocity = vec3_load(state->velocities, v);
+        vec3 const way =
+            vec3_sub(vec3_load(state->positions, v), vec3_load(world->now.positions, v));
+        if (!(vec3_norm2(velocity) <= limit && vec3_norm2(way) <= way_limit)) return false;
+        if (world->is_fixed[v] && vec3_norm2(way) > 0.0) return false;
+        double const own = world->model->masses[v];
+        momentum = vec3_add_scaled(momentum, velocity, own);
+        drift = vec3_add_scaled(drift, way, own);
+        mass += own;
+    }
+    double const most = CENTRE_SHARE * speed * mass;
+    return vec3_norm(momentum) <= most && vec3_norm(drift) <= most * time_step;
+}
+
+static uint32_t find_root(uint32_t *parents, uint32_t cloth) {
+    while (parents[cloth] != cloth) cloth = parents[cloth] = parents[parents[cloth]];
+    return cloth;
+}
+
+/* What touches or ties: cloths that hang together get the same root, and one that something holds
+ * which is awake is restless. */
+static void join_surfaces(const step_context *context, size_t a, size_t b, uint32_t *parents,
+                          bool *is_restless) {
+    const tulle_world *const world = context->world;
+    size_t const count = world->cloths.count;
+    if (a < count && b < count) {
+        uint32_t const first = find_root(parents, (uint32_t)a);
+        uint32_t const second = find_root(parents, (uint32_t)b);
+        parents[first > second ? first : second] = first > second ? second : first;
+    } else if (a < count || b < count) {
+        size_t const cloth = a < count ? a : b, other = a < count ? b : a;
+        is_restless[cloth] |= is_awake(world, context->state, other);
+    }
+}
+
+static void fall_asleep(step_context *context, size_t cloth) {
+    const tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    const surface_range *const range = &world->surfaces[cloth];
+    size_t const begin = 3 * (size_t)range->vertex_begin;
+    size_t const bytes = 3 * (range->vertex_end - range->vertex_begin) * sizeof(double);
+    cloth_rest *const rest = &state->cloth_rests[cloth];
+    rest->is_asleep = 1;
+    rest->slept_from = world->now.time;
+    memset(state->velocities + begin, 0, bytes);
+    memset(state->previous_mean + begin, 0, bytes);
+    memset(state->previous_velocities + begin, 0, bytes);
+}
+
+tulle_status world_settle_cloths(step_context *context, double time_step) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    size_t const count = world->cloth_rest_count;
+    if (count == 0) return TULLE_OK;
+    uint32_t *const parents = ARENA_NEW(&world->scratch, uint32_t, count);
+    bool *const is_restless = ARENA_NEW_ZEROED(&world->scratch, bool, count);
+    if (!parents || !is_restless)
+        return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for cloths");
+    /* a step that stuck tells nothing of what cloth would do */
+    bool const may_sleep = context->outcome == SUBSTEP_WHOLE && !has_gusts(world);
+    for (uint32_t c = 0; c < count; c++) {
+        cloth_rest *const rest = &state->cloth_rests[c];
+        parents[c] = c;
+        if (rest->is_asleep) continue;
+        bool const is_quiet = may_sleep && is_slow(context, c, time_step);
+        rest->quiet_time = is_quiet ? rest->quiet_time + time_step : 0.0;
+        is_restless[c] = rest->quiet_time < world->def.sleep_time;
+    }
+    for (size_t i = 0; i < world->rows.rows.count; i++) {
+        const contact_row *const row = &world->rows.rows.data[i];
+        if (!(vec3_norm2(row->solve.impulse) > 0.0)) continue;
+        join_surfaces(context, world->vertex_surface[row->frame.vertices[0]],
+                      world->vertex_surface[row->frame.vertices[3]], parents, is_restless);
+    }
+    for (size_t i = 0; i < state->ties.count; i++) {
+        const world_tie *const tie = &state->ties.data[i];
+        uint32_t const surface = get_tie_surface(world, tie);
+        if (surface == TULLE_NONE) continue;
+        join_surfaces(context, world->vertex_surface[tie->vertex], surface, parents, is_restless);
+    }
+    for (uint32_t c = 0; c < count; c++)
+        if (is_restless[c]) is_restless[find_root(parents, c)] = true;
+    for (uint32_t c = 0; c < count; c++)
+        if (!state->cloth_rests[c].is_asleep && !is_restless[find_root(parents, c)])
+            fall_asleep(context, c);
+    return TULLE_OK;
+}
+
+/* ---- a state that was read ---- */
+
+bool world_cloth_rests_are_valid(const tulle_world *world, const world_motion_state *state) {
+    for (size_t c = 0; c < world->cloth_rest_count; c++) {
+        const cloth_rest *const rest = &state->cloth_rests[c];
+        if (rest->is_asleep > 1 || !isfinite(rest->quiet_time) || !(rest->quiet_time >= 0.0) ||
+            !(rest->slept_from >= 0.0) || !(rest->slept_from <= state->time))
+            return false;
+    }
+    return true;
+}
