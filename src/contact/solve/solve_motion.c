@@ -321,11 +321,6 @@ static tulle_status bound_by_net(motion_solve *solve, const conjugate_gradients_
     return TULLE_OK;
 }
 
-/* Vertices whose entries conjugate gradients leave out. With bodies a vector is longer. */
-static const uint8_t *get_idle(const motion_solve *solve) {
-    return solve->scene->body_count == 0 ? solve->matrix.is_idle : NULL;
-}
-
 /* Solves for u in one round. */
 static tulle_status solve_linear(motion_solve *solve) {
     const contact_scene *const scene = solve->scene;
@@ -337,7 +332,7 @@ static tulle_status solve_linear(motion_solve *solve) {
         .right_hand_side = solve->right_hand_side,
         .diagonal = solve->diagonal,
         .is_fixed = solve->is_fixed,
-        .is_idle = get_idle(solve),
+        .is_idle = scene->body_count == 0 ? solve->matrix.is_idle : NULL, /* else longer */
         .tolerance = settings->cg_tolerance,
         .early_share = settings->early_share,
         .early_most = settings->early_most,

@@ -240,13 +240,12 @@ tulle_status world_keep_resting(step_context *context) {
 
 /* ---- falling asleep ---- */
 
-/* A tree of bodies that touch: index of another of them, or its own where it stands for all. */
-static uint32_t find_root(uint32_t *parents, uint32_t body) {
-    while (parents[body] != body) {
-        parents[body] = parents[parents[body]];
-        body = parents[body];
+uint32_t world_find_root(uint32_t *parents, uint32_t index) {
+    while (parents[index] != index) {
+        parents[index] = parents[parents[index]];
+        index = parents[index];
     }
-    return body;
+    return index;
 }
 
 /* The root of each body is the lowest of those it touches, directly or over others. */
@@ -260,7 +259,7 @@ static void join_bodies(const step_context *context, uint32_t *parents) {
         uint32_t const second = find_side_owner(world, row, 1).body;
         if (first == TULLE_NONE || second == TULLE_NONE) continue;
         if (rests[first].state == BODY_SCRIPTED || rests[second].state == BODY_SCRIPTED) continue;
-        uint32_t const a = find_root(parents, first), b = find_root(parents, second);
+        uint32_t const a = world_find_root(parents, first), b = world_find_root(parents, second);
         parents[a > b ? a : b] = a > b ? b : a;
     }
 }
@@ -311,10 +310,10 @@ tulle_status world_settle_bodies(step_context *context, double time_step) {
             rest->quiet_time = is_slow ? rest->quiet_time + time_step : 0.0;
         }
         if (!may_sleep || rest->quiet_time < obstacle->body.sleep_time)
-            is_awake[find_root(parents, b)] = true;
+            is_awake[world_find_root(parents, b)] = true;
     }
     for (uint32_t b = 0; b < count; b++) {
-        uint32_t const root = find_root(parents, b);
+        uint32_t const root = world_find_root(parents, b);
         if (is_awake[root] || state->rests[b].state == BODY_SLEEPS) continue;
         fall_asleep(context, b, root, &presses[b]);
     }

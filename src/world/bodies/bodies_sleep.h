@@ -16,7 +16,7 @@
 
 #include "world/bodies/bodies.h"
 
-/* Wakes `body` and those that fell asleep with it; wakes all. */
+/* Wakes `body` and those that fell asleep with it; wakes all bodies and all cloth. */
 void world_wake_body(const tulle_world *world, world_motion_state *state, size_t body);
 void world_wake_all(const tulle_world *world, world_motion_state *state);
 
@@ -30,5 +30,9 @@ tulle_status world_wake_pressed(step_context *context);
 tulle_status world_keep_resting(step_context *context);
 /* Called at the end of a step: decides which bodies fall asleep. */
 tulle_status world_settle_bodies(step_context *context, double time_step);
+
+/* What stands for all that hang together with one of them: parents[i] is another one of them, or i
+ * itself where it stands for all. */
+uint32_t world_find_root(uint32_t *parents, uint32_t index);
 
 #endif

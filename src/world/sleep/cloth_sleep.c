@@ -16,7 +16,8 @@
 #include "world/sleep/cloth_sleep.h"
 
 #include "base/error.h"
-#include "world/bodies/bodies.h"
+#include "world/bodies/bodies_sleep.h"
+#include "world/felt/felt.h"
 #include "world/ties/ties.h"
 
 #include <math.h>
@@ -211,11 +212,6 @@ static bool is_slow(const step_context *context, size_t cloth, double time_step)
     return vec3_norm(momentum) <= most && vec3_norm(drift) <= most * time_step;
 }
 
-static uint32_t find_root(uint32_t *parents, uint32_t cloth) {
-    while (parents[cloth] != cloth) cloth = parents[cloth] = parents[parents[cloth]];
-    return cloth;
-}
-
 /* What touches or ties: cloths that hang together get the same root, and one that something holds
  * which is awake is restless. */
 static void join_surfaces(const step_context *context, size_t a, size_t b, uint32_t *parents,
@@ -223,8 +219,8 @@ static void join_surfaces(const step_context *context, size_t a, size_t b, uint3
     const tulle_world *const world = context->world;
     size_t const count = world->cloths.count;
     if (a < count && b < count) {
-        uint32_t const first = find_root(parents, (uint32_t)a);
-        uint32_t const second = find_root(parents, (uint32_t)b);
+        uint32_t const first = world_find_root(parents, (uint32_t)a);
+        uint32_t const second = world_find_root(parents, (uint32_t)b);
         parents[first > second ? first : second] = first > second ? second : first;
     } else if (a < count || b < count) {
         size_t const cloth = a < count ? a : b, other = a < count ? b : a;
@@ -255,8 +251,10 @@ tulle_status world_settle_cloths(step_context *context, double time_step) {
     bool *const is_restless = ARENA_NEW_ZEROED(&world->scratch, bool, count);
     if (!parents || !is_restless)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for cloths");
-    /* a step that stuck tells nothing of what cloth would do */
-    bool const may_sleep = context->outcome == SUBSTEP_WHOLE && !has_gusts(world);
+    /* A step that stuck tells nothing of what cloth would do, and what is held back by cloth looks
+     * for a way on. */
+    bool const may_sleep = context->outcome == SUBSTEP_WHOLE && !has_gusts(world) &&
+                           state->hold_count == 0 && !world_has_lags(world, state);
     for (uint32_t c = 0; c < count; c++) {
         cloth_rest *const rest = &state->cloth_rests[c];
         parents[c] = c;
@@ -278,9 +276,9 @@ tulle_status world_settle_cloths(step_context *context, double time_step) {
         join_surfaces(context, world->vertex_surface[tie->vertex], surface, parents, is_restless);
     }
     for (uint32_t c = 0; c < count; c++)
-        if (is_restless[c]) is_restless[find_root(parents, c)] = true;
+        if (is_restless[c]) is_restless[world_find_root(parents, c)] = true;
     for (uint32_t c = 0; c < count; c++)
-        if (!state->cloth_rests[c].is_asleep && !is_restless[find_root(parents, c)])
+        if (!state->cloth_rests[c].is_asleep && !is_restless[world_find_root(parents, c)])
             fall_asleep(context, c);
     return TULLE_OK;
 }

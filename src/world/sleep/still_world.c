@@ -98,6 +98,7 @@ tulle_status world_pass_still(step_context *context) {
     report->max_stretch = energies.elastic.max_stretch;
     report->overstretched = energies.elastic.overstretched;
     report->contacts = world->accepted_rows.rows.count;
+    report->substeps = 1;
 
     /* contacts press on as they did, for the length of this step */
     double const share = store->contacts.count > 0 ? context->whole_step / store->time_step : 1.0;
