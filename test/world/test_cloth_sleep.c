@@ -3,6 +3,7 @@
  * world in which nothing ever sleeps; what intersects, by the exact judge. */
 #include "tulle/tulle.h"
 
+#include "base/hash.h"
 #include "support/body_world.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
@@ -582,6 +583,112 @@ static void sleep_is_state(void **state) {
     for (int i = 0; i < 3; i++) free_scene(&selves[i], worlds[i]);
 }
 
+/* Sleep that no cloth has is refused, though the hash of the state is right. */
+static void false_sleep_is_refused(void **state) {
+    (void)state;
+    enum { HASH_AT = 8, HASHED_FROM = 16 };
+    scene self = default_scene();
+    tulle_world *const world = make_scene(&self, ON_TABLE);
+    fall_asleep(world);
+    uint64_t const before = tulle_world_get_state_hash(world);
+    void *bytes;
+    size_t size, place = 0, found = 0;
+    expect_ok(tulle_world_save_state(world, &bytes, &size, NULL), NULL);
+    struct {
+        uint64_t is_asleep;
+        double quiet_time, slept_from;
+    } rest, kept;
+    for (size_t at = 0; at + sizeof rest <= size; at += 8) {
+        memcpy(&rest, (char *)bytes + at, sizeof rest);
+        if (rest.is_asleep != 1 || !(rest.quiet_time >= TIME && rest.quiet_time < TIME + STEP) ||
+            rest.slept_from != tulle_world_get_time(world) - STEP)
+            continue;
+        place = at;
+        kept = rest;
+        found++;
+    }
+    assert_int_equal(found, 1);
+    for (int i = 0; i < 7; i++) {
+        double const wrong[3] = {(double)NAN, -1.0, 1e9};
+        rest = kept;
+        if (i == 0) rest.is_asleep = 2;
+        if (i >= 1 && i < 3) rest.quiet_time = wrong[i - 1];
+        if (i >= 3 && i < 6) rest.slept_from = wrong[i - 3];
+        memcpy((char *)bytes + place, &rest, sizeof rest);
+        uint64_t const hash = hash_block((char *)bytes + HASHED_FROM, size - HASHED_FROM);
+        memcpy((char *)bytes + HASH_AT, &hash, sizeof hash);
+        tulle_error error = {0};
+        tulle_status const status = tulle_world_load_state(world, bytes, size, &error);
+        assert_int_equal(status, i < 6 ? TULLE_ERROR_PARSE : TULLE_OK);
+        assert_true(tulle_world_get_state_hash(world) == before);
+    }
+    tulle_world_free_state(world, bytes, size);
+    free_scene(&self, world);
+}
+
+/* ---- beside what moves ---- */
+
+enum { LARGE = 40, SMALL = 25, WATCHED = SMALL * SMALL };
+
+/* A sheet flies against a ball beside a large one that is pinned, which may sleep or not. */
+static tulle_world *make_neighbours(bool may_sleep, tulle_membrane membrane) {
+    tulle_error error = {0};
+    tulle_world *world;
+    tulle_world_def def = tulle_world_def_default();
+    memset(def.gravity, 0, sizeof def.gravity);
+    def.threads = 2;
+    def.membrane = membrane;
+    def.sleep_speed = may_sleep ? 1e-6 : 0.0;
+    def.sleep_time = 1e-3;
+    expect_ok(tulle_world_create(&def, &world, &error), &error);
+    tulle_mesh large = small_sheet(1.0, LARGE, 3.0), small = small_sheet(0.5, SMALL, 0.25);
+    static uint32_t all[LARGE * LARGE];
+    for (uint32_t v = 0; v < LARGE * LARGE; v++) all[v] = v;
+    tulle_pin const pin = {
+        .vertices = all, .vertex_count = LARGE * LARGE, .release_time = (double)INFINITY};
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&large);
+    cloth.pins = &pin;
+    cloth.pin_count = 1;
+    expect_ok(tulle_world_add_cloth(world, &cloth, NULL, &error), &error);
+    cloth.mesh = tulle_mesh_get_view(&small);
+    cloth.pin_count = 0;
+    cloth.velocity[2] = -3.0;
+    expect_ok(tulle_world_add_cloth(world, &cloth, NULL, &error), &error);
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_SPHERE);
+    shape.radius = 0.2;
+    tulle_mesh ball = small_shape(shape, 0.02, 0.01, 0.0);
+    small_add_obstacle(world, &ball);
+    tulle_mesh_destroy(&large);
+    tulle_mesh_destroy(&small);
+    tulle_mesh_destroy(&ball);
+    return world;
+}
+
+/* Forces and solves leave a sleeper out. What moves beside it does not notice, to the bit: it goes
+ * as beside the same cloth awake, which is pinned and so adds nothing but zeros. */
+static void nothing_beside_a_sleeper_is_left_out(void **state) {
+    (void)state;
+    for (int membrane = 0; membrane < 2; membrane++) {
+        tulle_world *const world = make_neighbours(true, (tulle_membrane)membrane);
+        tulle_world *const awake = make_neighbours(false, (tulle_membrane)membrane);
+        double start[3 * WATCHED], here[3 * WATCHED], there[3 * WATCHED];
+        copy_positions(world, OTHER, start);
+        for (int i = 0; i < 24; i++) {
+            step(world);
+            step(awake);
+            assert_true(tulle_cloth_is_asleep(world, CLOTH));
+            assert_false(tulle_cloth_is_asleep(world, OTHER));
+            size_t const count = copy_positions(world, OTHER, here);
+            copy_positions(awake, OTHER, there);
+            assert_memory_equal(here, there, count * sizeof(double));
+        }
+        assert_true(measure_way(world, OTHER, start) > 0.1);
+        tulle_world_destroy(world);
+        tulle_world_destroy(awake);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_sleeper_stands_still),
@@ -594,6 +701,8 @@ int main(void) {
         cmocka_unit_test(what_falls_on_it_wakes),
         cmocka_unit_test(gusts_keep_awake),
         cmocka_unit_test(sleep_is_state),
+        cmocka_unit_test(false_sleep_is_refused),
+        cmocka_unit_test(nothing_beside_a_sleeper_is_left_out),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
