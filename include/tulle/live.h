@@ -109,7 +109,7 @@ TULLE_API tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_i
  * is awake does. A sleeping cloth stands still to the bit and is an obstacle for what moves. A step
  * of a world in which all sleeps costs next to nothing; tulle_world_get_contacts then goes on to
  * give the contacts of the last step in which something was awake, beside which contacts of a
- * sleeper with what stands or sleeps are not listed. It wakes
+ * sleeper with what stands or sleeps are not listed, nor in the forces of its vertices. It wakes
  *   - when something on a script or given moves within its box, widened by the separation distance,
  *     or a contact with cloth or a body that is awake presses on it;
  *   - when a pin or an attachment that holds it moves or lets go, or one is made;

@@ -7,12 +7,11 @@
  * are found as all others are. Of the rest neither place nor gap changes, and what the store has of
  * them goes on to hold.
  *
- * Why it may stop: the fastest vertex was below sleep_speed for sleep_time, in its velocity and in
- * the way that it went. What swings with the period T and is so slow for at least a quarter of it
- * turns less than sleep_speed T / 6 away from where it sleeps; what swings more is faster before
- * the time is over (docs/method/sleep.md). The centre of mass must be ten times slower still: what
- * is left of a motion at rest has no direction in common, but cloth that slides or falls slowly
- * has. */
+ * Why it may stop: the fastest vertex was below sleep_speed s for sleep_time t, in its velocity and
+ * in the way that it went. What swings with the period T and stays so slow has an amplitude below
+ * s T / (2 pi sin(pi t / T)): docs/method/sleep.md. The centre of mass must be ten times slower
+ * still: what is left of a motion at rest has no direction in common, but cloth that slides or
+ * falls slowly has. */
 #include "world/sleep/cloth_sleep.h"
 
 #include "base/error.h"
