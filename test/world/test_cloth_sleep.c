@@ -475,7 +475,7 @@ static void what_falls_on_it_wakes(void **state) {
     (void)state;
     tulle_body const ball = {.is_dynamic = 1,
                              .mass = 0.02,
-                             .start_time = 8.0,
+                             .start_time = 2.0,
                              .linear_damping = 1.0,
                              .angular_damping = 3.0,
                              .sleep_speed = 0.01,
@@ -487,7 +487,7 @@ static void what_falls_on_it_wakes(void **state) {
         tulle_world *const world = make_scene(&self, ON_TABLE);
         fall_asleep(world);
         bool has_woken = false, slept_beside_motion = false;
-        for (int i = 0; i < 1400; i++) {
+        for (int i = 0; i < 640; i++) {
             step(world);
             double const low =
                 is_ball ? bodies_get_transform(world, (tulle_obstacle_id){1, 1}).position[2] - 0.03
