@@ -48,7 +48,7 @@ static double measure_way(const tulle_world *world, tulle_cloth_id id, const dou
     const double *const positions = tulle_cloth_get_positions(world, id, &count);
     double most = 0.0;
     for (size_t v = 0; v < count; v++) {
-        double const *const x = positions + 3 * v, *const y = from + 3 * v;
+        const double *const x = positions + 3 * v, *const y = from + 3 * v;
         most = fmax(most, sqrt((x[0] - y[0]) * (x[0] - y[0]) + (x[1] - y[1]) * (x[1] - y[1]) +
                                (x[2] - y[2]) * (x[2] - y[2])));
     }
