@@ -6,6 +6,7 @@
  * step is accepted, so that a failure leaves the world as it was. */
 #include "base/error.h"
 #include "base/sort.h"
+#include "world/change/change.h"
 #include "world/pinch/holds.h"
 #include "world/record/record.h"
 
@@ -179,6 +180,56 @@ void world_restart_events(tulle_world *world) {
     events->lost = 0;
     swap_pairs(events);
     for (size_t s = 0; s <= world->set.surface_count; s++) events->marks[s] = find_marks(world, s);
+}
+
+/* ---- objects that come and go ---- */
+
+/* The object that was this one before; the world stays what it is. */
+static uint32_t map_object(const world_change *change, uint32_t object) {
+    return object == UINT32_MAX ? UINT32_MAX : change->targets[object];
+}
+
+/* Events of what has gone are dropped, all others call objects by their new numbers. */
+static void renumber_queue(const world_change *change, world_events *events) {
+    size_t kept = 0;
+    for (size_t i = 0; i < events->count; i++) {
+        tulle_event event = events->queue[(events->first + i) % events->watch.capacity];
+        uint32_t const a = event.object_a, b = event.object_b;
+        event.object_a = map_object(change, a);
+        event.object_b = map_object(change, b);
+        bool const has_gone = (a != UINT32_MAX && event.object_a == TULLE_NONE) ||
+                              (b != UINT32_MAX && event.object_b == TULLE_NONE);
+        if (!has_gone) events->queue[(events->first + kept++) % events->watch.capacity] = event;
+    }
+    events->count = kept;
+}
+
+tulle_status world_carry_events(tulle_world *world, tulle_error *error) {
+    const world_change *const change = world->change;
+    world_events *const events = change->before->events;
+    size_t const count = world->set.surface_count;
+    size_t const count_before = change->before->set.surface_count;
+    if (!events) return TULLE_OK;
+    uint8_t *const marks = memory_allocate_zeroed(&world->heap, count + 1, 1);
+    if (!marks) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
+    world->events = events;
+    for (size_t s = 0; s < count; s++)
+        marks[s] = change->sources[s] == TULLE_NONE ? find_marks(world, s)
+                                                    : events->marks[change->sources[s]];
+    marks[count] = events->marks[count_before];
+    memory_release(&world->heap, events->marks, count_before + 1);
+    events->marks = marks;
+    size_t kept = 0;
+    for (size_t i = 0; i < events->pairs.count; i++) {
+        touching_pair pair = events->pairs.data[i];
+        uint64_t const a = map_object(change, (uint32_t)(pair.key >> 32));
+        uint64_t const b = map_object(change, (uint32_t)pair.key);
+        pair.key = a << 32 | b;
+        if (a != TULLE_NONE && b != TULLE_NONE) events->pairs.data[kept++] = pair;
+    }
+    events->pairs.count = kept;
+    renumber_queue(change, events);
+    return TULLE_OK;
 }
 
 /* ---- calls ---- */
