@@ -7,6 +7,7 @@
 #include "dynamics/hysteresis.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
+#include "world/felt/felt.h"
 
 #include <math.h>
 #include <string.h>
@@ -88,6 +89,27 @@ static void carry_surface(tulle_world *world, size_t surface, size_t source) {
         now->poses[obstacle] = before->now.poses[old];
 }
 
+/* How far felt surfaces lag. They are numbered by obstacle, among those that may. */
+static void carry_lags(tulle_world *world) {
+    const world_change *const change = world->change;
+    const tulle_world *const before = change->before;
+    size_t to = 0;
+    for (size_t i = 0; i < world->obstacles.count; i++) {
+        uint32_t const source = change->sources[world->cloths.count + i];
+        size_t const count = world->obstacles.data[i].mesh.vertex_count;
+        if (!world_may_lag(world, i)) continue;
+        size_t from = 0;
+        for (size_t k = 0; source != TULLE_NONE && k < source - before->cloths.count; k++)
+            if (world_may_lag(before, k)) from += before->obstacles.data[k].mesh.vertex_count;
+        if (source != TULLE_NONE) {
+            memcpy(world->now.lags + 3 * to, before->now.lags + 3 * from,
+                   3 * count * sizeof(double));
+            world->now.largest_lags[i] = before->now.largest_lags[source - before->cloths.count];
+        }
+        to += count;
+    }
+}
+
 /* Cloth that is new has moved as it moves now; without a step before there is no history. */
 static void make_history(tulle_world *world) {
     uint32_t const added = world->change->added;
@@ -135,6 +157,7 @@ void world_carry_state(tulle_world *world) {
     world->now.attachment_count = change->before->now.attachment_count;
     for (size_t s = 0; s < world->set.surface_count; s++)
         if (change->sources[s] != TULLE_NONE) carry_surface(world, s, change->sources[s]);
+    carry_lags(world);
     make_history(world);
     carry_bodies(world);
 }

@@ -1,5 +1,6 @@
 /* Objects that come and go while a world runs (tulle/objects.h), against worlds that had them from
  * the start on, and against such that never had them. */
+#include "support/body_world.h"
 #include "support/object_world.h"
 #include "support/test_support.h"
 
@@ -132,6 +133,74 @@ static void as_if_never_there(void **state) {
     }
 }
 
+/* A box that the host presses on a sheet on the ground, deeper than there is room. */
+static tulle_world *make_pressed(tulle_on_pinch choice, tulle_drive drive, tulle_mesh *box) {
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 1;
+    def.on_pinch = choice;
+    tulle_world *const world = things_make_world(&def);
+    (void)things_add(world, THING_SHEET, 0.0);
+    (void)things_add(world, THING_GROUND, 0.0);
+    *box = bodies_make_box(0.05, 0.05, 0.05, (double[]){0.02, 0.01, 0.08});
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = tulle_mesh_get_view(box);
+    obstacle.drive = drive;
+    tulle_error error = {0};
+    things_fine(tulle_world_add_obstacle(world, &obstacle, NULL, &error), &error);
+    things_start(world);
+    return world;
+}
+
+/* Presses for a step; whether something pinched. */
+static bool press(tulle_world *world, tulle_drive drive, const tulle_mesh *box, int step) {
+    static double const turn[4] = {1.0, 0.0, 0.0, 0.0};
+    tulle_obstacle_id const id = {1, 1};
+    double const shift[3] = {0.0, 0.0, -0.0015 * step};
+    double places[3 * 64];
+    tulle_error error = {0};
+    assert_true(box->vertex_count <= 64);
+    for (size_t i = 0; i < 3 * box->vertex_count; i++) places[i] = box->positions[i] + shift[i % 3];
+    things_fine(
+        drive == TULLE_DRIVE_RIGID
+            ? tulle_obstacle_set_next_transform(world, id, shift, turn, TULLE_TRAVEL_MOVE, &error)
+            : tulle_obstacle_set_next_positions(world, id, places, box->vertex_count,
+                                                TULLE_TRAVEL_MOVE, &error),
+        &error);
+    tulle_step_report report;
+    things_fine(tulle_world_step(world, THING_STEP, &report, &error), &error);
+    return report.pinched || report.largest_lag > 0.0;
+}
+
+/* What on_pinch holds back, lets through or lets lag is kept, too. */
+static void while_something_pinches(void **state) {
+    (void)state;
+    static const tulle_on_pinch choices[] = {TULLE_ON_PINCH_SLOW, TULLE_ON_PINCH_RELEASE,
+                                             TULLE_ON_PINCH_LAG};
+    for (size_t c = 0; c < 6; c++) {
+        tulle_drive const drive = c % 2 ? TULLE_DRIVE_RIGID : TULLE_DRIVE_DEFORMING;
+        if (c == 5) continue; /* what is driven as a whole does not lag */
+        tulle_mesh boxes[2];
+        tulle_world *const visited = make_pressed(choices[c / 2], drive, &boxes[0]);
+        tulle_world *const alone = make_pressed(choices[c / 2], drive, &boxes[1]);
+        int pinched = 0;
+        for (int i = 0; i < 60; i++) {
+            pinched += press(visited, drive, &boxes[0], i);
+            (void)press(alone, drive, &boxes[1], i);
+            expect_same(visited, alone, THING_COUNT, i);
+            if (pinched == 0 || i % 5 != 0) continue;
+            tulle_object_id const guests[] = {things_add(visited, THING_PINNED, ASIDE),
+                                              things_add(visited, THING_FRAMES, ASIDE)};
+            things_remove(visited, guests[0]);
+            things_remove(visited, guests[1]);
+            expect_same(visited, alone, THING_COUNT, i);
+        }
+        if (pinched < 10) fail_msg("case %zu: nothing pinched", c);
+        for (int k = 0; k < 2; k++) tulle_mesh_destroy(&boxes[k]);
+        tulle_world_destroy(visited);
+        tulle_world_destroy(alone);
+    }
+}
+
 /* A world whose objects go one after the other, and come again, steps at all times. */
 static void empties_and_fills(void **state) {
     (void)state;
@@ -170,6 +239,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(as_before_the_start),
         cmocka_unit_test(as_if_never_there),
+        cmocka_unit_test(while_something_pinches),
         cmocka_unit_test(empties_and_fills),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
