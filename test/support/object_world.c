@@ -22,16 +22,36 @@ static tulle_status things_read(void *context, uint32_t frame, double *positions
     return TULLE_OK;
 }
 
-/* Owned by the test for as long as worlds may read its frames. */
-static const tulle_mesh *things_get_frame_box(void) {
-    static tulle_mesh box;
-    if (!box.positions) box = bodies_make_box(0.05, 0.05, 0.05, (double[]){0.4, 0.4, 0.1});
-    return &box;
+/* The mesh of a thing, made once. */
+static const tulle_mesh *get_mesh(thing what) {
+    static const double places[][3] = {
+        [THING_GROUND] = {0.0, 0.0, -0.1}, [THING_BOX] = {-0.4, 0.0, 0.06},
+        [THING_BALL] = {0.0, 0.05, 0.12},  [THING_KEYS] = {-0.4, 0.4, 0.2},
+        [THING_FRAMES] = {0.4, 0.4, 0.1},  [THING_RIGID] = {0.4, -0.4, 0.1},
+        [THING_VERTICES] = {0.4, 0.0, 0.1}};
+    static tulle_mesh meshes[THING_COUNT];
+    tulle_mesh *const mesh = &meshes[what];
+    double const size = what == THING_BOX ? 0.1 : 0.05;
+    if (mesh->positions) return mesh;
+    switch (what) {
+    case THING_SHEET: *mesh = small_sheet(0.3, 9, 0.03); break;
+    case THING_PINNED: *mesh = small_sheet(0.2, 6, 0.6); break;
+    case THING_GROUND: *mesh = bodies_make_box(2.0, 2.0, 0.2, places[what]); break;
+    case THING_BALL: *mesh = bodies_make_ball(0.03, 2, places[what]); break;
+    default: *mesh = bodies_make_box(size, size, size, places[what]); break;
+    }
+    return mesh;
 }
 
-/* [m] How far aside a thing is put along x. */
-static void things_shift(tulle_mesh *mesh, double x) {
-    for (size_t v = 0; v < mesh->vertex_count; v++) mesh->positions[3 * v] += x;
+/* The same, x [m] aside; its positions are the caller's. */
+static tulle_mesh_view make_view(thing what, double x) {
+    const tulle_mesh *const mesh = get_mesh(what);
+    size_t const bytes = 3 * mesh->vertex_count * sizeof *mesh->positions;
+    double *const positions = malloc(bytes);
+    assert_non_null(positions);
+    memcpy(positions, mesh->positions, bytes);
+    for (size_t v = 0; v < mesh->vertex_count; v++) positions[3 * v] += x;
+    return (tulle_mesh_view){positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count};
 }
 
 static bool thing_is_cloth(thing what) { return what <= THING_PINNED; }
@@ -47,10 +67,8 @@ tulle_status things_try_cloth(tulle_world *world, thing what, double x, tulle_cl
          .vertex_count = 2,
          .motion = {.keys = keys, .key_count = 2},
          .release_time = 0.4}};
-    tulle_mesh mesh = what == THING_SHEET ? small_sheet(0.3, 9, 0.03) : small_sheet(0.2, 6, 0.6);
-    things_shift(&mesh, x);
     tulle_cloth_def def = tulle_cloth_def_default();
-    def.mesh = tulle_mesh_get_view(&mesh);
+    def.mesh = make_view(what, x);
     if (what == THING_PINNED) {
         def.pins = pins;
         def.pin_count = 2;
@@ -59,34 +77,22 @@ tulle_status things_try_cloth(tulle_world *world, thing what, double x, tulle_cl
     }
     def.velocity[0] = 0.1;
     tulle_status const status = tulle_world_add_cloth(world, &def, id, error);
-    tulle_mesh_destroy(&mesh);
+    free((double *)(uintptr_t)def.mesh.positions);
     return status;
 }
 
 tulle_status things_try_obstacle(tulle_world *world, thing what, double x, tulle_obstacle_id *id,
                                  tulle_error *error) {
-    static const double places[][3] = {
-        [THING_GROUND] = {0.0, 0.0, -0.1}, [THING_BOX] = {-0.4, 0.0, 0.06},
-        [THING_BALL] = {0.0, 0.05, 0.12},  [THING_KEYS] = {-0.4, 0.4, 0.2},
-        [THING_FRAMES] = {0.4, 0.4, 0.1},  [THING_RIGID] = {0.4, -0.4, 0.1},
-        [THING_VERTICES] = {0.4, 0.0, 0.1}};
     tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},
                                     {1.0, {0.0, 0.0, 0.1}, {1, 0, 0, 0}}};
-    bool const is_ground = what == THING_GROUND;
-    double const size = is_ground ? 2.0 : what == THING_BOX ? 0.1 : 0.05;
-    tulle_mesh mesh = what == THING_BALL
-                          ? bodies_make_ball(0.03, 2, places[what])
-                          : bodies_make_box(size, size, is_ground ? 0.2 : size, places[what]);
     tulle_obstacle_def def = tulle_obstacle_def_default();
     if (what == THING_FRAMES) {
         def.read_frame = things_read;
-        def.frame_context = (void *)(uintptr_t)things_get_frame_box();
+        def.frame_context = (void *)(uintptr_t)get_mesh(what);
         def.frame_count = 1000;
         def.frame_interval = THING_STEP;
-    } else {
-        things_shift(&mesh, x);
     }
-    def.mesh = tulle_mesh_get_view(&mesh);
+    def.mesh = make_view(what, what == THING_FRAMES ? 0.0 : x);
     if (what == THING_BOX || what == THING_BALL)
         def.body =
             (tulle_body){.is_dynamic = 1, .density = 300.0, .sleep_speed = 0.02, .sleep_time = 0.2};
@@ -94,21 +100,27 @@ tulle_status things_try_obstacle(tulle_world *world, thing what, double x, tulle
     if (what == THING_RIGID) def.drive = TULLE_DRIVE_RIGID;
     if (what == THING_VERTICES) def.drive = TULLE_DRIVE_DEFORMING;
     tulle_status const status = tulle_world_add_obstacle(world, &def, id, error);
-    tulle_mesh_destroy(&mesh);
+    free((double *)(uintptr_t)def.mesh.positions);
     return status;
 }
 
-/* Adds a thing, shifted by x [m], and gives its id. */
-tulle_object_id things_add(tulle_world *world, thing what, double x) {
-    tulle_error error = {0};
+tulle_status things_try(tulle_world *world, thing what, double x, tulle_object_id *id,
+                        tulle_error *error) {
     tulle_cloth_id cloth = {0};
     tulle_obstacle_id obstacle = {0};
     tulle_status const status = thing_is_cloth(what)
-                                    ? things_try_cloth(world, what, x, &cloth, &error)
-                                    : things_try_obstacle(world, what, x, &obstacle, &error);
-    things_fine(status, &error);
-    return thing_is_cloth(what) ? tulle_object_from_cloth(cloth)
-                                : tulle_object_from_obstacle(obstacle);
+                                    ? things_try_cloth(world, what, x, &cloth, error)
+                                    : things_try_obstacle(world, what, x, &obstacle, error);
+    *id = thing_is_cloth(what) ? tulle_object_from_cloth(cloth)
+                               : tulle_object_from_obstacle(obstacle);
+    return status;
+}
+
+tulle_object_id things_add(tulle_world *world, thing what, double x) {
+    tulle_error error = {0};
+    tulle_object_id id;
+    things_fine(things_try(world, what, x, &id, &error), &error);
+    return id;
 }
 
 tulle_status things_try_remove(tulle_world *world, tulle_object_id id, tulle_error *error) {

@@ -26,6 +26,8 @@ tulle_status things_try_cloth(tulle_world *world, thing what, double x, tulle_cl
                               tulle_error *error);
 tulle_status things_try_obstacle(tulle_world *world, thing what, double x, tulle_obstacle_id *id,
                                  tulle_error *error);
+tulle_status things_try(tulle_world *world, thing what, double x, tulle_object_id *id,
+                        tulle_error *error);
 /* The same; fails the test on an error, as all that follows. */
 tulle_object_id things_add(tulle_world *world, thing what, double x);
 tulle_status things_try_remove(tulle_world *world, tulle_object_id id, tulle_error *error);
