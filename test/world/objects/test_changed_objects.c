@@ -116,17 +116,93 @@ static void ignored(void **unused) {
     tulle_world_destroy(world);
 }
 
+/* A sheet on four pins, over a body that sleeps. A box that is put into the sheet pushes it out,
+ * but not what pins and rigid attachments hold; and what sleeps wakes. */
 static void untangled(void **unused) {
     (void)unused;
-    tulle_world *const world = make_lying(TULLE_START_UNTANGLE);
-    tulle_obstacle_id id;
-    assert_int_equal(add_through(world, &id), TULLE_OK);
+    tulle_world_def world_def = tulle_world_def_default();
+    world_def.threads = 1;
+    world_def.start_intersections = TULLE_START_UNTANGLE;
+    tulle_world *const world = things_make_world(&world_def);
+    (void)things_add(world, THING_GROUND, 0.0);
+    tulle_obstacle_id const sleeper = as_obstacle(things_add(world, THING_BOX, 0.0));
+    tulle_mesh sheet = small_sheet(0.2, 6, 0.6);
+    uint32_t const corners[] = {0, 5, 30, 35}, held = 15;
+    tulle_pin const pin = {
+        .vertices = corners, .vertex_count = 4, .release_time = (double)INFINITY};
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.mesh = tulle_mesh_get_view(&sheet);
+    def.pins = &pin;
+    def.pin_count = 1;
+    tulle_cloth_id cloth;
+    things_fine(tulle_world_add_cloth(world, &def, &cloth, &error), &error);
+    things_step(world, 100);
+    tulle_attachment_def tie = tulle_attachment_def_default();
+    tulle_attachment_id attachment;
+    size_t count;
+    double before[3 * 36];
+    memcpy(before, tulle_cloth_get_positions(world, cloth, &count), sizeof before);
+    tie.cloth = cloth;
+    tie.vertices = &held;
+    tie.vertex_count = 1;
+    tie.points = before + 3 * held;
+    things_fine(tulle_world_attach(world, &tie, &attachment, &error), &error);
+    things_step(world, 2);
+    memcpy(before, tulle_cloth_get_positions(world, cloth, &count), sizeof before);
+    assert_true(tulle_obstacle_is_asleep(world, sleeper));
+    const double *const at = before + 3 * 14;
+    tulle_mesh box = bodies_make_box(0.03, 0.03, 0.03, (double[]){at[0], at[1], at[2] + 0.012});
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = tulle_mesh_get_view(&box);
+    things_fine(tulle_world_add_obstacle(world, &obstacle, NULL, &error), &error);
+    assert_false(tulle_obstacle_is_asleep(world, sleeper));
     assert_int_equal(things_judge(world), 0);
-    assert_true(tulle_world_get_untangle_report(world).moved_vertices > 0);
+    assert_true(tulle_world_get_untangle_report(world).moved_vertices > 3);
+    const double *const after = tulle_cloth_get_positions(world, cloth, &count);
+    for (size_t k = 0; k < 3; k++) {
+        assert_true(after[3 * held + k] == before[3 * held + k]);
+        for (size_t c = 0; c < 4; c++)
+            assert_true(after[3 * corners[c] + k] == before[3 * corners[c] + k]);
+    }
     for (int i = 0; i < 20; i++) {
         things_step(world, 1);
         assert_int_equal(things_judge(world), 0);
     }
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&box);
+    tulle_world_destroy(world);
+}
+
+/* What is not in the scene yet, or no more, meets nothing that comes. */
+static void absent_ones_meet_nothing(void **unused) {
+    (void)unused;
+    tulle_world *const world = things_make_world(NULL);
+    (void)things_add(world, THING_SHEET, 0.0);
+    tulle_mesh box = bodies_make_box(0.2, 0.2, 0.2, (double[]){0.0, 0.0, 0.6});
+    tulle_obstacle_def def = tulle_obstacle_def_default();
+    tulle_obstacle_id id, late;
+    def.mesh = tulle_mesh_get_view(&box);
+    def.appear_time = 1.0;
+    things_fine(tulle_world_add_obstacle(world, &def, &id, &error), &error);
+    things_start(world);
+    things_step(world, 4);
+    tulle_object_id const pinned = things_add(world, THING_PINNED, 0.0); /* right through it */
+    assert_int_equal(tulle_obstacle_is_present(world, id), 0);
+    def.appear_time = 1.1; /* nor does what comes and is not there yet */
+    things_fine(tulle_world_add_obstacle(world, &def, &late, &error), &error);
+    assert_int_equal(tulle_obstacle_is_present(world, late), 0);
+    def.appear_time = 0.0;
+    def.disappear_time = 4.0 * THING_STEP;
+    things_fine(tulle_world_add_obstacle(world, &def, &late, &error), &error);
+    assert_int_equal(tulle_obstacle_is_present(world, late), 0);
+    things_step(world, 10);
+    def.disappear_time = 2.0;
+    assert_int_equal(tulle_world_add_obstacle(world, &def, &late, &error),
+                     TULLE_ERROR_INTERSECTING_START);
+    things_remove(world, pinned);
+    things_fine(tulle_world_add_obstacle(world, &def, &late, &error), &error);
+    assert_int_equal(tulle_obstacle_is_present(world, late), 1);
+    tulle_mesh_destroy(&box);
     tulle_world_destroy(world);
 }
 
@@ -536,6 +612,7 @@ int main(void) {
         cmocka_unit_test(refused),
         cmocka_unit_test(ignored),
         cmocka_unit_test(untangled),
+        cmocka_unit_test(absent_ones_meet_nothing),
         cmocka_unit_test(sleepers_wake_when_their_floor_goes),
         cmocka_unit_test(a_group_wakes_when_one_of_it_goes),
         cmocka_unit_test(attachments_end_with_either_side),
