@@ -54,6 +54,8 @@ static tulle_mesh_view make_view(thing what, double x) {
     return (tulle_mesh_view){positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count};
 }
 
+bool thing_is_body(thing what) { return what == THING_BOX || what == THING_BALL; }
+
 static bool thing_is_cloth(thing what) { return what <= THING_PINNED; }
 
 tulle_status things_try_cloth(tulle_world *world, thing what, double x, tulle_cloth_id *id,
@@ -75,6 +77,8 @@ tulle_status things_try_cloth(tulle_world *world, thing what, double x, tulle_cl
         def.material.bend_hysteresis_warp = 20.0 * def.material.bend_warp;
         def.material.bend_hysteresis_weft = 30.0 * def.material.bend_weft;
     }
+    if (tulle_world_get_response(world, NULL) == TULLE_RESPONSE_PAPER)
+        def.material.springs.stiffening_strain = 0.0;
     def.velocity[0] = 0.1;
     tulle_status const status = tulle_world_add_cloth(world, &def, id, error);
     free((double *)(uintptr_t)def.mesh.positions);
@@ -93,7 +97,7 @@ tulle_status things_try_obstacle(tulle_world *world, thing what, double x, tulle
         def.frame_interval = THING_STEP;
     }
     def.mesh = make_view(what, what == THING_FRAMES ? 0.0 : x);
-    if (what == THING_BOX || what == THING_BALL)
+    if (thing_is_body(what))
         def.body =
             (tulle_body){.is_dynamic = 1, .density = 300.0, .sleep_speed = 0.02, .sleep_time = 0.2};
     if (what == THING_KEYS) def.motion = (tulle_motion){.keys = keys, .key_count = 2};

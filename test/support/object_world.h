@@ -4,6 +4,8 @@
 
 #include "tulle/tulle.h"
 
+#include <stdbool.h>
+
 typedef enum thing {
     THING_SHEET,    /* cloth that falls onto the ground */
     THING_PINNED,   /* cloth with hysteresis on two pins, one of them on keyframes */
@@ -18,6 +20,8 @@ typedef enum thing {
 } thing;
 
 static const double THING_STEP = 1.0 / 64.0; /* [s] */
+
+bool thing_is_body(thing what);
 
 /* Fails the test on an error. */
 void things_fine(tulle_status status, const tulle_error *error);

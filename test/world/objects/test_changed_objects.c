@@ -118,6 +118,35 @@ static void ignored(void **unused) {
 
 /* A sheet on four pins, over a body that sleeps. A box that is put into the sheet pushes it out,
  * but not what pins and rigid attachments hold; and what sleeps wakes. */
+/* Pairs that are ignored with what comes stand where they would from the start on. */
+static void ignored_as_from_the_start(void **unused) {
+    (void)unused;
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 1;
+    def.start_intersections = TULLE_START_IGNORE;
+    tulle_mesh boxes[2] = {bodies_make_box(0.2, 0.05, 0.04, (double[]){0.0, 0.02, 0.03}),
+                           bodies_make_box(0.2, 0.05, 0.04, (double[]){0.0, -0.02, 0.03})};
+    tulle_world *worlds[2];
+    for (int late = 0; late < 2; late++) {
+        tulle_world *const world = worlds[late] = things_make_world(&def);
+        (void)things_add(world, THING_SHEET, 0.0);
+        (void)small_add_obstacle(world, &boxes[0]);
+        if (late) things_start(world);
+        (void)small_add_obstacle(world, &boxes[1]);
+        things_start(world);
+    }
+    for (int i = 0; i < 10; i++) {
+        assert_true(tulle_world_get_state_hash(worlds[0]) == tulle_world_get_state_hash(worlds[1]));
+        things_step(worlds[0], 1);
+        things_step(worlds[1], 1);
+    }
+    for (int i = 0; i < 2; i++) tulle_world_destroy(worlds[i]);
+    tulle_mesh_destroy(&boxes[0]);
+    tulle_mesh_destroy(&boxes[1]);
+}
+
+/* A sheet on four pins, over a body that sleeps. A box that is put into the sheet pushes it out,
+ * but not what pins and rigid attachments hold; and what sleeps wakes. */
 static void untangled(void **unused) {
     (void)unused;
     tulle_world_def world_def = tulle_world_def_default();
@@ -234,33 +263,76 @@ static void sleepers_wake_when_their_floor_goes(void **unused) {
     tulle_world_destroy(world);
 }
 
-/* Two boxes on one another sleep as a group. When the lower one goes the upper one falls. */
+/* Three boxes on one another sleep as a group, and wake when one of them goes; what is apart sleeps
+ * on, also in a state that is saved. */
 static void a_group_wakes_when_one_of_it_goes(void **unused) {
     (void)unused;
-    for (int removed = 0; removed < 2; removed++) {
+    enum { STACKED = 3, APART = STACKED, BOXES };
+    for (int removed = 0; removed < STACKED; removed++) {
         tulle_world *const world = things_make_world(NULL);
         tulle_body const body = {
             .is_dynamic = 1, .density = 300.0, .sleep_speed = 0.02, .sleep_time = 0.2};
         (void)things_add(world, THING_SHEET, 3.0);
         (void)things_add(world, THING_GROUND, 0.0);
-        tulle_obstacle_id ids[3];
-        for (int i = 0; i < 3; i++) { /* the third one stands apart */
+        tulle_obstacle_id ids[BOXES];
+        for (int i = 0; i < BOXES; i++) {
+            bool const is_apart = i == APART;
             tulle_mesh box = bodies_make_box(
-                0.1, 0.1, 0.1, (double[]){i == 2 ? 0.5 : 0.0, 0.0, i == 1 ? 0.17 : 0.06});
+                0.1, 0.1, 0.1,
+                (double[]){is_apart ? 0.5 : 0.0, 0.0, is_apart ? 0.06 : 0.06 + 0.11 * i});
             ids[i] = bodies_add_obstacle(world, &box, 0.5, &body);
             tulle_mesh_destroy(&box);
         }
         things_start(world);
         things_step(world, 150);
-        for (int i = 0; i < 3; i++) assert_true(tulle_obstacle_is_asleep(world, ids[i]));
+        for (int i = 0; i < BOXES; i++) assert_true(tulle_obstacle_is_asleep(world, ids[i]));
         double const height = bodies_get_transform(world, ids[1]).position[2];
         things_fine(tulle_world_remove_obstacle(world, ids[removed], &error), &error);
-        assert_false(tulle_obstacle_is_asleep(world, ids[1 - removed]));
-        assert_true(tulle_obstacle_is_asleep(world, ids[2]));
+        for (int i = 0; i < BOXES; i++)
+            assert_int_equal(tulle_obstacle_is_asleep(world, ids[i]), i == APART);
+        void *bytes;
+        size_t byte_count;
+        uint64_t const hash = tulle_world_get_state_hash(world);
+        things_fine(tulle_world_save_state(world, &bytes, &byte_count, &error), &error);
         things_step(world, 60);
         if (removed == 0)
             assert_true(bodies_get_transform(world, ids[1]).position[2] < height - 0.08);
-        assert_true(tulle_obstacle_is_asleep(world, ids[2]));
+        assert_true(tulle_obstacle_is_asleep(world, ids[APART]));
+        things_fine(tulle_world_load_state(world, bytes, byte_count, &error), &error);
+        assert_true(tulle_world_get_state_hash(world) == hash);
+        tulle_world_free_state(world, bytes, byte_count);
+        tulle_world_destroy(world);
+    }
+}
+
+/* Cloth that comes with a velocity keeps it where nothing acts on it, whatever the integrator. */
+static void what_comes_moves_on(void **unused) {
+    (void)unused;
+    for (int integrator = 0; integrator < 3; integrator++) {
+        tulle_world_def def = tulle_world_def_default();
+        def.threads = 1;
+        def.integrator = (tulle_integrator)integrator;
+        memset(def.gravity, 0, sizeof def.gravity);
+        def.wind.drag_coefficient = 0.0;
+        tulle_world *const world = things_make_world(&def);
+        (void)things_add(world, THING_SHEET, 0.0);
+        things_step(world, 7);
+        tulle_mesh sheet = small_sheet(0.2, 5, 1.0);
+        tulle_cloth_def cloth = tulle_cloth_def_default();
+        tulle_cloth_id id;
+        cloth.mesh = tulle_mesh_get_view(&sheet);
+        cloth.material.air_damping = 0.0;
+        cloth.velocity[0] = 0.1;
+        things_fine(tulle_world_add_cloth(world, &cloth, &id, &error), &error);
+        tulle_mesh_destroy(&sheet);
+        size_t count;
+        const double *x = tulle_cloth_get_positions(world, id, &count);
+        double const start = x[0];
+        for (int i = 1; i <= 10; i++) {
+            things_step(world, 1);
+            x = tulle_cloth_get_positions(world, id, &count);
+            assert_true(fabs(x[0] - start - 0.1 * i * THING_STEP) < 1e-9);
+        }
         tulle_world_destroy(world);
     }
 }
@@ -611,10 +683,12 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(refused),
         cmocka_unit_test(ignored),
+        cmocka_unit_test(ignored_as_from_the_start),
         cmocka_unit_test(untangled),
         cmocka_unit_test(absent_ones_meet_nothing),
         cmocka_unit_test(sleepers_wake_when_their_floor_goes),
         cmocka_unit_test(a_group_wakes_when_one_of_it_goes),
+        cmocka_unit_test(what_comes_moves_on),
         cmocka_unit_test(attachments_end_with_either_side),
         cmocka_unit_test(events_go_on),
         cmocka_unit_test(the_filter_is_asked_of_what_comes),

@@ -11,12 +11,14 @@ enum { STEPS = 40, STEPS_TO_REST = 120 };
 
 static const double ASIDE = 3.0; /* [m] where a thing touches nothing */
 
-/* All things but one; their ids by thing. */
+/* All things but one, and without bodies where nothing moves them; their ids by thing. */
 static tulle_world *make_without(const tulle_world_def *def, thing left_out,
                                  tulle_object_id ids[THING_COUNT]) {
     tulle_world *const world = things_make_world(def);
+    bool const has_bodies = !def || def->response == TULLE_RESPONSE_COUPLED;
     for (thing what = 0; what < THING_COUNT; what++)
-        if (what != left_out) ids[what] = things_add(world, what, 0.0);
+        if (what != left_out && (has_bodies || !thing_is_body(what)))
+            ids[what] = things_add(world, what, 0.0);
     return world;
 }
 
@@ -93,44 +95,56 @@ static void change_settings(tulle_world *world, const tulle_object_id ids[THING_
 }
 
 /* Comes and goes in a world that moves, rests or was changed: no bit is another one. */
-static void as_if_never_there(void **state) {
-    (void)state;
+static void visit(const tulle_world_def *def, thing what, bool is_changed) {
     static const int moments[] = {0, 1, 12, STEPS_TO_REST};
-    for (thing what = 0; what < THING_COUNT; what++) {
-        tulle_object_id ids[2][THING_COUNT];
-        tulle_world *const visited = make_without(NULL, what, ids[0]);
-        tulle_world *const alone = make_without(NULL, what, ids[1]);
-        things_start(visited);
-        things_start(alone);
-        for (size_t m = 0; m < sizeof moments / sizeof moments[0]; m++) {
-            int const steps = moments[m] - (m > 0 ? moments[m - 1] : 0);
-            for (int i = 0; i < steps; i++) {
-                things_step(visited, 1);
-                things_step(alone, 1);
-                expect_same(visited, alone, what, moments[m] - steps + i + 1);
-            }
-            if (m == 2) {
-                change_settings(visited, ids[0], what);
-                change_settings(alone, ids[1], what);
-            }
-            uint64_t const before = tulle_world_get_state_hash(visited);
-            tulle_object_id const guest = things_add(visited, what, ASIDE);
-            assert_true(guest.generation == m + 1);
-            if (tulle_world_get_state_hash(visited) == before)
-                fail_msg("thing %d: nothing was added", (int)what);
-            things_remove(visited, guest);
-            expect_same(visited, alone, what, moments[m]);
-            assert_true(tulle_world_get_state_hash(visited) == before);
-        }
-        for (int i = 0; i < 10; i++) {
+    tulle_object_id ids[2][THING_COUNT];
+    tulle_world *const visited = make_without(def, what, ids[0]);
+    tulle_world *const alone = make_without(def, what, ids[1]);
+    things_start(visited);
+    things_start(alone);
+    for (size_t m = 0; m < sizeof moments / sizeof moments[0]; m++) {
+        int const steps = moments[m] - (m > 0 ? moments[m - 1] : 0);
+        for (int i = 0; i < steps; i++) {
             things_step(visited, 1);
             things_step(alone, 1);
-            expect_same(visited, alone, what, i);
+            expect_same(visited, alone, what, moments[m] - steps + i + 1);
         }
-        assert_int_equal(things_judge(visited), 0);
-        tulle_world_destroy(visited);
-        tulle_world_destroy(alone);
+        if (m == 2 && is_changed) {
+            change_settings(visited, ids[0], what);
+            change_settings(alone, ids[1], what);
+        }
+        uint64_t const before = tulle_world_get_state_hash(visited);
+        tulle_object_id const guest = things_add(visited, what, ASIDE);
+        assert_true(guest.generation == m + 1);
+        if (tulle_world_get_state_hash(visited) == before)
+            fail_msg("thing %d: nothing was added", (int)what);
+        things_remove(visited, guest);
+        expect_same(visited, alone, what, moments[m]);
+        assert_true(tulle_world_get_state_hash(visited) == before);
     }
+    for (int i = 0; i < 10; i++) {
+        things_step(visited, 1);
+        things_step(alone, 1);
+        expect_same(visited, alone, what, i);
+    }
+    assert_int_equal(things_judge(visited), 0);
+    tulle_world_destroy(visited);
+    tulle_world_destroy(alone);
+}
+
+static void as_if_never_there(void **state) {
+    (void)state;
+    for (thing what = 0; what < THING_COUNT; what++) visit(NULL, what, true);
+}
+
+/* The paper's response keeps what each vertex does in contact. */
+static void with_the_paper_s_response(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 1;
+    def.response = TULLE_RESPONSE_PAPER;
+    for (thing what = 0; what < THING_COUNT; what++)
+        if (!thing_is_body(what)) visit(&def, what, false);
 }
 
 /* A box that the host presses on a sheet on the ground, deeper than there is room. */
@@ -237,9 +251,8 @@ static void empties_and_fills(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(as_before_the_start),
-        cmocka_unit_test(as_if_never_there),
-        cmocka_unit_test(while_something_pinches),
+        cmocka_unit_test(as_before_the_start),       cmocka_unit_test(as_if_never_there),
+        cmocka_unit_test(with_the_paper_s_response), cmocka_unit_test(while_something_pinches),
         cmocka_unit_test(empties_and_fills),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
