@@ -351,6 +351,16 @@ static tulle_attachment_id attach(tulle_world *world, tulle_attachment_def def) 
     return id;
 }
 
+/* The next event tells that an attachment of this object has ended. */
+static void expect_end(tulle_world *world, tulle_attachment_id id, uint32_t object) {
+    tulle_event event;
+    size_t count;
+    things_fine(tulle_world_poll_events(world, &event, 1, &count, NULL, &error), &error);
+    assert_int_equal(count, 1);
+    assert_true(event.kind == TULLE_EVENT_ATTACHMENT_END && event.attachment == id);
+    assert_true(event.object_a == object && event.object_b == UINT32_MAX);
+}
+
 static void attachments_end_with_either_side(void **unused) {
     (void)unused;
     for (int is_started = 0; is_started < 2; is_started++) {
@@ -375,24 +385,43 @@ static void attachments_end_with_either_side(void **unused) {
         def.cloth = as_cloth(other);
         def.other_cloth = as_cloth(sheet);
         ids[4] = attach(world, def);
-        if (is_started) things_step(world, 3);
+        tulle_event_watch watch = tulle_event_watch_default();
+        watch.kinds = 1u << TULLE_EVENT_ATTACHMENT_END;
+        if (is_started) {
+            things_fine(tulle_world_watch_events(world, &watch, &error), &error);
+            things_step(world, 3);
+        }
         things_remove(world, first); /* it had none; all numbers change */
         things_remove(world, keys);
-        if (!is_started) things_start(world);
+        if (!is_started) {
+            things_start(world);
+            things_fine(tulle_world_watch_events(world, &watch, &error), &error);
+        }
         static const size_t held[5] = {2, 0, 2, 2, 2};
         for (int i = 0; i < 5; i++)
             assert_int_equal(tulle_attachment_get_report(world, ids[i]).held_count, held[i]);
         for (int i = 0; i < 5; i++)
             assert_int_equal(tulle_attachment_holds(world, ids[i], 1), held[i] > 0);
         things_step(world, 3);
+        if (is_started) expect_end(world, ids[1], 0);
         things_remove(world, other);
         static const size_t left[5] = {2, 0, 2, 0, 0};
         for (int i = 0; i < 5; i++)
             assert_int_equal(tulle_attachment_get_report(world, ids[i]).held_count, left[i]);
         things_step(world, 3);
+        expect_end(world, ids[3], 0);
+        expect_end(world, ids[4], UINT32_MAX); /* its cloth has gone */
         def.cloth = as_cloth(sheet);
         def.other_cloth = (tulle_cloth_id){0, 0};
         assert_int_equal(attach(world, def), 6);
+        things_step(world, 2);
+        things_fine(tulle_attachment_release(world, ids[0], &error), &error);
+        things_step(world, 1);
+        expect_end(world, ids[0], 0);
+        size_t count;
+        tulle_event none;
+        things_fine(tulle_world_poll_events(world, &none, 1, &count, NULL, &error), &error);
+        assert_int_equal(count, 0);
         tulle_world_destroy(world);
     }
 }
