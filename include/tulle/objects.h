@@ -15,12 +15,14 @@
  * what was given for the next step. Distances that the world derives are those that it would have
  * with these objects from its start on; a thickness that no longer lies within their limits goes to
  * the nearest one that does. What has gone takes along its contacts, its attachments and those to
- * it, its laws, and its events that were not polled; bodies that touched it wake.
+ * it, its laws, and its events that were not polled; bodies that touched it wake. The next step
+ * tells of attachments that have ended, where they are watched.
  *
  * A call costs what tulle_world_start costs with the objects that there are then, and for its time
  * twice the memory. After an error - those of the start, and TULLE_ERROR_INVALID_ARGUMENT - the
- * world is as it was. A saved state from before a call does not load after it. Arrays that the
- * world has handed out are gone, and tulle_world_get_contacts gives none until the next step.
+ * world is as it was; only tulle_world_get_intersections may differ. A saved state loads where the
+ * same objects are in the same order, however they came; else it is refused. Arrays that the world
+ * has handed out are gone, and tulle_world_get_contacts gives none until the next step.
  *
  * Ids: that of what was removed is stale for ever. What comes later may get its index, with the
  * next generation. The numbers by which tulle_contact, tulle_event and tulle_intersection call
