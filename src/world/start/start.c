@@ -21,7 +21,6 @@
 tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
     size_t const surface_count = world->cloths.count + world->obstacles.count;
     size_t vertex_count = 0, triangle_count = 0;
-    world->response = get_response(world->def.response);
     world->set = (surface_set){.topo = &world->topo, .surface_count = surface_count};
     world->surfaces = memory_allocate_zeroed(&world->heap, surface_count, sizeof(surface_range));
     world->set.surfaces = world->surfaces;
@@ -224,6 +223,7 @@ tulle_status world_finish_start(tulle_world *world) {
 
 static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error *error) {
     static const char no_memory[] = "no memory left to start the world";
+    world->response = get_response(world->def.response);
     tulle_status status = world_join_surfaces(world, error);
     if (status == TULLE_OK && !world_allocate_start(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK && !world_choose_pairs(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
