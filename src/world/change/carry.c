@@ -12,6 +12,11 @@
 #include <math.h>
 #include <string.h>
 
+/* What is new in it is carried over below, too. */
+#if UINTPTR_MAX == UINT64_MAX
+_Static_assert(sizeof(world_motion_state) == 3056, "carry over all of world_motion_state");
+#endif
+
 /* ---- numbers ---- */
 
 /* The vertex that was `vertex` before, or TULLE_NONE: it has gone, or never was. */

@@ -165,8 +165,8 @@ static tulle_world *make_pressed(tulle_on_pinch choice, tulle_drive drive, tulle
     return world;
 }
 
-/* Presses for a step; whether something pinched. */
-static bool press(tulle_world *world, tulle_drive drive, const tulle_mesh *box, int step) {
+/* Tells the box where to go in the next step. */
+static void press(tulle_world *world, tulle_drive drive, const tulle_mesh *box, int step) {
     static double const turn[4] = {1.0, 0.0, 0.0, 0.0};
     tulle_obstacle_id const id = {1, 1};
     double const shift[3] = {0.0, 0.0, -0.0015 * step};
@@ -180,12 +180,26 @@ static bool press(tulle_world *world, tulle_drive drive, const tulle_mesh *box, 
             : tulle_obstacle_set_next_positions(world, id, places, box->vertex_count,
                                                 TULLE_TRAVEL_MOVE, &error),
         &error);
+}
+
+/* Steps; whether something pinched. */
+static bool step_pinched(tulle_world *world) {
     tulle_step_report report;
+    tulle_error error = {0};
     things_fine(tulle_world_step(world, THING_STEP, &report, &error), &error);
     return report.pinched || report.largest_lag > 0.0;
 }
 
-/* What on_pinch holds back, lets through or lets lag is kept, too. */
+/* Things come and go again, aside. */
+static void receive_guests(tulle_world *world) {
+    tulle_object_id const guests[] = {things_add(world, THING_PINNED, ASIDE),
+                                      things_add(world, THING_FRAMES, ASIDE)};
+    things_remove(world, guests[0]);
+    things_remove(world, guests[1]);
+}
+
+/* What on_pinch holds back, lets through or lets lag is kept, too, and so is what was given for the
+ * next step. */
 static void while_something_pinches(void **state) {
     (void)state;
     static const tulle_on_pinch choices[] = {TULLE_ON_PINCH_SLOW, TULLE_ON_PINCH_RELEASE,
@@ -198,14 +212,13 @@ static void while_something_pinches(void **state) {
         tulle_world *const alone = make_pressed(choices[c / 2], drive, &boxes[1]);
         int pinched = 0;
         for (int i = 0; i < 60; i++) {
-            pinched += press(visited, drive, &boxes[0], i);
-            (void)press(alone, drive, &boxes[1], i);
+            press(visited, drive, &boxes[0], i);
+            press(alone, drive, &boxes[1], i);
+            if (pinched > 0 && i % 5 == 2) receive_guests(visited);
+            pinched += step_pinched(visited);
+            (void)step_pinched(alone);
             expect_same(visited, alone, THING_COUNT, i);
-            if (pinched == 0 || i % 5 != 0) continue;
-            tulle_object_id const guests[] = {things_add(visited, THING_PINNED, ASIDE),
-                                              things_add(visited, THING_FRAMES, ASIDE)};
-            things_remove(visited, guests[0]);
-            things_remove(visited, guests[1]);
+            if (pinched > 0 && i % 5 == 0) receive_guests(visited);
             expect_same(visited, alone, THING_COUNT, i);
         }
         if (pinched < 10) fail_msg("case %zu: nothing pinched", c);
