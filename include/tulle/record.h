@@ -37,11 +37,11 @@ typedef struct tulle_record_writer {
  *
  * No call is left out silently: where a block cannot be made or written, the recording ends with
  * the block before. From then on tulle_world_start, tulle_world_step, tulle_world_load_state and
- * adding are refused with TULLE_ERROR_IO or TULLE_ERROR_OUT_OF_MEMORY, until this call ends the
- * recording. Errors: TULLE_ERROR_INVALID_ARGUMENT (null world, null `write`, a world that is
- * recorded already, has objects or laws, or has started), TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_IO
- * (the first block is not taken); nothing is recorded then. Ending gives the error by which a
- * recording had ended before. */
+ * adding and removing are refused with TULLE_ERROR_IO or TULLE_ERROR_OUT_OF_MEMORY, until this call
+ * ends the recording. Errors: TULLE_ERROR_INVALID_ARGUMENT (null world, null `write`, a world that
+ * is recorded already, has or had objects, has laws, or has started), TULLE_ERROR_OUT_OF_MEMORY,
+ * TULLE_ERROR_IO (the first block is not taken); nothing is recorded then. Ending gives the error
+ * by which a recording had ended before. */
 TULLE_API tulle_status tulle_world_record(tulle_world *world, const tulle_record_writer *writer,
                                           tulle_error *error);
 
