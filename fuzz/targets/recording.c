@@ -115,8 +115,27 @@ static void call_everything(tulle_world *world, bool loads, tulle_error *error) 
     tulle_world_free_state(world, state, size);
 }
 
+/* Objects come and go after the start. */
+static void change_objects(tulle_world *world, tulle_error *error) {
+    double raised[12];
+    for (int i = 0; i < 12; i++) raised[i] = corners[i] + (i % 3 == 2 ? 0.5 : 0.0);
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = (tulle_mesh_view){raised, 4, triangles, 2};
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = (tulle_mesh_view){plate, 3, triangles, 1};
+    obstacle.read_frame = read_plate;
+    obstacle.frame_count = 3;
+    (void)tulle_world_start(world, error);
+    (void)tulle_world_add_cloth(world, &cloth, NULL, error);
+    (void)tulle_world_step(world, time_step, NULL, error);
+    (void)tulle_world_remove_obstacle(world, (tulle_obstacle_id){2, 1}, error);
+    (void)tulle_world_add_obstacle(world, &obstacle, NULL, error);
+    (void)tulle_world_remove_cloth(world, (tulle_cloth_id){0, 1}, error);
+    (void)tulle_world_step(world, time_step, NULL, error);
+}
+
 void fuzz_make_seeds(void) {
-    for (int kind = 0; kind < 6; kind++) {
+    for (int kind = 0; kind < 7; kind++) {
         tulle_error error = {0};
         tulle_world_def def = tulle_world_def_default();
         def.start_intersections = (tulle_start_intersections)(kind % 3);
@@ -128,7 +147,10 @@ void fuzz_make_seeds(void) {
         FUZZ_CHECK_OK(tulle_world_create(&def, &world, &error), &error);
         FUZZ_CHECK_OK(tulle_world_record(world, &writer, &error), &error);
         if (kind > 0) add_objects(world, &error);
-        if (kind > 1) call_everything(world, kind == 4, &error);
+        if (kind == 6)
+            change_objects(world, &error);
+        else if (kind > 1)
+            call_everything(world, kind == 4, &error);
         tulle_world_destroy(world);
         char name[32];
         snprintf(name, sizeof name, "recording_%d", kind);

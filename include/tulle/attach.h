@@ -6,9 +6,9 @@
  * and however it deforms: barycentric coordinates in its plane and the height over it.
  *
  * An attachment is part of the state: saved, loaded and in the hash. It acts from the next step on,
- * until it is released, its vertices have broken off or the obstacle leaves the scene for good. The
- * promise holds as everywhere: a vertex that would have to pass through something does not get
- * there. docs/guide/embed.md tells more. */
+ * until it is released, its vertices have broken off, the obstacle leaves the scene for good or one
+ * of its sides is removed. The promise holds as everywhere: a vertex that would have to pass
+ * through something does not get there. docs/guide/embed.md tells more. */
 #ifndef TULLE_ATTACH_H
 #define TULLE_ATTACH_H
 

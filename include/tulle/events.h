@@ -3,7 +3,8 @@
  *
  * A host watches kinds of events. After each accepted step the world looks for what has begun or
  * ended since the last look, and puts it into a queue in a fixed order: ends and beginnings of
- * contact by pair, then what happened to each object by number, then the world's own. So the order
+ * contact by pair, then what happened to each object by number, then the world's own, then
+ * attachments by id. So the order
  * is the same for any number of threads and on every machine. What is there when watching begins is
  * no event, nor does a step that fails give any.
  *
@@ -35,19 +36,23 @@ typedef enum tulle_event_kind {
     TULLE_EVENT_APPEAR,            /* an obstacle has come into the scene */
     TULLE_EVENT_LEAVE,             /* it has left */
     TULLE_EVENT_UNTANGLED,         /* nothing is left of what intersected from the start */
-    TULLE_EVENT_KIND_COUNT         /* number of the kinds above */
+    /* an attachment holds no vertex any more: they broke off, it was released, or one of its two
+     * sides has gone */
+    TULLE_EVENT_ATTACHMENT_END,
+    TULLE_EVENT_KIND_COUNT /* number of the kinds above */
 } tulle_event_kind;
 
 /* An event. Objects are numbered as in tulle_contact; UINT32_MAX stands for none. */
 typedef struct tulle_event {
     tulle_event_kind kind; /* what has happened */
-    /* of a contact the lower number; else what it happened to. None: all pins and obstacles (of a
-     * pinch), the world (untangled) */
+    /* of a contact the lower number, of an attachment its cloth; else what it happened to. None:
+     * all pins and obstacles (of a pinch), the world (untangled), cloth that was removed */
     uint32_t object_a;
-    uint32_t object_b; /* of a contact the other one, which may be the same again; else none */
-    uint64_t step;     /* index of the step in which it happened, from 0 */
-    double time;       /* [s] of the world at the end of that step */
-    double force;      /* [N] what the two press with, where contact begins; else 0 */
+    uint32_t object_b;   /* of a contact the other one, which may be the same again; else none */
+    uint32_t attachment; /* the id of an attachment that ended; else 0 */
+    uint64_t step;       /* index of the step in which it happened, from 0 */
+    double time;         /* [s] of the world at the end of that step */
+    double force;        /* [N] what the two press with, where contact begins; else 0 */
 } tulle_event;
 
 /* What to watch. Made by tulle_event_watch_default. */

@@ -42,7 +42,7 @@ TULLE_API tulle_object_id tulle_object_from_cloth(tulle_cloth_id id);
 /* The obstacle as an object. */
 TULLE_API tulle_object_id tulle_object_from_obstacle(tulle_obstacle_id id);
 /* The object that tulle_contact and tulle_intersection call by this number: cloths come first, then
- * obstacles. None for a number that is too high, and for null. */
+ * obstacles, each in the order of adding. None for a number that is too high, and for null. */
 TULLE_API tulle_object_id tulle_world_get_object(const tulle_world *world, uint32_t number);
 
 /* How much there is in a world. */
@@ -54,7 +54,7 @@ typedef struct tulle_counts {
     size_t obstacle_vertices;  /* of all obstacles together */
     size_t obstacle_triangles; /* of all obstacles together */
 } tulle_counts;
-/* Counts what was added to a world, present or not. All zero for null. */
+/* Counts what was added to a world and not removed, present or not. All zero for null. */
 TULLE_API tulle_counts tulle_world_get_counts(const tulle_world *world);
 
 /* What an object is made of. */
@@ -214,10 +214,10 @@ TULLE_API tulle_status tulle_object_set_filter(tulle_world *world, tulle_object_
                                                uint32_t category, uint32_t mask,
                                                tulle_error *error);
 /* Asks a host whether two objects collide that the filters let collide; 0: they do not. `context`
- * is what tulle_world_set_pair_filter was given. Called by
- * tulle_world_start once for each pair that may meet, in the thread that called it; a cloth comes
- * before an obstacle, else the one that was added first. Of the world it may call what takes a
- * const tulle_world. */
+ * is what tulle_world_set_pair_filter was given. Called once for each pair that may meet, by
+ * tulle_world_start or when one of the two is added later, in the thread that called that; a cloth
+ * comes before an obstacle, else the one that was added first. Of the world it may call what takes
+ * a const tulle_world. */
 typedef int (*tulle_pair_filter)(void *context, const tulle_world *world, tulle_object_id a,
                                  tulle_object_id b);
 /* Sets the function that tulle_world_start asks, and the `context` that it gets; null: none. Its

@@ -3,13 +3,14 @@
  *
  * A recording holds every call that changes what a world comes to: defs, laws, filters and the
  * answers of a pair filter, starts, steps, what tulle/live.h, tulle/attach.h and tulle/bodies.h
- * were given, watches of events, loaded states, frames that a reader gave. After each start, step
- * and load it holds the status and the hash of the state. Steps of tulle_worlds_step are recorded
- * in each world for itself. Left out is what changes no bit: threads, tasks, the allocator, stop
- * requests, user data, queries.
+ * were given, objects that come and go, watches of events, loaded states, frames that a reader
+ * gave. After each start, step and load, and each change of the objects since the start, it holds
+ * the status and the hash of the state. Steps of tulle_worlds_step are recorded in each world for
+ * itself. Left out is what changes no bit: threads, tasks, the allocator, stop requests, user data,
+ * queries.
  *
  * The bytes are the same on every machine. Each call is a block with its length and a hash, written
- * at once: a start, a step and a load before they run, all else when it has succeeded. So a
+ * at once: what is named last before it runs, all else when it has succeeded. So a
  * recording that a crash cuts off can be repeated, the call that crashed included.
  * docs/guide/embed.md has the format. */
 #ifndef TULLE_RECORD_H
@@ -36,11 +37,11 @@ typedef struct tulle_record_writer {
  *
  * No call is left out silently: where a block cannot be made or written, the recording ends with
  * the block before. From then on tulle_world_start, tulle_world_step, tulle_world_load_state and
- * adding are refused with TULLE_ERROR_IO or TULLE_ERROR_OUT_OF_MEMORY, until this call ends the
- * recording. Errors: TULLE_ERROR_INVALID_ARGUMENT (null world, null `write`, a world that is
- * recorded already, has objects or laws, or has started), TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_IO
- * (the first block is not taken); nothing is recorded then. Ending gives the error by which a
- * recording had ended before. */
+ * adding and removing are refused with TULLE_ERROR_IO or TULLE_ERROR_OUT_OF_MEMORY, until this call
+ * ends the recording. Errors: TULLE_ERROR_INVALID_ARGUMENT (null world, null `write`, a world that
+ * is recorded already, has or had objects, has laws, or has started), TULLE_ERROR_OUT_OF_MEMORY,
+ * TULLE_ERROR_IO (the first block is not taken); nothing is recorded then. Ending gives the error
+ * by which a recording had ended before. */
 TULLE_API tulle_status tulle_world_record(tulle_world *world, const tulle_record_writer *writer,
                                           tulle_error *error);
 
@@ -55,7 +56,7 @@ typedef struct tulle_replay_report {
     int is_different; /* 1: the last one came to something else than was recorded */
     tulle_status recorded_status; /* of the last one, as recorded */
     tulle_status status;          /* of the last one, now */
-    uint64_t recorded_hash;       /* of the state after the last start, step or load, as recorded */
+    uint64_t recorded_hash;       /* of the state after the last call that ran, as recorded */
     uint64_t hash;                /* of the same, now */
     char message[512];            /* of the last one where it failed, else empty */
     char version[16];             /* of the library that recorded; empty before it is read */
@@ -64,9 +65,9 @@ typedef struct tulle_replay_report {
 /* How to repeat a recording. Zeroed is fine. */
 typedef struct tulle_replay_options {
     int threads; /* 1 .. 256, in place of those recorded; 0: as recorded */
-    /* Called after each start, step and load, where it is not null, with `context`, the world and
-     * how far it has come. Not 0 ends the replay. Of the world it may call what takes a const
-     * tulle_world. */
+    /* Called after each start, step, load and late change of the objects, where it is not null,
+     * with `context`, the world and how far it has come. Not 0 ends the replay. Of the world it may
+     * call what takes a const tulle_world. */
     int (*observe)(void *context, const tulle_world *world, const tulle_replay_report *report);
     void *context; /* handed to `observe` */
 } tulle_replay_options;

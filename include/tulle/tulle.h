@@ -9,6 +9,7 @@
 #include "tulle/events.h"
 #include "tulle/live.h"
 #include "tulle/mesh.h"
+#include "tulle/objects.h"
 #include "tulle/query.h"
 #include "tulle/record.h"
 #include "tulle/shapes.h"

@@ -27,13 +27,13 @@ typedef struct tulle_world tulle_world;
 
 /* Names a cloth of a world. {0, 0} names none. */
 typedef struct tulle_cloth_id {
-    uint32_t index;      /* number of the cloth in its world, in the order of adding */
-    uint32_t generation; /* 1 in every id that a world gives */
+    uint32_t index;      /* in the order of adding, from 0; that of a removed one is given again */
+    uint32_t generation; /* counts from 1 whose index it is (tulle/objects.h) */
 } tulle_cloth_id;
 /* Names an obstacle or a rigid body of a world. {0, 0} names none. */
 typedef struct tulle_obstacle_id {
-    uint32_t index;      /* number of the obstacle in its world, in the order of adding */
-    uint32_t generation; /* 1 in every id that a world gives */
+    uint32_t index;      /* as of a cloth */
+    uint32_t generation; /* the same */
 } tulle_obstacle_id;
 
 /* How a step integrates motion over time. */
@@ -350,8 +350,8 @@ typedef struct tulle_body {
     double mass;                /* [kg] spread evenly over the volume */
     double density;             /* [kg/m^3] of the volume */
     double area_density;        /* [kg/m^2] of the surface: a shell */
-    double velocity[3];         /* [m/s] of the centre of mass, at time 0 */
-    double angular_velocity[3]; /* [rad/s] at time 0 */
+    double velocity[3];         /* [m/s] of the centre of mass, when it comes into the world */
+    double angular_velocity[3]; /* [rad/s] the same */
     double linear_damping;      /* [1/s] >= 0 */
     double angular_damping;     /* [1/s] >= 0 */
     double start_time;  /* [s] until then the body follows `motion`; it goes on as that moved */
@@ -385,7 +385,7 @@ typedef struct tulle_obstacle_def {
     tulle_drive drive;            /* not beside keyframes, a sequence or a body */
     /* null: no sequence. Else vertices follow the frames, linearly in between. */
     tulle_frame_reader read_frame;
-    void *frame_context; /* handed to read_frame; lives as long as the world */
+    void *frame_context; /* handed to read_frame; lives as long as the obstacle */
     /* frames that read_frame has, 1 .. 1e9; a motion that repeats counts on, and read_frame gives
      * the same frames again */
     uint32_t frame_count;
@@ -407,14 +407,13 @@ TULLE_API tulle_status tulle_world_create(const tulle_world_def *def, tulle_worl
 /* Releases a world and everything that it handed out. Null is fine. */
 TULLE_API void tulle_world_destroy(tulle_world *world);
 
-/* Adds a cloth and gives its id; null `id` is fine. Only before the start. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (null, also an array beside a count above 0; a value of the def; a
- * world that has started), TULLE_ERROR_INVALID_MESH (see tulle_mesh_validate),
- * TULLE_ERROR_OUT_OF_MEMORY. */
+/* Adds a cloth and gives its id; null `id` is fine. After the start: tulle/objects.h. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, also an array beside a count above 0; a value of the def),
+ * TULLE_ERROR_INVALID_MESH (tulle_mesh_validate), TULLE_ERROR_OUT_OF_MEMORY, those of a start. */
 TULLE_API tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *def,
                                              tulle_cloth_id *id, tulle_error *error);
-/* Adds an obstacle or a rigid body and gives its id; null `id` is fine. Only before the start.
- * Errors as of tulle_world_add_cloth. */
+/* Adds an obstacle or a rigid body and gives its id; null `id` is fine. After the start and errors:
+ * as tulle_world_add_cloth. */
 TULLE_API tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_def *def,
                                                 tulle_obstacle_id *id, tulle_error *error);
 
@@ -456,8 +455,8 @@ TULLE_API tulle_status tulle_world_set_material_law(tulle_world *world, const ch
 
 /* ---- the start ---- */
 
-/* A pair of triangles that intersects. An object is the index of a cloth, or the number of cloths
- * plus the index of an obstacle. */
+/* A pair of triangles that intersects. An object is the place of a cloth in the order of adding, or
+ * the number of cloths plus the place of an obstacle. */
 typedef struct tulle_intersection {
     uint32_t object_a;   /* first object */
     uint32_t triangle_a; /* triangle of the first object */
@@ -686,7 +685,7 @@ typedef enum tulle_contact_state {
 
 /* A contact of the last accepted step: a pair of features that the solve of the step held apart.
  * Place, normal, weights and gap are those of the closest points at the end of the step. An object
- * is the index of a cloth, or the number of cloths plus the index of an obstacle. */
+ * is numbered as in tulle_intersection. */
 typedef struct tulle_contact {
     uint32_t object_a;         /* object of the first feature */
     uint32_t object_b;         /* object of the second feature; may be the first one again */
@@ -717,7 +716,7 @@ TULLE_API tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_
  * and the edge of its triangle that lies most along it. */
 typedef struct tulle_stretch {
     double stretch;       /* length over rest length; 0: there is no cloth */
-    uint32_t cloth;       /* index of the cloth */
+    uint32_t cloth;       /* place of the cloth in the order of adding */
     uint32_t vertices[2]; /* ends of the edge, vertices of the cloth */
     double position[3];   /* [m] middle of the edge */
 } tulle_stretch;

@@ -6,6 +6,7 @@
  * step is accepted, so that a failure leaves the world as it was. */
 #include "base/error.h"
 #include "base/sort.h"
+#include "world/change/change.h"
 #include "world/pinch/holds.h"
 #include "world/record/record.h"
 
@@ -23,10 +24,17 @@ typedef ARRAY(touching_pair) pair_array;
 /* What an object is. The last entry of the marks is the world's own. */
 enum { IS_ASLEEP = 1, IS_PINCHED = 2, IS_OVERSTRETCHED = 4, IS_PRESENT = 8, IS_TANGLED = 16 };
 
+/* An attachment that holds something, and the surface of its cloth; UINT32_MAX: it has gone. */
+typedef struct held_attachment {
+    uint32_t number, cloth;
+} held_attachment;
+typedef ARRAY(held_attachment) held_list;
+
 struct world_events {
     tulle_event_watch watch;
     uint8_t *marks;          /* surface_count + 1, as of the last look */
     pair_array pairs, found; /* of the last look, and of the one that is being made; ascending */
+    held_list held, holding; /* the same */
     tulle_event *queue;      /* a ring of watch.capacity */
     size_t first, count;
     uint64_t lost;
@@ -56,7 +64,17 @@ tulle_status world_find_touching(tulle_world *world, const world_motion_state *s
     if (!events) return TULLE_OK;
     const contact_store *const store = &state->contacts;
     size_t const count = store->contacts.count;
-    events->found.count = 0;
+    events->found.count = events->holding.count = 0;
+    if (!ARRAY_RESERVE(&world->heap, &events->holding, state->ties.count) ||
+        !ARRAY_MATCH(&world->heap, &events->holding, &events->held))
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
+    for (size_t i = 0; i < state->ties.count; i++) {
+        const world_tie *const tie = &state->ties.data[i];
+        size_t const last = events->holding.count;
+        if (last > 0 && events->holding.data[last - 1].number == tie->number) continue;
+        events->holding.data[events->holding.count++] =
+            (held_attachment){tie->number, world->vertex_surface[tie->vertex]};
+    }
     if (!is_watched(events, TULLE_EVENT_CONTACT_BEGIN) &&
         !is_watched(events, TULLE_EVENT_CONTACT_END))
         return TULLE_OK;
@@ -132,11 +150,29 @@ static void add_event(tulle_world *world, tulle_event_kind kind, uint64_t key, d
                                       .force = force};
 }
 
-/* The pairs that were found take the place of those before. */
-static void swap_pairs(world_events *events) {
+/* What was found takes the place of what was before. */
+static void swap_looks(world_events *events) {
     pair_array const old = events->pairs;
     events->pairs = events->found;
     events->found = old;
+    held_list const held = events->held;
+    events->held = events->holding;
+    events->holding = held;
+}
+
+/* Attachments that held something at the last look and hold nothing now; both lists ascend. */
+static void tell_attachments(tulle_world *world) {
+    world_events *const events = world->events;
+    size_t k = 0;
+    for (size_t i = 0; i < events->held.count; i++) {
+        held_attachment const was = events->held.data[i];
+        while (k < events->holding.count && events->holding.data[k].number < was.number) k++;
+        if (k < events->holding.count && events->holding.data[k].number == was.number) continue;
+        size_t const count = events->count;
+        add_event(world, TULLE_EVENT_ATTACHMENT_END, (uint64_t)was.cloth << 32 | UINT32_MAX, 0.0);
+        if (events->count > count)
+            events->queue[(events->first + count) % events->watch.capacity].attachment = was.number;
+    }
 }
 
 void world_tell_events(tulle_world *world) {
@@ -161,7 +197,6 @@ void world_tell_events(tulle_world *world) {
         i += was <= is;
         k += is <= was;
     }
-    swap_pairs(events);
     for (size_t s = 0; s <= world->set.surface_count; s++) {
         uint8_t const was = events->marks[s], is = find_marks(world, s);
         uint64_t const object = s < world->set.surface_count ? s : UINT32_MAX;
@@ -173,6 +208,8 @@ void world_tell_events(tulle_world *world) {
                       0.0);
         }
     }
+    tell_attachments(world);
+    swap_looks(events);
 }
 
 void world_restart_events(tulle_world *world) {
@@ -180,8 +217,62 @@ void world_restart_events(tulle_world *world) {
     if (!events) return;
     events->first = events->count = 0;
     events->lost = 0;
-    swap_pairs(events);
+    swap_looks(events);
     for (size_t s = 0; s <= world->set.surface_count; s++) events->marks[s] = find_marks(world, s);
+}
+
+/* ---- objects that come and go ---- */
+
+/* The object that was this one before; the world stays what it is. */
+static uint32_t map_object(const world_change *change, uint32_t object) {
+    return object == UINT32_MAX ? UINT32_MAX : change->targets[object];
+}
+
+/* Events of what has gone are dropped, all others call objects by their new numbers. */
+static void renumber_queue(const world_change *change, world_events *events) {
+    size_t kept = 0;
+    for (size_t i = 0; i < events->count; i++) {
+        tulle_event event = events->queue[(events->first + i) % events->watch.capacity];
+        uint32_t const a = event.object_a, b = event.object_b;
+        event.object_a = map_object(change, a);
+        event.object_b = map_object(change, b);
+        bool const has_gone = (a != UINT32_MAX && event.object_a == TULLE_NONE) ||
+                              (b != UINT32_MAX && event.object_b == TULLE_NONE);
+        if (!has_gone) events->queue[(events->first + kept++) % events->watch.capacity] = event;
+    }
+    events->count = kept;
+}
+
+tulle_status world_carry_events(tulle_world *world, tulle_error *error) {
+    const world_change *const change = world->change;
+    world_events *const events = change->before->events;
+    size_t const count = world->set.surface_count;
+    size_t const count_before = change->before->set.surface_count;
+    if (!events) return TULLE_OK;
+    uint8_t *const marks = memory_allocate_zeroed(&world->heap, count + 1, 1);
+    if (!marks) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
+    world->events = events;
+    for (size_t s = 0; s < count; s++)
+        marks[s] = change->sources[s] == TULLE_NONE ? find_marks(world, s)
+                                                    : events->marks[change->sources[s]];
+    marks[count] = events->marks[count_before];
+    memory_release(&world->heap, events->marks, count_before + 1);
+    events->marks = marks;
+    size_t kept = 0;
+    for (size_t i = 0; i < events->pairs.count; i++) {
+        touching_pair pair = events->pairs.data[i];
+        uint64_t const a = map_object(change, (uint32_t)(pair.key >> 32));
+        uint64_t const b = map_object(change, (uint32_t)pair.key);
+        pair.key = a << 32 | b;
+        if (a != TULLE_NONE && b != TULLE_NONE) events->pairs.data[kept++] = pair;
+    }
+    events->pairs.count = kept;
+    for (size_t i = 0; i < events->held.count; i++) {
+        uint32_t *const cloth = &events->held.data[i].cloth;
+        *cloth = map_object(change, *cloth); /* the next step tells of what has ended */
+    }
+    renumber_queue(change, events);
+    return TULLE_OK;
 }
 
 /* ---- calls ---- */
@@ -193,6 +284,8 @@ static void destroy_events(tulle_world *world, world_events *events) {
     memory_release(heap, events->queue, events->watch.capacity * sizeof *events->queue);
     ARRAY_FREE(heap, &events->pairs);
     ARRAY_FREE(heap, &events->found);
+    ARRAY_FREE(heap, &events->held);
+    ARRAY_FREE(heap, &events->holding);
     memory_release(heap, events, sizeof *events);
 }
 

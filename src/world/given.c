@@ -37,11 +37,12 @@ static world_obstacle *find_driven(tulle_world *world, tulle_obstacle_id id, tul
     static const char *const wanted[] = {[TULLE_DRIVE_RIGID] = "TULLE_DRIVE_RIGID, for a transform",
                                          [TULLE_DRIVE_DEFORMING] =
                                              "TULLE_DRIVE_DEFORMING, for positions"};
-    if (!world || id.generation != 1 || id.index >= world->obstacles.count) {
+    size_t const index = world_find_obstacle(world, id);
+    if (index == SIZE_MAX) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world has no such obstacle");
         return NULL;
     }
-    world_obstacle *const obstacle = &world->obstacles.data[id.index];
+    world_obstacle *const obstacle = &world->obstacles.data[index];
     const char *const name = obstacle->name;
     if (!world->is_started) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -90,6 +91,7 @@ tulle_status tulle_obstacle_set_next_transform(tulle_world *world, tulle_obstacl
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_TRANSFORM,
                                              .ids = {id.index},
+                                             .generations = {id.generation},
                                              .numbers = {(uint64_t)travel},
                                              .arrays = {{translation, 3}, {rotation, 4}}});
     return TULLE_OK;
@@ -113,6 +115,7 @@ tulle_status tulle_obstacle_set_next_positions(tulle_world *world, tulle_obstacl
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_POSITIONS,
                                              .ids = {id.index},
+                                             .generations = {id.generation},
                                              .numbers = {(uint64_t)travel},
                                              .arrays = {{positions, 3 * vertex_count}}});
     return TULLE_OK;
@@ -122,9 +125,10 @@ tulle_status tulle_cloth_set_pin_targets(tulle_world *world, tulle_cloth_id id, 
                                          const double *positions, size_t vertex_count,
                                          tulle_error *error) {
     if (!positions) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the positions are null");
-    if (!world || id.generation != 1 || id.index >= world->cloths.count)
+    size_t const index = world_find_cloth(world, id);
+    if (index == SIZE_MAX)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world has no such cloth");
-    const world_cloth *const cloth = &world->cloths.data[id.index];
+    const world_cloth *const cloth = &world->cloths.data[index];
     if (pin >= cloth->pin_count)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: has no pin number %zu; it has %zu pins", cloth->name, pin,
@@ -153,6 +157,7 @@ tulle_status tulle_cloth_set_pin_targets(tulle_world *world, tulle_cloth_id id, 
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_PIN_TARGETS,
                                              .ids = {id.index},
+                                             .generations = {id.generation},
                                              .numbers = {pin},
                                              .arrays = {{positions, 3 * vertex_count}}});
     return TULLE_OK;

@@ -36,7 +36,8 @@ static tulle_status load_frame(tulle_world *world, size_t index, uint32_t number
         world_record(world,
                      &(recorded_call){
                          .kind = RECORD_FRAME,
-                         .ids = {(uint32_t)index, number},
+                         .ids = {obstacle->slot, number},
+                         .generations = {world->obstacle_slots.data[obstacle->slot].generation},
                          .numbers = {(uint64_t)status},
                          .arrays = {{status == TULLE_OK ? frame : NULL,
                                      status == TULLE_OK ? 3 * obstacle->mesh.vertex_count : 0}}});
@@ -88,6 +89,16 @@ static void go_towards(const double *from, const double *to, double share, size_
                        double *target) {
     for (size_t i = 0; i < count; i++)
         target[i] = share < 1.0 ? from[i] + share * (to[i] - from[i]) : to[i];
+}
+
+tulle_status world_place_obstacle(tulle_world *world, size_t index, double *positions,
+                                  tulle_error *error) {
+    const world_obstacle *const obstacle = &world->obstacles.data[index];
+    double const time = world->now.time;
+    if (obstacle->read_frame) return sample_sequence(world, index, time, positions, error);
+    motion_apply(&obstacle->motion, time, obstacle->mesh.positions, obstacle->mesh.vertex_count,
+                 positions);
+    return TULLE_OK;
 }
 
 tulle_status world_script_targets(tulle_world *world, double time, double end_time,
@@ -153,7 +164,8 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
     if (list->count == 0) {
         snprintf(when, sizeof when, "when one of them appears or comes free at %.6g s",
                  state->time);
-        return world_refuse_inside(world, state->positions, (inside_question){when, true}, error);
+        return world_refuse_inside(world, state->positions,
+                                   (inside_question){.when = when, .is_late = true}, error);
     }
     if (is_ignored) {
         /* a message that names the first obstacle that appears in something, and in what */

@@ -111,40 +111,41 @@ static tulle_status set_called_law(tulle_world *world, world_pair_law entry,
     return status;
 }
 
-static bool has_cloth(const tulle_world *world, tulle_cloth_id id) {
-    return id.generation == 1 && id.index < world->cloths.count;
-}
-
-static bool has_obstacle(const tulle_world *world, tulle_obstacle_id id) {
-    return id.generation == 1 && id.index < world->obstacles.count;
+/* The entry of a pair, by the lower index first. */
+static world_pair_law make_entry(size_t first, size_t second, int obstacle_count) {
+    bool const is_ordered = obstacle_count == 1 || first < second;
+    return (world_pair_law){.first = is_ordered ? first : second,
+                            .second = is_ordered ? second : first,
+                            .obstacle_count = obstacle_count};
 }
 
 tulle_status tulle_world_set_cloth_cloth_law(tulle_world *world, tulle_cloth_id a, tulle_cloth_id b,
                                              const tulle_contact_law *law, tulle_error *error) {
     if (!world) return refuse(error, "the world is null");
-    if (!has_cloth(world, a) || !has_cloth(world, b))
+    size_t const first = world_find_cloth(world, a), second = world_find_cloth(world, b);
+    if (first == SIZE_MAX || second == SIZE_MAX)
         return refuse(error, "the world has no such cloth");
-    if (a.index == b.index) return refuse(error, "the same cloth is named twice");
-    bool const is_ordered = a.index < b.index;
-    world_pair_law const entry = {.first = is_ordered ? a.index : b.index,
-                                  .second = is_ordered ? b.index : a.index};
-    return set_called_law(
-        world, entry, law,
-        (recorded_call){.kind = RECORD_CLOTH_CLOTH_LAW, .ids = {a.index, b.index}}, error);
+    if (first == second) return refuse(error, "the same cloth is named twice");
+    return set_called_law(world, make_entry(first, second, 0), law,
+                          (recorded_call){.kind = RECORD_CLOTH_CLOTH_LAW,
+                                          .ids = {a.index, b.index},
+                                          .generations = {a.generation, b.generation}},
+                          error);
 }
 
 tulle_status tulle_world_set_cloth_obstacle_law(tulle_world *world, tulle_cloth_id cloth,
                                                 tulle_obstacle_id obstacle,
                                                 const tulle_contact_law *law, tulle_error *error) {
     if (!world) return refuse(error, "the world is null");
-    if (!has_cloth(world, cloth)) return refuse(error, "the world has no such cloth");
-    if (!has_obstacle(world, obstacle)) return refuse(error, "the world has no such obstacle");
-    world_pair_law const entry = {
-        .first = cloth.index, .second = obstacle.index, .obstacle_count = 1};
-    return set_called_law(
-        world, entry, law,
-        (recorded_call){.kind = RECORD_CLOTH_OBSTACLE_LAW, .ids = {cloth.index, obstacle.index}},
-        error);
+    size_t const first = world_find_cloth(world, cloth);
+    size_t const second = world_find_obstacle(world, obstacle);
+    if (first == SIZE_MAX) return refuse(error, "the world has no such cloth");
+    if (second == SIZE_MAX) return refuse(error, "the world has no such obstacle");
+    return set_called_law(world, make_entry(first, second, 1), law,
+                          (recorded_call){.kind = RECORD_CLOTH_OBSTACLE_LAW,
+                                          .ids = {cloth.index, obstacle.index},
+                                          .generations = {cloth.generation, obstacle.generation}},
+                          error);
 }
 
 tulle_status tulle_world_set_obstacle_obstacle_law(tulle_world *world, tulle_obstacle_id a,
@@ -152,19 +153,18 @@ tulle_status tulle_world_set_obstacle_obstacle_law(tulle_world *world, tulle_obs
                                                    const tulle_contact_law *law,
                                                    tulle_error *error) {
     if (!world) return refuse(error, "the world is null");
-    if (!has_obstacle(world, a) || !has_obstacle(world, b))
+    size_t const first = world_find_obstacle(world, a), second = world_find_obstacle(world, b);
+    if (first == SIZE_MAX || second == SIZE_MAX)
         return refuse(error, "the world has no such obstacle");
-    if (a.index == b.index) return refuse(error, "the same obstacle is named twice");
+    if (first == second) return refuse(error, "the same obstacle is named twice");
     const world_obstacle *const obstacles = world->obstacles.data;
-    if (!obstacles[a.index].body.is_dynamic && !obstacles[b.index].body.is_dynamic)
+    if (!obstacles[first].body.is_dynamic && !obstacles[second].body.is_dynamic)
         return refuse(error, "neither obstacle is a rigid body, so they do not touch");
-    bool const is_ordered = a.index < b.index;
-    world_pair_law const entry = {.first = is_ordered ? a.index : b.index,
-                                  .second = is_ordered ? b.index : a.index,
-                                  .obstacle_count = 2};
-    return set_called_law(
-        world, entry, law,
-        (recorded_call){.kind = RECORD_OBSTACLE_OBSTACLE_LAW, .ids = {a.index, b.index}}, error);
+    return set_called_law(world, make_entry(first, second, 2), law,
+                          (recorded_call){.kind = RECORD_OBSTACLE_OBSTACLE_LAW,
+                                          .ids = {a.index, b.index},
+                                          .generations = {a.generation, b.generation}},
+                          error);
 }
 
 static bool is_preset(const char *name) {

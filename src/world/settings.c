@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "world/bodies/bodies_sleep.h"
+#include "world/change/change.h"
 #include "world/defs.h"
 #include "world/record/record.h"
 #include "world/sleep/cloth_sleep.h"
@@ -173,8 +174,8 @@ tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind, tu
 }
 
 static world_cloth *find_cloth(tulle_world *world, tulle_cloth_id id, tulle_error *error) {
-    if (world && id.generation == 1 && id.index < world->cloths.count && world->is_started)
-        return &world->cloths.data[id.index];
+    size_t const index = world_find_cloth(world, id);
+    if (index != SIZE_MAX && world->is_started) return &world->cloths.data[index];
     error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
               "the world has no such cloth, or has not started");
     return NULL;
@@ -223,6 +224,7 @@ tulle_status tulle_cloth_set_material(tulle_world *world, tulle_cloth_id id,
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_MATERIAL,
                                              .ids = {id.index},
+                                             .generations = {id.generation},
                                              .def.material = *material});
     return TULLE_OK;
 }
@@ -249,10 +251,12 @@ tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_id id, size
         use_machinery(world);
     }
     cloth->pins[pin].has_targets = false;
-    world_wake_cloth(world, &world->now, id.index);
+    world_wake_cloth(world, &world->now, world_find_cloth(world, id));
     if (world->recording)
-        world_record(world, &(recorded_call){
-                                .kind = RECORD_RELEASE_PIN, .ids = {id.index}, .numbers = {pin}});
+        world_record(world, &(recorded_call){.kind = RECORD_RELEASE_PIN,
+                                             .ids = {id.index},
+                                             .generations = {id.generation},
+                                             .numbers = {pin}});
     return TULLE_OK;
 }
 
@@ -269,7 +273,7 @@ tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, do
                          cloth->name, thickness, least, most);
     tulle_status const status = keep_first_laws(world, error);
     if (status != TULLE_OK) return status;
-    size_t const count = world->set.surface_count, own = id.index;
+    size_t const count = world->set.surface_count, own = world_find_cloth(world, id);
     for (size_t other = 0; other < count; other++) {
         contact_law *const law = &world->laws[own * count + other];
         if (!(law->contact_distance > 0.0)) continue; /* nothing that it meets */
@@ -284,20 +288,24 @@ tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, do
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_THICKNESS,
                                              .ids = {id.index},
+                                             .generations = {id.generation},
                                              .arrays = {{&thickness, 1}}});
     return TULLE_OK;
 }
 
 int tulle_cloth_is_asleep(const tulle_world *world, tulle_cloth_id id) {
-    return world && id.generation == 1 && id.index < world->cloth_rest_count && world->is_started &&
-           world->now.cloth_rests[id.index].is_asleep;
+    size_t const cloth = world_find_cloth(world, id);
+    return cloth != SIZE_MAX && world->is_started && cloth < world->cloth_rest_count &&
+           world->now.cloth_rests[cloth].is_asleep;
 }
 
 tulle_status tulle_cloth_wake(tulle_world *world, tulle_cloth_id id, tulle_error *error) {
     if (!find_cloth(world, id, error)) return TULLE_ERROR_INVALID_ARGUMENT;
-    world_wake_cloth(world, &world->now, id.index);
+    world_wake_cloth(world, &world->now, world_find_cloth(world, id));
     if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_WAKE_CLOTH, .ids = {id.index}});
+        world_record(world, &(recorded_call){.kind = RECORD_WAKE_CLOTH,
+                                             .ids = {id.index},
+                                             .generations = {id.generation}});
     return TULLE_OK;
 }
 
@@ -495,4 +503,71 @@ void world_take_settings(tulle_world *world, const void *bytes, size_t size) {
             memcpy(&cloth->pins[p].release_time, releases, sizeof(double));
     }
     if (world->spare.model) world_set_machinery(world, &world->spare);
+}
+
+/* ---- objects that come and go ---- */
+
+tulle_status world_carry_first_cloths(tulle_world *world, tulle_error *error) {
+    const world_change *const change = world->change;
+    const tulle_world *const before = change->before;
+    if (!before->first_materials) return TULLE_OK;
+    tulle_status const status = keep_first_cloths(world, error);
+    if (status != TULLE_OK) return status;
+    double *release = world->first_releases;
+    for (size_t i = 0; i < world->cloths.count; i++) {
+        size_t const pin_count = world->cloths.data[i].pin_count;
+        uint32_t const source = change->sources[i];
+        if (source != TULLE_NONE) {
+            const double *first = before->first_releases;
+            for (size_t k = 0; k < source; k++) first += before->cloths.data[k].pin_count;
+            world->first_materials[i] = before->first_materials[source];
+            if (pin_count > 0) memcpy(release, first, pin_count * sizeof *release);
+        }
+        release += pin_count;
+    }
+    return TULLE_OK;
+}
+
+/* What the host has changed of a law; a distance goes into the limits that hold now. */
+static void carry_law(const tulle_world *world, const contact_law *first, const contact_law *last,
+                      contact_law *law) {
+    if (last->static_friction != first->static_friction ||
+        last->dynamic_friction != first->dynamic_friction ||
+        last->restitution != first->restitution) {
+        law->static_friction = last->static_friction;
+        law->dynamic_friction = last->dynamic_friction;
+        law->restitution = last->restitution;
+    }
+    if (last->contact_distance == first->contact_distance) return;
+    double const least = 2.0 * world->minimum_gap, most = world->contact_distance;
+    law->contact_distance = fmin(fmax(last->contact_distance, least), most);
+    law->separation_distance = world_get_separation(world, law->contact_distance);
+}
+
+static tulle_status carry_laws(tulle_world *world, tulle_error *error) {
+    const world_change *const change = world->change;
+    const tulle_world *const before = change->before;
+    if (!laws_differ(before)) return TULLE_OK;
+    tulle_status const status = keep_first_laws(world, error);
+    if (status != TULLE_OK) return status;
+    size_t const count = world->set.surface_count, count_before = before->set.surface_count;
+    for (size_t i = 0; i < count * count; i++) {
+        uint32_t const a = change->sources[i / count], b = change->sources[i % count];
+        if (a == TULLE_NONE || b == TULLE_NONE) continue;
+        size_t const old = (size_t)a * count_before + b;
+        carry_law(world, &before->first_laws[old], &before->laws[old], &world->laws[i]);
+    }
+    return TULLE_OK;
+}
+
+tulle_status world_carry_settings(tulle_world *world, tulle_error *error) {
+    tulle_status status = carry_laws(world, error);
+    if (status == TULLE_OK && (materials_differ(world) || releases_differ(world))) {
+        status = prepare_machinery(world, (cloth_settings){0}, error);
+        if (status == TULLE_OK) world_set_machinery(world, &world->spare);
+    }
+    if (status != TULLE_OK) return status;
+    world_settings const settings = get_settings(world->change->before);
+    set_settings(world, &settings);
+    return TULLE_OK;
 }

@@ -3,10 +3,12 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/parallel.h"
+#include "world/change/change.h"
 #include "world/defs.h"
 #include "world/record/record.h"
 #include "world/world_state.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -44,6 +46,8 @@ static tulle_status copy_mesh(memory *heap, tulle_mesh_view view, world_mesh *me
     mesh->triangles = copy_array(heap, view.triangles, view.triangle_count, 3 * sizeof(uint32_t));
     mesh->vertex_count = view.vertex_count;
     mesh->triangle_count = view.triangle_count;
+    for (size_t i = 0; i < 3 * view.vertex_count; i++)
+        mesh->extent = fmax(mesh->extent, fabs(view.positions[i]));
     return mesh->positions && mesh->triangles ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
@@ -52,7 +56,7 @@ static void destroy_mesh(memory *heap, world_mesh *mesh) {
     memory_release(heap, mesh->triangles, 3 * mesh->triangle_count * sizeof(uint32_t));
 }
 
-static void destroy_cloth(memory *heap, world_cloth *cloth) {
+void world_destroy_cloth(memory *heap, world_cloth *cloth) {
     size_t const vector_bytes = 3 * cloth->mesh.vertex_count * sizeof(double);
     memory_release(heap, cloth->rest, vector_bytes);
     memory_release(heap, cloth->warps, 3 * cloth->mesh.triangle_count * sizeof(double));
@@ -69,7 +73,7 @@ static void destroy_cloth(memory *heap, world_cloth *cloth) {
     destroy_mesh(heap, &cloth->mesh);
 }
 
-static void destroy_obstacle(memory *heap, world_obstacle *obstacle) {
+void world_destroy_obstacle(memory *heap, world_obstacle *obstacle) {
     size_t const vector_bytes = 3 * obstacle->mesh.vertex_count * sizeof(double);
     memory_release(heap, obstacle->frames[0], vector_bytes);
     memory_release(heap, obstacle->frames[1], vector_bytes);
@@ -84,12 +88,15 @@ void tulle_world_destroy(tulle_world *world) {
     memory *const heap = &world->heap;
     world_end_recording(world);
     world_release_start(world);
-    for (size_t i = 0; i < world->cloths.count; i++) destroy_cloth(heap, &world->cloths.data[i]);
+    for (size_t i = 0; i < world->cloths.count; i++)
+        world_destroy_cloth(heap, &world->cloths.data[i]);
     for (size_t i = 0; i < world->obstacles.count; i++) {
-        destroy_obstacle(heap, &world->obstacles.data[i]);
+        world_destroy_obstacle(heap, &world->obstacles.data[i]);
     }
     ARRAY_FREE(heap, &world->cloths);
     ARRAY_FREE(heap, &world->obstacles);
+    ARRAY_FREE(heap, &world->cloth_slots);
+    ARRAY_FREE(heap, &world->obstacle_slots);
     ARRAY_FREE(heap, &world->pair_laws);
     ARRAY_FREE(heap, &world->contact_materials);
     ARRAY_FREE(heap, &world->material_laws);
@@ -169,33 +176,69 @@ static tulle_status copy_cloth(memory *heap, const tulle_cloth_def *def, world_c
     return copy_pins(heap, def, cloth);
 }
 
-static tulle_status check_not_started(const tulle_world *world, tulle_error *error) {
+/* An error where nothing can be added, however good the def is. */
+static tulle_status check_adding(const tulle_world *world, tulle_error *error) {
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
-    if (!world->is_started) return world_check_recording(world, error);
-    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                     "objects can be added only before the world has started");
+    return world_check_recording(world, error);
+}
+
+/* Puts what was made of a def, a cloth or an obstacle, into the world; there is room. `call` is
+ * what is recorded. An error leaves it to the caller. */
+static tulle_status put_object(tulle_world *world, world_cloth *cloth, world_obstacle *obstacle,
+                               recorded_call *call, tulle_error *error) {
+    slot_list *const slots = cloth ? &world->cloth_slots : &world->obstacle_slots;
+    uint32_t const slot = cloth ? cloth->slot : obstacle->slot;
+    size_t const material_count = world->contact_materials.count;
+    if (cloth)
+        cloth->contact_material =
+            world_add_contact_material(world, call->def.cloth.contact_material);
+    else
+        obstacle->contact_material =
+            world_add_contact_material(world, call->def.obstacle.contact_material);
+    world_take_slot(slots, slot, cloth ? world->cloths.count : world->obstacles.count);
+    if (!world->is_started) {
+        if (cloth)
+            world->cloths.data[world->cloths.count++] = *cloth;
+        else
+            world->obstacles.data[world->obstacles.count++] = *obstacle;
+        if (world->recording) world_record(world, call);
+        return TULLE_OK;
+    }
+    call->kind = cloth ? RECORD_ADD_CLOTH : RECORD_ADD_OBSTACLE;
+    tulle_status status = world_begin_call(world, call, error);
+    if (status == TULLE_OK) {
+        status = world_add_late(world, cloth, obstacle, error);
+        world_end_call(world, status);
+    }
+    if (status == TULLE_OK) return status;
+    world_return_slot(slots, slot);
+    world->contact_materials.count = material_count;
+    return status;
 }
 
 tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *def,
                                    tulle_cloth_id *id, tulle_error *error) {
-    tulle_status status = check_not_started(world, error);
+    tulle_status status = check_adding(world, error);
     if (status != TULLE_OK) return status;
-    world_cloth cloth = {.label = {.category = 1, .mask = UINT32_MAX}};
-    name_object(cloth.name, def ? def->name : NULL, "cloth", world->cloths.count);
+    memory *const heap = &world->heap;
+    world_cloth cloth = {.label = {.category = 1, .mask = UINT32_MAX},
+                         .slot = world_find_free_slot(&world->cloth_slots)};
+    name_object(cloth.name, def ? def->name : NULL, "cloth", cloth.slot);
     status = cloth_def_check(def, world->def.membrane, cloth.name, error);
     if (status != TULLE_OK) return own_error(error, cloth.name, status);
-    if (!ARRAY_RESERVE(&world->heap, &world->cloths, 1) ||
-        !ARRAY_RESERVE(&world->heap, &world->contact_materials, 1) ||
-        copy_cloth(&world->heap, def, &cloth) != TULLE_OK) {
-        destroy_cloth(&world->heap, &cloth);
+    if (!ARRAY_RESERVE(heap, &world->cloths, 1) || !ARRAY_RESERVE(heap, &world->cloth_slots, 1) ||
+        !ARRAY_RESERVE(heap, &world->contact_materials, 1) ||
+        copy_cloth(heap, def, &cloth) != TULLE_OK) {
+        world_destroy_cloth(heap, &cloth);
         return out_of_memory(error, cloth.name);
     }
-    cloth.contact_material = world_add_contact_material(world, def->contact_material);
-    if (id) *id = (tulle_cloth_id){(uint32_t)world->cloths.count, 1};
-    world->cloths.data[world->cloths.count++] = cloth;
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_CLOTH, .def.cloth = *def});
-    return TULLE_OK;
+    recorded_call call = {.kind = RECORD_CLOTH, .def.cloth = *def};
+    status = put_object(world, &cloth, NULL, &call, error);
+    if (status != TULLE_OK)
+        world_destroy_cloth(heap, &cloth);
+    else if (id)
+        *id = world_get_cloth_id(world, world->cloths.count - 1);
+    return status;
 }
 
 static tulle_status copy_obstacle(memory *heap, const tulle_obstacle_def *def,
@@ -242,29 +285,30 @@ static tulle_status copy_obstacle(memory *heap, const tulle_obstacle_def *def,
 
 tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_def *def,
                                       tulle_obstacle_id *id, tulle_error *error) {
-    tulle_status status = check_not_started(world, error);
+    tulle_status status = check_adding(world, error);
     if (status != TULLE_OK) return status;
-    world_obstacle obstacle = {.label = {.category = 1, .mask = UINT32_MAX}};
-    name_object(obstacle.name, def ? def->name : NULL, "obstacle", world->obstacles.count);
+    memory *const heap = &world->heap;
+    world_obstacle obstacle = {.label = {.category = 1, .mask = UINT32_MAX},
+                               .slot = world_find_free_slot(&world->obstacle_slots)};
+    name_object(obstacle.name, def ? def->name : NULL, "obstacle", obstacle.slot);
     status = obstacle_def_check(def, obstacle.name, error);
     if (status != TULLE_OK) return own_error(error, obstacle.name, status);
-    if (!ARRAY_RESERVE(&world->heap, &world->obstacles, 1) ||
-        !ARRAY_RESERVE(&world->heap, &world->contact_materials, 1) ||
-        copy_obstacle(&world->heap, def, &obstacle) != TULLE_OK) {
-        destroy_obstacle(&world->heap, &obstacle);
+    if (!ARRAY_RESERVE(heap, &world->obstacles, 1) ||
+        !ARRAY_RESERVE(heap, &world->obstacle_slots, 1) ||
+        !ARRAY_RESERVE(heap, &world->contact_materials, 1) ||
+        copy_obstacle(heap, def, &obstacle) != TULLE_OK) {
+        world_destroy_obstacle(heap, &obstacle);
         return out_of_memory(error, obstacle.name);
     }
     status = world_make_body(world, &obstacle, error);
-    if (status != TULLE_OK) {
-        destroy_obstacle(&world->heap, &obstacle);
-        return own_error(error, obstacle.name, status);
-    }
-    obstacle.contact_material = world_add_contact_material(world, def->contact_material);
-    if (id) *id = (tulle_obstacle_id){(uint32_t)world->obstacles.count, 1};
-    world->obstacles.data[world->obstacles.count++] = obstacle;
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_OBSTACLE, .def.obstacle = *def});
-    return TULLE_OK;
+    if (status != TULLE_OK) status = own_error(error, obstacle.name, status);
+    recorded_call call = {.kind = RECORD_OBSTACLE, .def.obstacle = *def};
+    if (status == TULLE_OK) status = put_object(world, NULL, &obstacle, &call, error);
+    if (status != TULLE_OK)
+        world_destroy_obstacle(heap, &obstacle);
+    else if (id)
+        *id = world_get_obstacle_id(world, world->obstacles.count - 1);
+    return status;
 }
 
 /* The vectors of one object among those of all vertices; null before the start. */
@@ -272,10 +316,13 @@ static const double *object_vectors(const double *vectors, uint32_t vertex_begin
     return vectors ? vectors + 3 * (size_t)vertex_begin : NULL;
 }
 
+/* A pair filter may ask while objects come and go, when the start has not ended yet. */
+static bool has_state(const tulle_world *world) { return world->is_started || world->change; }
+
 static const world_cloth *find_cloth(const tulle_world *world, tulle_cloth_id id,
                                      size_t *vertex_count) {
-    bool const is_valid = world && id.generation == 1 && id.index < world->cloths.count;
-    const world_cloth *const cloth = is_valid ? &world->cloths.data[id.index] : NULL;
+    size_t const index = world_find_cloth(world, id);
+    const world_cloth *const cloth = index != SIZE_MAX ? &world->cloths.data[index] : NULL;
     if (vertex_count) *vertex_count = cloth ? cloth->mesh.vertex_count : 0;
     return cloth;
 }
@@ -284,21 +331,21 @@ const double *tulle_cloth_get_positions(const tulle_world *world, tulle_cloth_id
                                         size_t *vertex_count) {
     const world_cloth *const cloth = find_cloth(world, id, vertex_count);
     if (!cloth) return NULL;
-    return world->is_started ? object_vectors(world->now.positions, cloth->vertex_begin)
-                             : cloth->mesh.positions;
+    return has_state(world) ? object_vectors(world->now.positions, cloth->vertex_begin)
+                            : cloth->mesh.positions;
 }
 
 const double *tulle_cloth_get_velocities(const tulle_world *world, tulle_cloth_id id,
                                          size_t *vertex_count) {
     const world_cloth *const cloth = find_cloth(world, id, vertex_count);
     if (!cloth) return NULL;
-    return world->is_started ? object_vectors(world->now.velocities, cloth->vertex_begin)
-                             : cloth->velocities;
+    return has_state(world) ? object_vectors(world->now.velocities, cloth->vertex_begin)
+                            : cloth->velocities;
 }
 
 static const world_obstacle *find_obstacle(const tulle_world *world, tulle_obstacle_id id) {
-    bool const is_valid = world && id.generation == 1 && id.index < world->obstacles.count;
-    return is_valid ? &world->obstacles.data[id.index] : NULL;
+    size_t const index = world_find_obstacle(world, id);
+    return index != SIZE_MAX ? &world->obstacles.data[index] : NULL;
 }
 
 const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obstacle_id id,
@@ -306,22 +353,22 @@ const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obsta
     const world_obstacle *const obstacle = find_obstacle(world, id);
     if (vertex_count) *vertex_count = obstacle ? obstacle->mesh.vertex_count : 0;
     if (!obstacle) return NULL;
-    return world->is_started ? object_vectors(world->now.positions, obstacle->vertex_begin)
-                             : obstacle->mesh.positions;
+    return has_state(world) ? object_vectors(world->now.positions, obstacle->vertex_begin)
+                            : obstacle->mesh.positions;
 }
 
 int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id) {
     const world_obstacle *const obstacle = find_obstacle(world, id);
     if (!obstacle) return 0;
-    if (!world->is_started) return obstacle->appear_time <= 0.0;
-    return world->now.is_present[id.index];
+    if (!has_state(world)) return obstacle->appear_time <= 0.0;
+    return world->now.is_present[obstacle - world->obstacles.data];
 }
 
 const double *tulle_obstacle_get_velocities(const tulle_world *world, tulle_obstacle_id id,
                                             size_t *vertex_count) {
     const world_obstacle *const obstacle = find_obstacle(world, id);
     if (vertex_count) *vertex_count = obstacle ? obstacle->mesh.vertex_count : 0;
-    if (!obstacle || !world->is_started) return NULL;
+    if (!obstacle || !has_state(world)) return NULL;
     return object_vectors(world->now.velocities, obstacle->vertex_begin);
 }
 

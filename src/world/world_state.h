@@ -49,6 +49,7 @@ typedef struct world_mesh {
     double *positions; /* [m] */
     uint32_t *triangles;
     size_t vertex_count, triangle_count;
+    double extent; /* [m] the largest coordinate, as given */
 } world_mesh;
 
 /* What a host says of an object beside its def. */
@@ -60,6 +61,7 @@ typedef struct world_label {
 typedef struct world_cloth {
     char name[WORLD_NAME_BYTES];
     world_label label;
+    uint32_t slot;        /* of its id */
     world_mesh mesh;      /* start positions */
     double *rest;         /* [m] 3 * vertex_count; null once the world has started */
     double *velocities;   /* [m/s] at the start; the same */
@@ -80,6 +82,7 @@ typedef struct world_cloth {
 typedef struct world_obstacle {
     char name[WORLD_NAME_BYTES];
     world_label label;
+    uint32_t slot;                                  /* of its id */
     world_mesh mesh;                                /* at motion zero */
     double friction, dynamic_friction, restitution; /* as the def said */
     double friction_across, grain[3];
@@ -215,6 +218,10 @@ typedef struct world_pair_law {
     tulle_contact_law law;
 } world_pair_law;
 
+typedef ARRAY(world_cloth) cloth_list;
+typedef ARRAY(world_obstacle) obstacle_list;
+typedef ARRAY(world_pair_law) pair_law_list;
+
 /* A name that cloths and obstacles give what their surface is made of. */
 typedef struct world_contact_material {
     char name[WORLD_NAME_BYTES];
@@ -266,8 +273,17 @@ typedef struct room_place {
 } room_place;
 typedef ARRAY(room_place) room_list;
 
+/* A place for a cloth or an obstacle in ids: index and generation of an id name it. */
+typedef struct object_slot {
+    uint32_t generation; /* of the object that is there, or was there last; from 1 */
+    size_t index;        /* among the cloths or the obstacles; SIZE_MAX: nothing is there */
+} object_slot;
+typedef ARRAY(object_slot) slot_list;
+
 /* What is watched for the host; see events.c. */
 typedef struct world_events world_events;
+/* How objects come and go in a world that runs; see change/change.h. */
+typedef struct world_change world_change;
 /* What records the calls of the host; see record/record.c. */
 typedef struct world_recording world_recording;
 
@@ -275,9 +291,10 @@ struct tulle_world {
     memory heap;
     tulle_world_def def;
     const contact_response *response; /* that def.response names; set by the start */
-    ARRAY(world_cloth) cloths;
-    ARRAY(world_obstacle) obstacles;
-    ARRAY(world_pair_law) pair_laws;
+    cloth_list cloths;
+    obstacle_list obstacles;
+    slot_list cloth_slots, obstacle_slots;
+    pair_law_list pair_laws;
     ARRAY(world_contact_material) contact_materials;
     ARRAY(world_material_law) material_laws;
     ARRAY(tulle_attachment_def) attachments; /* made before the start, with arrays of their own */
@@ -356,6 +373,7 @@ struct tulle_world {
     query_trees queries; /* of the last state that was asked, when has_queries */
     bool has_queries;
     room_list places;                      /* of the step that runs, or ran last */
+    const world_change *change;            /* while objects come and go; else null */
     world_events *events;                  /* null: the host watches nothing */
     world_recording *recording;            /* null: calls are not recorded */
     tulle_untangle_report untangle_report; /* of the start */
@@ -386,6 +404,23 @@ static inline world_label *world_get_label(const tulle_world *world, size_t surf
                                  : &world->obstacles.data[surface - cloth_count].label;
 }
 
+/* slots.c: what an id names, as an index among the cloths or the obstacles; SIZE_MAX: nothing, the
+ * world is null or the id is stale. */
+size_t world_find_cloth(const tulle_world *world, tulle_cloth_id id);
+size_t world_find_obstacle(const tulle_world *world, tulle_obstacle_id id);
+/* slots.c: the ids of what is there. */
+tulle_cloth_id world_get_cloth_id(const tulle_world *world, size_t cloth);
+tulle_obstacle_id world_get_obstacle_id(const tulle_world *world, size_t obstacle);
+/* slots.c: the slot that the next object gets. Puts an object there, with the next generation;
+ * there is room for one. Undoes that. */
+uint32_t world_find_free_slot(const slot_list *slots);
+void world_take_slot(slot_list *slots, uint32_t slot, size_t index);
+void world_return_slot(slot_list *slots, uint32_t slot);
+/* slots.c: the id of the next obstacle that is added. */
+tulle_obstacle_id world_find_next_obstacle(const tulle_world *world);
+/* slots.c: lets the slots name objects by their places in the arrays, which have changed. */
+void world_renumber_slots(tulle_world *world);
+
 /* objects.c: the number among all surfaces, or SIZE_MAX with an error where there is none. */
 size_t world_find_object(const tulle_world *world, tulle_object_id id, tulle_error *error);
 /* objects.c: which pairs collide, by the filters of the host; false when memory is short. */
@@ -399,6 +434,10 @@ uint32_t world_add_contact_material(tulle_world *world, const char *name);
 
 /* bodies.c: mass, inertia and centre of a dynamic obstacle, from its def. */
 tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle_error *error);
+
+/* world.c: releases what an object owns. */
+void world_destroy_cloth(memory *heap, world_cloth *cloth);
+void world_destroy_obstacle(memory *heap, world_obstacle *obstacle);
 
 /* start.c: tulle_world_start; without judgement when a saved state is about to take the place of
  * the first one. */
@@ -481,6 +520,9 @@ tulle_status world_check_state(const tulle_world *world, const world_motion_stat
 /* kinematics.c: where obstacles and pins are to be at `end_time` (targets), and which vertices are
  * pinned at `time`. */
 tulle_status world_script_targets(tulle_world *world, double time, double end_time,
+                                  tulle_error *error);
+/* kinematics.c: where an obstacle that is added is at the time of the world. */
+tulle_status world_place_obstacle(tulle_world *world, size_t index, double *positions,
                                   tulle_error *error);
 /* kinematics.c: which obstacles are there at `time`, into state->is_present and the surfaces. An
  * obstacle that appears into cloth is an error or is ignored, as the def says. */

@@ -7,6 +7,7 @@
 #include "io/run_support.h"
 
 #include "support/detect_scene.h"
+#include "support/object_world.h"
 #include "support/recording.h"
 #include "support/small_world.h"
 #include "support/struck_calls.h"
@@ -252,6 +253,72 @@ static void recordings(void **state) {
     free(recorded.bytes);
 }
 
+/* ---- objects ---- */
+
+/* A world of a sheet, a pinned one, a body and what is driven or deforms, with what can be carried
+ * over: changed settings, an attachment, a watch. */
+static tulle_status fill_changed(tulle_world *world, tulle_object_id ids[THING_COUNT],
+                                 tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    for (thing what = 0; what < THING_COUNT && status == TULLE_OK; what++)
+        status = things_try(world, what, 0.0, &ids[what], error);
+    if (status == TULLE_OK) status = tulle_world_start(world, error);
+    tulle_cloth_id const cloth = {ids[THING_SHEET].index, ids[THING_SHEET].generation};
+    tulle_event_watch watch = tulle_event_watch_default();
+    watch.kinds = 1u << TULLE_EVENT_SLEEP; /* contacts ask for room for none */
+    if (status == TULLE_OK) status = tulle_world_watch_events(world, &watch, error);
+    tulle_material material = tulle_cloth_def_default().material;
+    material.area_density *= 1.5;
+    if (status == TULLE_OK) status = tulle_cloth_set_material(world, cloth, &material, error);
+    double distance;
+    tulle_world_get_distances(world, &distance, NULL, NULL);
+    if (status == TULLE_OK) status = tulle_cloth_set_thickness(world, cloth, 0.5 * distance, error);
+    tulle_attachment_def def = tulle_attachment_def_default();
+    uint32_t const vertex = 3;
+    double const point[3] = {0.0, 0.0, 0.1};
+    tulle_attachment_id id;
+    def.cloth = cloth;
+    def.vertices = &vertex;
+    def.vertex_count = 1;
+    def.points = point;
+    if (status == TULLE_OK) status = tulle_world_attach(world, &def, &id, error);
+    for (int i = 0; i < 8 && status == TULLE_OK; i++)
+        status = tulle_world_step(world, THING_STEP, NULL, error);
+    return status;
+}
+
+/* Each thing goes and comes again; what fails leaves the world as it was. */
+static tulle_status change_objects(void *unused, tulle_error *error) {
+    (void)unused;
+    tulle_object_id ids[THING_COUNT];
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 1;
+    def.start_intersections = TULLE_START_IGNORE;
+    tulle_world *world = NULL;
+    tulle_status status = tulle_world_create(&def, &world, error);
+    if (status == TULLE_OK) status = fill_changed(world, ids, error);
+    for (thing what = 0; what < THING_COUNT && status == TULLE_OK; what++) {
+        uint64_t before = tulle_world_get_state_hash(world);
+        status = things_try_remove(world, ids[what], error);
+        if (status == TULLE_OK) {
+            before = tulle_world_get_state_hash(world);
+            take(&before, sizeof before);
+            status = things_try(world, what, 0.0, &ids[what], error);
+        }
+        if (status != TULLE_OK) assert_true(tulle_world_get_state_hash(world) == before);
+    }
+    if (status == TULLE_OK) status = tulle_world_step(world, THING_STEP, NULL, error);
+    uint64_t const hash = tulle_world_get_state_hash(world);
+    if (status == TULLE_OK) take(&hash, sizeof hash);
+    tulle_world_destroy(world);
+    return status;
+}
+
+static void objects(void **state) {
+    (void)state;
+    survive("change objects", change_objects);
+}
+
 /* ---- files ---- */
 
 static tulle_status read_mesh(void *unused, tulle_error *error) {
@@ -435,6 +502,7 @@ int main(void) {
         cmocka_unit_test(shapes),
         cmocka_unit_test(meshes),
         cmocka_unit_test(judge_and_detector),
+        cmocka_unit_test(objects),
         cmocka_unit_test(recordings),
         cmocka_unit_test(files),
         cmocka_unit_test(runs),

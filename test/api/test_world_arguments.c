@@ -173,8 +173,11 @@ ARGUMENTS_OF(tulle_world_destroy) {
     tulle_world_destroy(NULL);
 }
 
+static bool is_refused_late = true; /* by the world that has started, too */
+
 static void refuse_cloth_def(const tulle_cloth_def *def) {
     REFUSED(tulle_world_add_cloth(fresh, def, NULL, &error));
+    if (is_refused_late) REFUSED(tulle_world_add_cloth(started, def, NULL, &error));
 }
 
 /* Every value of a cloth and its material that is a number. */
@@ -214,6 +217,7 @@ static void refuse_bad_values(void) {
                                &m->shear_hysteresis};
     /* After the first null those of springs, after the second those of woven cloth. */
     tulle_world *const given = fresh;
+    is_refused_late = false; /* its cloth is woven */
     tulle_world_def world_def = tulle_world_def_default();
     for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
         if (!numbers[n]) {
@@ -233,6 +237,7 @@ static void refuse_bad_values(void) {
     refuse_cloth_def(&def);
     tulle_world_destroy(fresh);
     fresh = given;
+    is_refused_late = true;
 }
 
 /* Directions of the warp, and triangles at rest. */
@@ -279,7 +284,6 @@ ARGUMENTS_OF(tulle_world_add_cloth) {
     tulle_cloth_def def = make_cloth_def();
     tulle_cloth_id id;
     REFUSED(tulle_world_add_cloth(NULL, &def, &id, &error));
-    REFUSED(tulle_world_add_cloth(started, &def, &id, &error));
     refuse_cloth_def(NULL);
     def.mesh.positions = NULL;
     refuse_cloth_def(&def);
@@ -317,6 +321,7 @@ ARGUMENTS_OF(tulle_world_add_cloth) {
 
 static void refuse_obstacle_def(const tulle_obstacle_def *def) {
     REFUSED(tulle_world_add_obstacle(fresh, def, NULL, &error));
+    REFUSED(tulle_world_add_obstacle(started, def, NULL, &error));
 }
 
 static tulle_status read_nothing(void *context, uint32_t frame, double *positions,
@@ -330,7 +335,6 @@ ARGUMENTS_OF(tulle_world_add_obstacle) {
     tulle_obstacle_def def = make_obstacle_def();
     tulle_obstacle_id id;
     REFUSED(tulle_world_add_obstacle(NULL, &def, &id, &error));
-    REFUSED(tulle_world_add_obstacle(started, &def, &id, &error));
     refuse_obstacle_def(NULL);
     def.mesh.positions = NULL;
     refuse_obstacle_def(&def);

@@ -278,6 +278,33 @@ static void step_world(tulle_world *world, seen *record) {
     total.substeps += report.substeps;
 }
 
+/* Objects come and go: a cloth, one that is refused, an obstacle by a reader, one that was there.
+ */
+static void change_objects(tulle_world *world, seen *record, int *fails_at, int step) {
+    static tulle_cloth_id guest;
+    static tulle_obstacle_id banner;
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    tulle_mesh sheet = small_sheet(0.3, 5, step == 63 ? 0.2 : 0.9);
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    cloth.contact_material = "silk";
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = tulle_mesh_get_view(&flag);
+    obstacle.read_frame = read_flag;
+    obstacle.frame_context = fails_at;
+    obstacle.frame_count = 400;
+    if (step == 62) see(record, world, tulle_world_add_cloth(world, &cloth, &guest, &error));
+    if (step == 63) see(record, world, tulle_world_add_cloth(world, &cloth, NULL, &error));
+    if (step == 65) see(record, world, tulle_world_remove_obstacle(world, obstacles[DOOR], &error));
+    if (step == 67) see(record, world, tulle_world_add_obstacle(world, &obstacle, &banner, &error));
+    if (step == 75) see(record, world, tulle_world_remove_cloth(world, guest, &error));
+    if (step == 77) see(record, world, tulle_world_remove_obstacle(world, banner, &error));
+    tulle_mesh_destroy(&sheet);
+    if (step != 62 && step != 63 && step != 65 && step != 67 && step != 75 && step != 77) return;
+    assert_int_equal(record->statuses[record->count - 1],
+                     step == 63 ? TULLE_ERROR_INTERSECTING_START : TULLE_OK);
+    if (step == 67) assert_true(banner.index == DOOR && banner.generation == 2);
+}
+
 /* Runs all of the scene, and records it. */
 static void run_scene(recording *bytes, seen *record) {
     tulle_world_def world_def = tulle_world_def_default();
@@ -302,6 +329,7 @@ static void run_scene(recording *bytes, seen *record) {
     void *state = NULL;
     size_t failures = 0;
     for (int i = 0; i < STEPS; i++) {
+        change_objects(world, record, &fails_at, i);
         drive_bodies(world, i);
         change_settings(world, i);
         move_attachments(world, i);
@@ -490,7 +518,8 @@ static void differences_are_told(void **unused) {
         assert_true(recording_next(bytes.bytes, bytes.byte_count, &place, &kind));
         results += kind == RECORD_RESULT;
         if (results < 5) continue;
-        bytes.bytes[begin + RECORD_HEAD_BYTES + 16] ^= 1; /* behind two ids and the status */
+        bytes.bytes[begin + RECORD_HEAD_BYTES + 24] ^=
+            1; /* behind two ids with generations, and the status */
         record_seal(bytes.bytes + begin, place - begin);
     }
     tulle_replay_report report;

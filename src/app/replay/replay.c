@@ -20,7 +20,7 @@ typedef struct replay_session {
     progress_bar bar;
     size_t byte_count;
     double time;     /* [s] of the world */
-    uint64_t failed; /* starts, steps and loads that failed as they were recorded */
+    uint64_t failed; /* calls that ran and failed as they were recorded */
     bool is_interrupted;
 } replay_session;
 
@@ -61,8 +61,7 @@ static int print_outcome(const replay_session *self, const tulle_replay_report *
            (unsigned long long)report->calls, (unsigned long long)report->steps, self->time,
            (unsigned long long)report->hash);
     if (self->failed > 0)
-        printf("%llu starts, steps or loads failed as they did then\n",
-               (unsigned long long)self->failed);
+        printf("%llu of these calls failed as they did then\n", (unsigned long long)self->failed);
     if (report->status != TULLE_OK)
         app_print_names(stdout, "the last, %s: %s\n", report->call, report->message);
     if (!report->is_whole && report->steps < (uint64_t)self->until)

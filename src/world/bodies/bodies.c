@@ -100,7 +100,7 @@ void world_place_bodies(tulle_world *world) {
         size_t const slot = get_first_slot(world, b);
         vec3 centre;
         quaternion orientation;
-        compute_script_pose(obstacle, 0.0, &centre, &orientation);
+        compute_script_pose(obstacle, state->time, &centre, &orientation);
         vec3_store(state->positions, slot, centre);
         vec3_store(state->positions, slot + 1, pack_orientation(orientation));
         for (size_t k = slot; k < slot + 2; k++) {

@@ -27,7 +27,7 @@ static inline bool body_answers(const tulle_world *world, size_t body) {
 
 /* Numbers the bodies. Called before the surfaces are numbered. */
 tulle_status world_number_bodies(tulle_world *world);
-/* The slots of the bodies in the first state, at time 0. */
+/* The slots of the bodies in the first state, at its time. */
 void world_place_bodies(tulle_world *world);
 
 /* Frees bodies whose start time has come at the state's time. True when there is one. */

@@ -11,8 +11,9 @@
 #include <string.h>
 
 uint32_t world_find_body(const tulle_world *world, tulle_obstacle_id id, tulle_error *error) {
-    bool const is_valid = world && id.generation == 1 && id.index < world->obstacles.count;
-    if (!is_valid || !world->obstacles.data[id.index].body.is_dynamic) {
+    size_t const index = world_find_obstacle(world, id);
+    bool const is_valid = index != SIZE_MAX;
+    if (!is_valid || !world->obstacles.data[index].body.is_dynamic) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                   is_valid ? "the obstacle is no body" : "the world has no such obstacle");
         return TULLE_NONE;
@@ -22,7 +23,7 @@ uint32_t world_find_body(const tulle_world *world, tulle_obstacle_id id, tulle_e
                   "bodies can be asked and pushed once the world has started");
         return TULLE_NONE;
     }
-    return world->surface_bodies[world->cloths.count + id.index];
+    return world->surface_bodies[world->cloths.count + index];
 }
 
 static quaternion get_orientation(const tulle_world *world, size_t slot) {
@@ -34,7 +35,7 @@ tulle_status tulle_obstacle_get_transform(const tulle_world *world, tulle_obstac
     if (!transform) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for it");
     uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    const world_obstacle *const obstacle = &world->obstacles.data[id.index];
+    const world_obstacle *const obstacle = get_body(world, body);
     size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
     quaternion const now = get_orientation(world, slot);
     quaternion const turn =
@@ -58,17 +59,17 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the point or the impulse is null");
     uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    const surface_range *const range = &world->surfaces[world->cloths.count + id.index];
     vec3 const at = vec3_load(point, 0), push = vec3_load(impulse, 0);
     if (!isfinite(at.x + at.y + at.z) || !isfinite(push.x + push.y + push.z))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the impulse is not finite");
-    if (!range->is_body || !world->now.is_present[id.index]) {
+    if (!get_body_surface(world, body)->is_body ||
+        !world->now.is_present[world->body_obstacles[body]]) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "'%s' follows its script or is absent: it takes no impulse",
-                         world->obstacles.data[id.index].name);
+                         get_body(world, body)->name);
     }
     world_wake_body(world, &world->now, body);
-    const rigid_body *const rigid = &world->obstacles.data[id.index].rigid;
+    const rigid_body *const rigid = &get_body(world, body)->rigid;
     size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
     double *const velocities = world->now.velocities;
     mat3 inverse = rigid_compute_inverse_inertia(rigid, get_orientation(world, slot));
@@ -88,6 +89,7 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_IMPULSE,
                                              .ids = {id.index},
+                                             .generations = {id.generation},
                                              .arrays = {{point, 3}, {impulse, 3}}});
     return TULLE_OK;
 }
@@ -188,12 +190,13 @@ tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world, tulle_
                                                 tulle_error *error) {
     if (!impulse || !angular_impulse)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for the impulses");
-    bool const is_valid = world && id.generation == 1 && id.index < world->obstacles.count;
+    size_t const index = world_find_obstacle(world, id);
+    bool const is_valid = index != SIZE_MAX;
     if (!is_valid || !world->is_started)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          is_valid ? "the world has not started: nothing touches anything yet"
                                   : "the world has no such obstacle");
-    size_t const surface = world->cloths.count + id.index;
+    size_t const surface = world->cloths.count + index;
     uint32_t const body = world->surface_bodies ? world->surface_bodies[surface] : TULLE_NONE;
     uint32_t const state = body == TULLE_NONE ? BODY_SCRIPTED : world->now.rests[body].state;
     impulse_sum sum = {.surface = surface};
@@ -224,6 +227,8 @@ tulle_status tulle_obstacle_wake(tulle_world *world, tulle_obstacle_id id, tulle
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     world_wake_body(world, &world->now, body);
     if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_WAKE, .ids = {id.index}});
+        world_record(world, &(recorded_call){.kind = RECORD_WAKE,
+                                             .ids = {id.index},
+                                             .generations = {id.generation}});
     return TULLE_OK;
 }

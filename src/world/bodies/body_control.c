@@ -74,7 +74,7 @@ static uint32_t find_free_body(const tulle_world *world, tulle_obstacle_id id, t
     if (body == TULLE_NONE || body_answers(world, body)) return body;
     error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
               "'%s' follows its script or is absent: it takes no velocities and no forces",
-              world->obstacles.data[id.index].name);
+              get_body(world, body)->name);
     return TULLE_NONE;
 }
 
@@ -91,7 +91,7 @@ tulle_status tulle_obstacle_set_velocity(tulle_world *world, tulle_obstacle_id i
                                          tulle_error *error) {
     uint32_t const body = find_free_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    const char *const name = world->obstacles.data[id.index].name;
+    const char *const name = get_body(world, body)->name;
     const double *const given[2] = {velocity, angular_velocity};
     static const char *const whats[2] = {"velocity", "angular_velocity"};
     for (int i = 0; i < 2; i++) {
@@ -111,15 +111,16 @@ tulle_status tulle_obstacle_set_velocity(tulle_world *world, tulle_obstacle_id i
         world_record(world,
                      &(recorded_call){.kind = RECORD_VELOCITY,
                                       .ids = {id.index},
+                                      .generations = {id.generation},
                                       .arrays = {{velocity, velocity ? 3 : 0},
                                                  {angular_velocity, angular_velocity ? 3 : 0}}});
     return TULLE_OK;
 }
 
 /* Adds to what the body is given for the next step. */
-static tulle_status give(tulle_world *world, tulle_obstacle_id id, uint32_t body, vec3 force,
-                         vec3 torque, tulle_error *error) {
-    world_obstacle *const obstacle = &world->obstacles.data[id.index];
+static tulle_status give(tulle_world *world, uint32_t body, vec3 force, vec3 torque,
+                         tulle_error *error) {
+    world_obstacle *const obstacle = get_body(world, body);
     double sums[BODY_AXES];
     vec3_store(sums, 0, vec3_add(obstacle->given_force, force));
     vec3_store(sums, 1, vec3_add(obstacle->given_torque, torque));
@@ -140,7 +141,7 @@ tulle_status tulle_obstacle_add_force(tulle_world *world, tulle_obstacle_id id,
     if (!force) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the force is null");
     uint32_t const body = find_free_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    const char *const name = world->obstacles.data[id.index].name;
+    const char *const name = get_body(world, body)->name;
     tulle_status status =
         check_numbers(name, (given_numbers){"force", force, 3, -FORCE_MAX, FORCE_MAX}, error);
     if (status == TULLE_OK && point)
@@ -149,10 +150,11 @@ tulle_status tulle_obstacle_add_force(tulle_world *world, tulle_obstacle_id id,
     if (status != TULLE_OK) return status;
     vec3 const centre = vec3_load(world->now.positions, get_first_slot(world, body));
     vec3 const at = point ? vec3_load(point, 0) : centre, pull = vec3_load(force, 0);
-    status = give(world, id, body, pull, vec3_cross(vec3_sub(at, centre), pull), error);
+    status = give(world, body, pull, vec3_cross(vec3_sub(at, centre), pull), error);
     if (status == TULLE_OK && world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_FORCE,
                                              .ids = {id.index},
+                                             .generations = {id.generation},
                                              .arrays = {{point, point ? 3 : 0}, {force, 3}}});
     return status;
 }
@@ -162,14 +164,16 @@ tulle_status tulle_obstacle_add_torque(tulle_world *world, tulle_obstacle_id id,
     if (!torque) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the torque is null");
     uint32_t const body = find_free_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    const char *const name = world->obstacles.data[id.index].name;
+    const char *const name = get_body(world, body)->name;
     tulle_status status =
         check_numbers(name, (given_numbers){"torque", torque, 3, -FORCE_MAX, FORCE_MAX}, error);
     if (status != TULLE_OK) return status;
-    status = give(world, id, body, vec3_make(0.0, 0.0, 0.0), vec3_load(torque, 0), error);
+    status = give(world, body, vec3_make(0.0, 0.0, 0.0), vec3_load(torque, 0), error);
     if (status == TULLE_OK && world->recording)
-        world_record(world, &(recorded_call){
-                                .kind = RECORD_TORQUE, .ids = {id.index}, .arrays = {{torque, 3}}});
+        world_record(world, &(recorded_call){.kind = RECORD_TORQUE,
+                                             .ids = {id.index},
+                                             .generations = {id.generation},
+                                             .arrays = {{torque, 3}}});
     return status;
 }
 
@@ -183,13 +187,14 @@ tulle_status tulle_obstacle_set_locks(tulle_world *world, tulle_obstacle_id id,
     if (translations > TULLE_LOCK_ALL || rotations > TULLE_LOCK_ALL)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: the locks are %u and %u; each must be a sum of TULLE_LOCK_X, _Y, _Z",
-                         world->obstacles.data[id.index].name, translations, rotations);
+                         get_body(world, body)->name, translations, rotations);
     world->controls[body].locks = translations | rotations << 3;
     if (body_answers(world, body)) world_stop_locked(world, body, world->now.velocities);
     world_wake_body(world, &world->now, body);
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_LOCKS,
                                              .ids = {id.index},
+                                             .generations = {id.generation},
                                              .numbers = {translations, rotations}});
     return TULLE_OK;
 }
@@ -206,7 +211,7 @@ tulle_status tulle_obstacle_set_drive(tulle_world *world, tulle_obstacle_id id,
     uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     tulle_status const status =
-        drive ? check_drive(world->obstacles.data[id.index].name, drive, error) : TULLE_OK;
+        drive ? check_drive(get_body(world, body)->name, drive, error) : TULLE_OK;
     if (status != TULLE_OK) return status;
     bool is_driven = false;
     for (int k = 0; drive && k < 3; k++)
@@ -222,6 +227,7 @@ tulle_status tulle_obstacle_set_drive(tulle_world *world, tulle_obstacle_id id,
         world_record(world,
                      &(recorded_call){.kind = RECORD_DRIVE,
                                       .ids = {id.index},
+                                      .generations = {id.generation},
                                       .arrays = {{(const double *)drive,
                                                   drive ? sizeof *drive / sizeof(double) : 0}}});
     return TULLE_OK;

@@ -1,6 +1,7 @@
 /* world/query/objects.c - cloths and obstacles as objects: what they are, what the host keeps with
  * them, and which pairs of them collide (tulle/query.h). */
 #include "base/error.h"
+#include "world/change/change.h"
 #include "world/record/record.h"
 #include "world/world_state.h"
 
@@ -20,17 +21,22 @@ tulle_object_id tulle_world_get_object(const tulle_world *world, uint32_t number
     size_t const cloth_count = world ? world->cloths.count : 0;
     size_t const count = world ? cloth_count + world->obstacles.count : 0;
     if (number >= count) return (tulle_object_id){0};
-    if (number < cloth_count) return (tulle_object_id){TULLE_OBJECT_CLOTH, number, 1};
-    return (tulle_object_id){TULLE_OBJECT_OBSTACLE, number - (uint32_t)cloth_count, 1};
+    bool const is_cloth = number < cloth_count;
+    uint32_t const slot = is_cloth ? world->cloths.data[number].slot
+                                   : world->obstacles.data[number - cloth_count].slot;
+    const slot_list *const slots = is_cloth ? &world->cloth_slots : &world->obstacle_slots;
+    return (tulle_object_id){is_cloth ? TULLE_OBJECT_CLOTH : TULLE_OBJECT_OBSTACLE, slot,
+                             slots->data[slot].generation};
 }
 
 size_t world_find_object(const tulle_world *world, tulle_object_id id, tulle_error *error) {
-    bool const is_cloth = id.kind == TULLE_OBJECT_CLOTH;
-    bool const is_object = (is_cloth || id.kind == TULLE_OBJECT_OBSTACLE) && id.generation == 1;
-    size_t const count = !world || !is_object ? 0
-                         : is_cloth           ? world->cloths.count
-                                              : world->obstacles.count;
-    if (id.index < count) return is_cloth ? id.index : world->cloths.count + id.index;
+    size_t cloth = SIZE_MAX, obstacle = SIZE_MAX;
+    if (id.kind == TULLE_OBJECT_CLOTH)
+        cloth = world_find_cloth(world, (tulle_cloth_id){id.index, id.generation});
+    if (id.kind == TULLE_OBJECT_OBSTACLE)
+        obstacle = world_find_obstacle(world, (tulle_obstacle_id){id.index, id.generation});
+    if (cloth != SIZE_MAX) return cloth;
+    if (obstacle != SIZE_MAX) return world->cloths.count + obstacle;
     error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world has no such object");
     return SIZE_MAX;
 }
@@ -93,6 +99,7 @@ tulle_status tulle_object_set_filter(tulle_world *world, tulle_object_id id, uin
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_FILTER,
                                              .ids = {id.index, (uint32_t)id.kind},
+                                             .generations = {id.generation},
                                              .numbers = {category, mask}});
     return TULLE_OK;
 }
@@ -110,6 +117,7 @@ tulle_status tulle_world_set_pair_filter(tulle_world *world, tulle_pair_filter f
 }
 
 bool world_choose_pairs(tulle_world *world) {
+    const world_change *const change = world->change; /* what was there before stays as it is */
     size_t const cloth_count = world->cloths.count, count = cloth_count + world->obstacles.count;
     for (size_t a = 0; a < count; a++) {
         for (size_t b = a + 1; b < count; b++) {
@@ -119,7 +127,12 @@ bool world_choose_pairs(tulle_world *world) {
                                   world->obstacles.data[a - cloth_count].body.is_dynamic ||
                                   world->obstacles.data[b - cloth_count].body.is_dynamic;
             bool collides = (first->category & second->mask) && (second->category & first->mask);
-            if (collides && may_meet && world->pair_filter) {
+            bool const is_known =
+                change && change->sources[a] != TULLE_NONE && change->sources[b] != TULLE_NONE;
+            if (is_known)
+                collides =
+                    world_pair_collides(change->before, change->sources[a], change->sources[b]);
+            if (collides && may_meet && world->pair_filter && !is_known) {
                 collides = world->pair_filter(world->pair_context, world,
                                               tulle_world_get_object(world, (uint32_t)a),
                                               tulle_world_get_object(world, (uint32_t)b)) != 0;
@@ -136,5 +149,6 @@ bool world_choose_pairs(tulle_world *world) {
             world->collides[a * count + b] = world->collides[b * count + a] = 0;
         }
     }
+    world->set.collides = world->collides;
     return true;
 }

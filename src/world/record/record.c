@@ -70,7 +70,7 @@ void world_end_recording(tulle_world *world) {
 static const char *find_obstruction(const tulle_world *world) {
     if (world->recording) return "it is recorded already";
     if (world->is_started) return "it has started";
-    if (world->cloths.count + world->obstacles.count > 0) return "it has objects";
+    if (world->cloth_slots.count + world->obstacle_slots.count > 0) return "it has had objects";
     if (world->material_laws.count > 0) return "it has laws of materials";
     return world->pair_filter ? "it has a pair filter" : NULL;
 }

@@ -56,6 +56,10 @@ const record_facts record_kinds[RECORD_KIND_COUNT] = {
     [RECORD_TORQUE] = {"tulle_obstacle_add_torque", {3, 0}},
     [RECORD_LOCKS] = {"tulle_obstacle_set_locks", {0, 0}},
     [RECORD_DRIVE] = {"tulle_obstacle_set_drive", {DRIVE_COUNT, 0}},
+    [RECORD_ADD_CLOTH] = {"tulle_world_add_cloth", {0, 0}},
+    [RECORD_ADD_OBSTACLE] = {"tulle_world_add_obstacle", {0, 0}},
+    [RECORD_REMOVE_CLOTH] = {"tulle_world_remove_cloth", {0, 0}},
+    [RECORD_REMOVE_OBSTACLE] = {"tulle_world_remove_obstacle", {0, 0}},
     [RECORD_WATCH] = {"tulle_world_watch_events", {1, 0}},
     [RECORD_WAKE_CLOTH] = {"tulle_cloth_wake", {0, 0}},
 };
@@ -402,6 +406,7 @@ static void visit_attachment_def(record_stream *stream, tulle_attachment_def *de
 
 static void visit_call(record_stream *stream, recorded_call *call) {
     visit_words(stream, call->ids, 2, sizeof call->ids[0]);
+    visit_words(stream, call->generations, 2, sizeof call->generations[0]);
     visit_words(stream, call->numbers, 2, sizeof call->numbers[0]);
     for (int k = 0; k < 2; k++) {
         recorded_array *const array = &call->arrays[k];
@@ -416,8 +421,10 @@ static void visit_call(record_stream *stream, recorded_call *call) {
         visit_text(stream, &call->texts[0]);
         visit_world_def(stream, &call->def.world);
         break;
-    case RECORD_CLOTH: visit_cloth_def(stream, &call->def.cloth); break;
-    case RECORD_OBSTACLE: visit_obstacle_def(stream, &call->def.obstacle); break;
+    case RECORD_CLOTH:
+    case RECORD_ADD_CLOTH: visit_cloth_def(stream, &call->def.cloth); break;
+    case RECORD_OBSTACLE:
+    case RECORD_ADD_OBSTACLE: visit_obstacle_def(stream, &call->def.obstacle); break;
     case RECORD_MATERIAL: visit_material(stream, &call->def.material); break;
     case RECORD_ATTACH: visit_attachment_def(stream, &call->def.attachment); break;
     case RECORD_LOAD:

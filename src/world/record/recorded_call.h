@@ -8,9 +8,9 @@
  *   payload
  *   8 bytes  hash_block of the payload
  *
- * The payload has two ids, two numbers and two arrays of doubles, each with its count, whatever the
- * call makes of them; then a def, where it has one. One function walks over a call for writing and
- * for reading (recorded_call_visit), so both agree. */
+ * The payload has two ids, their generations, two numbers and two arrays of doubles, each with its
+ * count, whatever the call makes of them; then a def, where it has one. One function walks over a
+ * call for writing and for reading (recorded_call_visit), so both agree. */
 #ifndef TULLE_WORLD_RECORD_RECORDED_CALL_H
 #define TULLE_WORLD_RECORD_RECORDED_CALL_H
 
@@ -18,14 +18,14 @@
 #include "tulle/attach.h"
 
 /* Its last byte is the version of the format. */
-#define RECORD_MAGIC "TULLREC1"
+#define RECORD_MAGIC "TULLREC2"
 enum { RECORD_MAGIC_BYTES = 8, RECORD_HEAD_BYTES = 16, RECORD_HASH_BYTES = 8 };
 
 /* Kinds of blocks. Their numbers are part of the format: new ones come before RECORD_KIND_COUNT. */
 typedef enum record_kind {
     RECORD_END,    /* the host ended the recording */
     RECORD_CREATE, /* the first block, with the version of the library */
-    RECORD_RESULT, /* of a start, step or load: is_started; status, hash */
+    RECORD_RESULT, /* of what runs, see record_runs: is_started; status, hash */
     RECORD_FRAME,  /* that a reader gave in one: obstacle, frame; status; positions */
     RECORD_ANSWER, /* of a pair filter in one: -; 1 or 0 */
     RECORD_START,  /* */
@@ -59,6 +59,10 @@ typedef enum record_kind {
     RECORD_DRIVE,        /* obstacle; -; the drive or none */
     RECORD_WATCH,        /* -; kinds, capacity; force, or none: watches no more */
     RECORD_WAKE_CLOTH,   /* cloth */
+    RECORD_ADD_CLOTH,    /* the def, of a world that has started; so for the next one */
+    RECORD_ADD_OBSTACLE,
+    RECORD_REMOVE_CLOTH,    /* cloth */
+    RECORD_REMOVE_OBSTACLE, /* obstacle */
     RECORD_KIND_COUNT
 } record_kind;
 
@@ -86,6 +90,7 @@ typedef struct recorded_state {
 typedef struct recorded_call {
     record_kind kind;
     uint32_t ids[2];
+    uint32_t generations[2]; /* of objects among them */
     uint64_t numbers[2];
     recorded_array arrays[2];
     union {
@@ -116,6 +121,12 @@ typedef struct record_stream {
  * its kind. */
 tulle_status recorded_call_write(record_stream *stream, const recorded_call *call);
 tulle_status recorded_call_read(record_stream *stream, recorded_call *call);
+
+/* Whether a call is written before it runs, and its result after. */
+static inline bool record_runs(record_kind kind) {
+    return (kind >= RECORD_START && kind <= RECORD_LOAD) ||
+           (kind >= RECORD_ADD_CLOTH && kind <= RECORD_REMOVE_OBSTACLE);
+}
 
 /* Little endian numbers of 1 to 8 bytes. */
 void record_store(unsigned char *bytes, size_t byte_count, uint64_t value);

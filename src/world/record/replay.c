@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "tulle/live.h"
+#include "tulle/objects.h"
 #include "world/record/recorded_call.h"
 #include "world/world_state.h"
 
@@ -19,12 +20,13 @@ typedef struct replay replay;
 /* Where the frames of an obstacle come from; stays where it is, for the world points to it. */
 typedef struct frame_source {
     replay *owner;
-    uint32_t obstacle;
+    tulle_obstacle_id obstacle;
 } frame_source;
 
 /* A frame that the host gave: the place of its block. */
 typedef struct recorded_frame {
-    uint32_t obstacle, frame;
+    tulle_obstacle_id obstacle;
+    uint32_t frame;
     size_t place;
 } recorded_frame;
 
@@ -93,10 +95,14 @@ static tulle_status give_frame(void *context, uint32_t frame, double *positions,
                                tulle_error *error) {
     const frame_source *const source = context;
     replay *const self = source->owner;
-    size_t const count = self->world->obstacles.data[source->obstacle].mesh.vertex_count;
+    tulle_obstacle_id const id = source->obstacle;
+    size_t const index = world_find_obstacle(self->world, id);
+    size_t const count = self->world->obstacles.data[index].mesh.vertex_count;
     for (size_t i = self->frames.count; i-- > 0;) {
         const recorded_frame *const given = &self->frames.data[i];
-        if (given->obstacle != source->obstacle || given->frame != frame) continue;
+        if (given->obstacle.index != id.index || given->obstacle.generation != id.generation ||
+            given->frame != frame)
+            continue;
         arena_mark const mark = arena_get_mark(&self->scratch);
         size_t place = given->place;
         recorded_call call;
@@ -140,7 +146,7 @@ static tulle_status look_through(replay *self, recorded_call *result, bool *has_
         if (result->kind == RECORD_FRAME) {
             if (!ARRAY_RESERVE(&self->heap, &self->frames, 1)) return refuse_memory(self);
             self->frames.data[self->frames.count++] =
-                (recorded_frame){result->ids[0], result->ids[1], begin};
+                (recorded_frame){{result->ids[0], result->generations[0]}, result->ids[1], begin};
         } else if (result->kind == RECORD_ANSWER) {
             if (!ARRAY_RESERVE(&self->heap, &self->answers, 1)) return refuse_memory(self);
             self->answers.data[self->answers.count++] = result->numbers[0] != 0;
@@ -170,7 +176,7 @@ static tulle_status add_obstacle(replay *self, recorded_call *call) {
             memory_release(&self->heap, source, sizeof *source);
             return refuse_memory(self);
         }
-        *source = (frame_source){self, (uint32_t)self->world->obstacles.count};
+        *source = (frame_source){self, world_find_next_obstacle(self->world)};
         self->sources.data[self->sources.count++] = source;
         def->read_frame = give_frame;
         def->frame_context = source;
@@ -189,8 +195,11 @@ static const tulle_contact_law *read_law(const recorded_call *call, tulle_contac
 static tulle_status make_law(replay *self, const recorded_call *call) {
     tulle_contact_law law;
     const tulle_contact_law *const given = read_law(call, &law);
-    tulle_cloth_id const cloths[2] = {{call->ids[0], 1}, {call->ids[1], 1}};
-    tulle_obstacle_id const obstacles[2] = {{call->ids[0], 1}, {call->ids[1], 1}};
+    const uint32_t *const generations = call->generations;
+    tulle_cloth_id const cloths[2] = {{call->ids[0], generations[0]},
+                                      {call->ids[1], generations[1]}};
+    tulle_obstacle_id const obstacles[2] = {{call->ids[0], generations[0]},
+                                            {call->ids[1], generations[1]}};
     switch (call->kind) {
     case RECORD_CLOTH_CLOTH_LAW:
         return tulle_world_set_cloth_cloth_law(self->world, cloths[0], cloths[1], given,
@@ -211,7 +220,7 @@ static tulle_status make_law(replay *self, const recorded_call *call) {
 static tulle_status make_cloth_call(replay *self, recorded_call *call) {
     tulle_world *const world = self->world;
     tulle_error *const error = &self->error;
-    tulle_cloth_id const cloth = {call->ids[0], 1};
+    tulle_cloth_id const cloth = {call->ids[0], call->generations[0]};
     const recorded_array *const first = &call->arrays[0];
     size_t const number = (size_t)call->numbers[0];
     tulle_attachment_id made;
@@ -219,7 +228,8 @@ static tulle_status make_cloth_call(replay *self, recorded_call *call) {
     case RECORD_CLOTH: return tulle_world_add_cloth(world, &call->def.cloth, NULL, error);
     case RECORD_FILTER:
         return tulle_object_set_filter(
-            world, (tulle_object_id){(tulle_object_kind)call->ids[1], call->ids[0], 1},
+            world,
+            (tulle_object_id){(tulle_object_kind)call->ids[1], call->ids[0], call->generations[0]},
             (uint32_t)number, (uint32_t)call->numbers[1], error);
     case RECORD_PAIR_FILTER:
         return tulle_world_set_pair_filter(world, number ? give_answer : NULL, self, error);
@@ -260,7 +270,7 @@ static tulle_status make_cloth_call(replay *self, recorded_call *call) {
 static tulle_status make_obstacle_call(replay *self, recorded_call *call) {
     tulle_world *const world = self->world;
     tulle_error *const error = &self->error;
-    tulle_obstacle_id const id = {call->ids[0], 1};
+    tulle_obstacle_id const id = {call->ids[0], call->generations[0]};
     const double *const first = call->arrays[0].data, *const second = call->arrays[1].data;
     tulle_travel const travel = (tulle_travel)call->numbers[0];
     tulle_body_drive drive;
@@ -310,16 +320,25 @@ static tulle_status undo_call(replay *self, const recorded_call *call,
     return status == TULLE_ERROR_INTERRUPTED ? recorded : status;
 }
 
-static tulle_status run_call(replay *self, const recorded_call *call) {
+static tulle_status run_call(replay *self, recorded_call *call) {
     tulle_world *const world = self->world;
-    if (call->kind == RECORD_START) return tulle_world_start(world, &self->error);
-    if (call->kind == RECORD_STEP)
-        return tulle_world_step(world, call->arrays[0].data[0], NULL, &self->error);
-    return tulle_world_load_state(world, call->def.state.bytes, call->def.state.byte_count,
-                                  &self->error);
+    tulle_error *const error = &self->error;
+    tulle_cloth_id const cloth = {call->ids[0], call->generations[0]};
+    tulle_obstacle_id const obstacle = {call->ids[0], call->generations[0]};
+    switch (call->kind) {
+    case RECORD_START: return tulle_world_start(world, error);
+    case RECORD_STEP: return tulle_world_step(world, call->arrays[0].data[0], NULL, error);
+    case RECORD_ADD_CLOTH: return tulle_world_add_cloth(world, &call->def.cloth, NULL, error);
+    case RECORD_ADD_OBSTACLE: return add_obstacle(self, call);
+    case RECORD_REMOVE_CLOTH: return tulle_world_remove_cloth(world, cloth, error);
+    case RECORD_REMOVE_OBSTACLE: return tulle_world_remove_obstacle(world, obstacle, error);
+    default:
+        return tulle_world_load_state(world, call->def.state.bytes, call->def.state.byte_count,
+                                      error);
+    }
 }
 
-/* A start, a step or a load, and what it came to. */
+/* A call that runs, and what it came to. */
 static tulle_status repeat_run(replay *self, recorded_call *call, bool *has_result) {
     tulle_replay_report *const report = self->report;
     recorded_call result;
@@ -347,7 +366,7 @@ static tulle_status repeat_call(replay *self, recorded_call *call,
         return refuse_block(self, report->offset,
                             is_first ? "it does not begin with the creation of a world"
                                      : "a second world is created");
-    bool const runs = call->kind >= RECORD_START && call->kind <= RECORD_LOAD;
+    bool const runs = record_runs(call->kind);
     bool has_result = true;
     if (call->kind == RECORD_END) {
         report->is_whole = 1;

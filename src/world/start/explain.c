@@ -113,9 +113,9 @@ tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world) {
 
 tulle_fineness tulle_cloth_get_fineness(const tulle_world *world, tulle_cloth_id id) {
     tulle_fineness fineness = {0};
-    if (!world || !world->is_started || id.generation != 1 || id.index >= world->cloths.count)
-        return fineness;
-    const surface_range *const range = &world->surfaces[id.index];
+    size_t const index = world_find_cloth(world, id);
+    if (index == SIZE_MAX || !world->is_started) return fineness;
+    const surface_range *const range = &world->surfaces[index];
     size_t count = 0;
     for (size_t e = 0; e < world->cloth_edge_count; e++) {
         uint32_t const end = world->topo.edges[2 * e];
@@ -124,7 +124,7 @@ tulle_fineness tulle_cloth_get_fineness(const tulle_world *world, tulle_cloth_id
         count++;
     }
     fineness.mean_edge /= (double)count;
-    const tulle_material *const material = &world->cloths.data[id.index].material;
+    const tulle_material *const material = &world->cloths.data[index].material;
     bool const is_woven = world->def.membrane == TULLE_MEMBRANE_WOVEN;
     double const rigidity = is_woven ? fmin(material->bend_warp, material->bend_weft)
                                      : material->springs.bend_stiffness;
@@ -143,8 +143,7 @@ static const double PATCH_TIME_STEP_MAX = 1.0; /* [s] the longest step of a worl
 static tulle_status check_patch_call(const tulle_world *world, tulle_cloth_id id,
                                      const tulle_patch_options *options, bool has_places,
                                      tulle_error *error) {
-    if (!world || !options || !has_places || id.generation != 1 ||
-        id.index >= world->cloths.count) {
+    if (world_find_cloth(world, id) == SIZE_MAX || !options || !has_places) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "patches need a world, a cloth of it, options, and a place for labels and "
                          "count");
@@ -218,9 +217,10 @@ tulle_status tulle_cloth_get_patches(tulle_world *world, tulle_cloth_id id,
                                      size_t *patch_count, tulle_error *error) {
     tulle_status status = check_patch_call(world, id, options, labels && patch_count, error);
     if (status != TULLE_OK) return status;
+    size_t const index = world_find_cloth(world, id);
     arena_mark const mark = arena_get_mark(&world->scratch);
-    status = options->is_in_use ? name_patches_in_use(world, id.index, labels, patch_count)
-                                : find_patches(world, id.index, options, labels, patch_count);
+    status = options->is_in_use ? name_patches_in_use(world, index, labels, patch_count)
+                                : find_patches(world, index, options, labels, patch_count);
     arena_release(&world->scratch, mark);
     if (status != TULLE_OK) return error_set(error, status, "no memory left for patches");
     return TULLE_OK;

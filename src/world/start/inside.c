@@ -77,7 +77,10 @@ static const surface_range *find_holder(const holder_search *search, uint32_t ve
             held->is_obstacle
                 ? held->is_body || range->is_body
                 : !search->question.is_late || !world->now.is_present[s - world->cloths.count];
-        if (!is_forbidden || !world_pair_collides(world, s, world->vertex_surface[vertex]))
+        bool const is_asked = !search->question.has_added || s == search->question.added ||
+                              world->vertex_surface[vertex] == search->question.added;
+        if (!is_forbidden || !is_asked ||
+            !world_pair_collides(world, s, world->vertex_surface[vertex]))
             continue;
         if (!surface_box_holds(&search->boxes[s], point)) continue;
         if (!surface_is_closed(&world->topo, range)) continue;

@@ -20,6 +20,8 @@ bool surface_is_closed(const topology *topo, const surface_range *range);
 typedef struct inside_question {
     const char *when; /* "at the start" and the like, for the message */
     bool is_late;     /* asked in a step: refuses cloth only inside what has just appeared */
+    bool has_added;   /* asked of one surface: what lies inside it, and it inside others */
+    uint32_t added;
 } inside_question;
 
 /* Refuses what lies inside something, with TULLE_ERROR_INTERSECTING_START:

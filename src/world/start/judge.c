@@ -4,6 +4,7 @@
 #include "base/sort.h"
 #include "math/vec3.h"
 #include "tulle/check.h"
+#include "world/change/change.h"
 #include "world/world_state.h"
 
 #include <string.h>
@@ -80,6 +81,39 @@ tulle_status world_ignore_intersections(tulle_world *world, tulle_error *error) 
     }
     memcpy(world->ignored.data, world->intersections.data, count * sizeof *world->ignored.data);
     world->ignored.count = count;
+    refresh_ignored_keys(world);
+    return TULLE_OK;
+}
+
+/* In the order of the judge. */
+static int compare_pairs(const void *one, const void *two) {
+    const tulle_intersection *const x = one, *const y = two;
+    uint32_t const a[4] = {x->object_a, x->triangle_a, x->object_b, x->triangle_b};
+    uint32_t const b[4] = {y->object_a, y->triangle_a, y->object_b, y->triangle_b};
+    for (int k = 0; k < 4; k++)
+        if (a[k] != b[k]) return a[k] < b[k] ? -1 : 1;
+    return 0;
+}
+
+tulle_status world_carry_ignored(tulle_world *world, tulle_error *error) {
+    const world_change *const change = world->change;
+    const tulle_world *const before = change->before;
+    size_t const most = before->ignored.count + world->intersections.count;
+    if (!ARRAY_RESERVE(&world->heap, &world->ignored, most) ||
+        !ARRAY_RESERVE(&world->heap, &world->ignored_keys, most))
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for ignored pairs");
+    size_t count = 0;
+    for (size_t i = 0; i < before->ignored.count; i++) {
+        tulle_intersection pair = before->ignored.data[i];
+        pair.object_a = change->targets[pair.object_a];
+        pair.object_b = change->targets[pair.object_b];
+        if (pair.object_a != TULLE_NONE && pair.object_b != TULLE_NONE)
+            world->ignored.data[count++] = pair;
+    }
+    for (size_t i = 0; i < world->intersections.count; i++)
+        world->ignored.data[count++] = world->intersections.data[i];
+    world->ignored.count = count;
+    sort_in_place(world->ignored.data, count, sizeof *world->ignored.data, compare_pairs);
     refresh_ignored_keys(world);
     return TULLE_OK;
 }

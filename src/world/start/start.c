@@ -18,11 +18,12 @@
 
 /* Joins the surfaces, cloths first: ranges of vertices, triangles and edges of each, and the
  * topology of all triangles together. Leaves it to the caller to say that memory is short. */
-static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
+tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
     size_t const surface_count = world->cloths.count + world->obstacles.count;
     size_t vertex_count = 0, triangle_count = 0;
-    world->set.surface_count = surface_count;
+    world->set = (surface_set){.topo = &world->topo, .surface_count = surface_count};
     world->surfaces = memory_allocate_zeroed(&world->heap, surface_count, sizeof(surface_range));
+    world->set.surfaces = world->surfaces;
     if (!world->surfaces || world_number_bodies(world) != TULLE_OK)
         return TULLE_ERROR_OUT_OF_MEMORY;
     world->cloth_rest_count = world->def.sleep_speed > 0.0 ? world->cloths.count : 0;
@@ -86,32 +87,25 @@ static tulle_status join_surfaces(tulle_world *world, tulle_error *error) {
         range->edge_end = (uint32_t)edge;
         if (!range->is_obstacle) world->cloth_edge_count = range->edge_end;
     }
-    if (!world_choose_pairs(world)) return TULLE_ERROR_OUT_OF_MEMORY;
-    world->set = (surface_set){.topo = &world->topo,
-                               .surfaces = world->surfaces,
-                               .surface_count = surface_count,
-                               .collides = world->collides};
+    world->pin_count = 0;
+    for (size_t i = 0; i < world->cloths.count; i++)
+        world->pin_count += world->cloths.data[i].pin_count;
     return TULLE_OK;
 }
 
-/* First positions and velocities, rest shapes, surface of each vertex. */
-static void fill_arrays(tulle_world *world) {
-    for (size_t s = 0; s < world->set.surface_count; s++) {
-        const world_mesh *const mesh = world_surface_mesh(world, s);
-        const surface_range *const range = &world->surfaces[s];
-        size_t const offset = 3 * (size_t)range->vertex_begin;
-        size_t const bytes = 3 * mesh->vertex_count * sizeof(double);
-        bool const is_cloth = !range->is_obstacle;
-        memcpy(world->now.positions + offset, mesh->positions, bytes);
-        memcpy(world->rest + offset, is_cloth ? world->cloths.data[s].rest : mesh->positions,
-               bytes);
-        if (is_cloth) {
-            memcpy(world->now.velocities + offset, world->cloths.data[s].velocities, bytes);
-        }
-        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
-            world->vertex_surface[v] = (uint32_t)s;
-        }
-    }
+void world_fill_surface(tulle_world *world, size_t surface) {
+    const world_mesh *const mesh = world_surface_mesh(world, surface);
+    const surface_range *const range = &world->surfaces[surface];
+    size_t const offset = 3 * (size_t)range->vertex_begin;
+    size_t const bytes = 3 * mesh->vertex_count * sizeof(double);
+    bool const is_cloth = !range->is_obstacle;
+    memcpy(world->now.positions + offset, mesh->positions, bytes);
+    memcpy(world->rest + offset, is_cloth ? world->cloths.data[surface].rest : mesh->positions,
+           bytes);
+    if (is_cloth)
+        memcpy(world->now.velocities + offset, world->cloths.data[surface].velocities, bytes);
+    for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
+        world->vertex_surface[v] = (uint32_t)surface;
 }
 
 /* [bytes] of scratch that a step without contact takes for each vertex of cloth. */
@@ -119,9 +113,10 @@ enum { SCRATCH_BYTES = 640 };
 
 /* The cloth's machinery, and room for the plastic parts of its sliders. Leaves it to the caller to
  * say that memory is short. */
-static tulle_status build_model(tulle_world *world, tulle_error *error) {
+tulle_status world_build_model(tulle_world *world, tulle_error *error) {
     cloth_machinery made;
-    tulle_status const status = world_build_machinery(world, (cloth_settings){0}, &made, error);
+    cloth_settings const settings = {world->first_materials, world->first_releases};
+    tulle_status const status = world_build_machinery(world, settings, &made, error);
     if (status != TULLE_OK) return status;
     world_set_machinery(world, &made);
     world->plastic_count = hysteresis_count(world->model);
@@ -222,15 +217,26 @@ static tulle_status judge_start(tulle_world *world, tulle_error *error) {
                               : status;
 }
 
+tulle_status world_finish_start(tulle_world *world) {
+    tulle_status const status = world_start_detection(world);
+    if (status != TULLE_OK) return status;
+    arena_reserve(&world->scratch, SCRATCH_BYTES * world->cloth_vertex_count);
+    world->def_hash = hash_defs(world);
+    memcpy(world->first_settings.gravity, world->def.gravity, sizeof world->def.gravity);
+    world->first_settings.wind = world->def.wind;
+    return TULLE_OK;
+}
+
 static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error *error) {
     static const char no_memory[] = "no memory left to start the world";
     world->response = get_response(world->def.response);
-    tulle_status status = join_surfaces(world, error);
+    tulle_status status = world_join_surfaces(world, error);
     if (status == TULLE_OK && !world_allocate_start(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (status == TULLE_OK && !world_choose_pairs(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK) {
-        fill_arrays(world);
+        for (size_t s = 0; s < world->set.surface_count; s++) world_fill_surface(world, s);
         world_place_bodies(world);
-        status = build_model(world, error);
+        status = world_build_model(world, error);
     }
     if (status == TULLE_OK) status = world_derive_distances(world, error);
     if (status == TULLE_OK) status = world_set_grains(world);
@@ -242,17 +248,10 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error
         status = hysteresis_start(
             world->model, (slider_state){world->now.positions, world->threads, &world->scratch},
             world->now.plastic);
-    if (status == TULLE_OK) status = world_start_detection(world);
+    if (status == TULLE_OK) status = world_finish_start(world);
     if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
     if (status != TULLE_OK)
         return error_set(error, status, "the meshes have positions that are not finite");
-    arena_reserve(&world->scratch, SCRATCH_BYTES * world->cloth_vertex_count);
-    world->def_hash = hash_defs(world);
-    world->pin_count = 0;
-    for (size_t i = 0; i < world->cloths.count; i++)
-        world->pin_count += world->cloths.data[i].pin_count;
-    memcpy(world->first_settings.gravity, world->def.gravity, sizeof world->def.gravity);
-    world->first_settings.wind = world->def.wind;
     return TULLE_OK;
 }
 

@@ -8,6 +8,14 @@
  * memory is short: world_release_start then releases what there is. */
 bool world_allocate_start(tulle_world *world);
 
+/* start.c: joins the objects to one numbering. Puts what the def of an object says into the arrays.
+ * Makes the cloth's model. Makes the search, and notes what saved states must fit. Errors of memory
+ * without a text. */
+tulle_status world_join_surfaces(tulle_world *world, tulle_error *error);
+void world_fill_surface(tulle_world *world, size_t surface);
+tulle_status world_build_model(tulle_world *world, tulle_error *error);
+tulle_status world_finish_start(tulle_world *world);
+
 /* start_laws.c: [m] the separation distance that goes with a contact distance. */
 double world_get_separation(const tulle_world *world, double contact_distance);
 /* start_laws.c: contact laws of all pairs of surfaces and the distances that the world reports. */

@@ -151,10 +151,9 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
         return TULLE_OK;
     }
 
-    double extent = 0.0; /* [m] the largest coordinate; the slots of bodies are no places */
-    size_t const slots = world->cloth_vertex_count, after = slots + 2 * world->body_count;
-    for (size_t i = 0; i < 3 * world->vertex_count; i++)
-        if (i / 3 < slots || i / 3 >= after) extent = fmax(extent, fabs(world->now.positions[i]));
+    double extent = 0.0; /* [m] the largest coordinate */
+    for (size_t s = 0; s < surface_count; s++)
+        extent = fmax(extent, world_surface_mesh(world, s)->extent);
     double const float_floor = MINIMUM_GAP_ULPS * 0x1p-23 * extent;
     bool const is_given = world->def.minimum_gap > 0.0;
     world->minimum_gap =

@@ -37,11 +37,9 @@ static tulle_status check_holder(const tulle_world *world, const tulle_attachmen
     bool const is_cloth = def->other_cloth.generation != 0;
     if (is_obstacle + is_cloth + (def->points != NULL) != 1)
         return refuse(error, "is to one thing: an obstacle, another cloth or points");
-    if (is_obstacle &&
-        (def->obstacle.generation != 1 || def->obstacle.index >= world->obstacles.count))
+    if (is_obstacle && world_find_obstacle(world, def->obstacle) == SIZE_MAX)
         return refuse(error, "names an obstacle that the world does not have");
-    if (is_cloth &&
-        (def->other_cloth.generation != 1 || def->other_cloth.index >= world->cloths.count))
+    if (is_cloth && world_find_cloth(world, def->other_cloth) == SIZE_MAX)
         return refuse(error, "names another cloth that the world does not have");
     return TULLE_OK;
 }
@@ -50,7 +48,8 @@ static tulle_status check_holder(const tulle_world *world, const tulle_attachmen
 static uint32_t find_holder(const tulle_world *world, const tulle_attachment_def *def) {
     if (def->points) return TULLE_NONE;
     bool const is_cloth = def->other_cloth.generation != 0;
-    return is_cloth ? def->other_cloth.index : (uint32_t)world->cloths.count + def->obstacle.index;
+    return (uint32_t)(is_cloth ? world_find_cloth(world, def->other_cloth)
+                               : world->cloths.count + world_find_obstacle(world, def->obstacle));
 }
 
 static tulle_status check_numbers(const tulle_attachment_def *def, tulle_error *error) {
@@ -81,7 +80,7 @@ static tulle_status check_places(const tulle_world *world, const tulle_attachmen
     if (surface == TULLE_NONE) return refuse(error, "to points has no triangles");
     const surface_range *const range = &world->surfaces[surface];
     size_t const triangle_count = range->triangle_end - range->triangle_begin;
-    uint32_t const begin = world->surfaces[def->cloth.index].vertex_begin;
+    uint32_t const begin = world->surfaces[world_find_cloth(world, def->cloth)].vertex_begin;
     for (size_t i = 0; i < def->vertex_count; i++) {
         if (def->triangles[i] >= triangle_count)
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -112,7 +111,8 @@ static tulle_status check_places(const tulle_world *world, const tulle_attachmen
  * it may not name. */
 static tulle_status check_vertices(const tulle_world *world, const tulle_attachment_def *def,
                                    uint8_t *marks, tulle_error *error) {
-    const world_cloth *const cloth = &world->cloths.data[def->cloth.index];
+    size_t const index = world_find_cloth(world, def->cloth);
+    const world_cloth *const cloth = &world->cloths.data[index];
     size_t const count = cloth->mesh.vertex_count;
     enum { PINNED = 1, TIED = 2, NAMED = 4 };
     for (size_t p = 0; p < cloth->pin_count; p++) {
@@ -122,8 +122,7 @@ static tulle_status check_vertices(const tulle_world *world, const tulle_attachm
     }
     for (size_t i = 0; i < world->now.ties.count; i++) {
         const world_tie *const tie = &world->now.ties.data[i];
-        if (isfinite(tie->stiffness) || world->vertex_surface[tie->vertex] != def->cloth.index)
-            continue;
+        if (isfinite(tie->stiffness) || world->vertex_surface[tie->vertex] != index) continue;
         marks[tie->vertex - cloth->vertex_begin] |= TIED;
     }
     bool const is_rigid = !isfinite(def->stiffness);
@@ -152,7 +151,7 @@ static tulle_status check_vertices(const tulle_world *world, const tulle_attachm
 /* Adds the ties of the def, of which there is room for, and returns how many. */
 static size_t add_ties(tulle_world *world, const tulle_attachment_def *def, uint32_t surface) {
     world_motion_state *const now = &world->now;
-    uint32_t const begin = world->surfaces[def->cloth.index].vertex_begin;
+    uint32_t const begin = world->surfaces[world_find_cloth(world, def->cloth)].vertex_begin;
     size_t const before = now->ties.count;
     for (size_t i = 0; i < def->vertex_count; i++) {
         world_tie tie = {.number = now->attachment_count + 1,
@@ -183,10 +182,10 @@ static tulle_status check_def(const tulle_world *world, const tulle_attachment_d
         return refuse(error, "needs a def made by tulle_attachment_def_default");
     if (world->def.response != TULLE_RESPONSE_COUPLED)
         return refuse(error, "needs TULLE_RESPONSE_COUPLED");
-    if (def->cloth.generation != 1 || def->cloth.index >= world->cloths.count)
-        return refuse(error, "names a cloth that the world does not have");
+    size_t const index = world_find_cloth(world, def->cloth);
+    if (index == SIZE_MAX) return refuse(error, "names a cloth that the world does not have");
     if (!def->vertices || def->vertex_count == 0) return refuse(error, "needs vertices");
-    size_t const count = world->cloths.data[def->cloth.index].mesh.vertex_count;
+    size_t const count = world->cloths.data[index].mesh.vertex_count;
     if (def->vertex_count > count) return refuse(error, "names more vertices than the cloth has");
     if ((def->triangles != NULL) != (def->weights != NULL))
         return refuse(error, "gives triangles and weights together, or none of them");
@@ -201,9 +200,11 @@ static tulle_status check_def(const tulle_world *world, const tulle_attachment_d
 static tulle_status attach_now(tulle_world *world, const tulle_attachment_def *def,
                                tulle_error *error) {
     uint32_t const surface = find_holder(world, def);
-    size_t const count = world->cloths.data[def->cloth.index].mesh.vertex_count;
+    const world_cloth *const cloth = &world->cloths.data[world_find_cloth(world, def->cloth)];
+    size_t const count = cloth->mesh.vertex_count;
     tulle_status status = TULLE_OK;
-    if (def->obstacle.generation != 0 && !world->now.is_present[def->obstacle.index])
+    if (def->obstacle.generation != 0 &&
+        !world->now.is_present[world_find_obstacle(world, def->obstacle)])
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "an attachment is to '%s', which is not in the scene now",
                          world_surface_name(world, surface));
@@ -218,11 +219,11 @@ static tulle_status attach_now(tulle_world *world, const tulle_attachment_def *d
     if (status != TULLE_OK) return status;
     if (add_ties(world, def, surface) == 0)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "no vertex that '%s' attaches is within %g m of '%s'",
-                         world->cloths.data[def->cloth.index].name, def->max_distance,
+                         "no vertex that '%s' attaches is within %g m of '%s'", cloth->name,
+                         def->max_distance,
                          surface == TULLE_NONE ? "" : world_surface_name(world, surface));
     world->now.attachment_count++;
-    world_wake_cloth(world, &world->now, def->cloth.index);
+    world_wake_cloth(world, &world->now, world_find_cloth(world, def->cloth));
     if (surface != TULLE_NONE) world_wake_cloth(world, &world->now, surface);
     return TULLE_OK;
 }
@@ -243,8 +244,18 @@ tulle_status tulle_world_attach(tulle_world *world, const tulle_attachment_def *
 
 tulle_status world_begin_attachments(tulle_world *world, tulle_error *error) {
     tulle_status status = TULLE_OK;
-    for (size_t i = 0; status == TULLE_OK && i < world->attachments.count; i++)
-        status = attach_now(world, &world->attachments.data[i], error);
+    for (size_t i = 0; status == TULLE_OK && i < world->attachments.count; i++) {
+        const tulle_attachment_def *const def = &world->attachments.data[i];
+        bool const names_removed = world_find_cloth(world, def->cloth) == SIZE_MAX ||
+                                   (def->obstacle.generation != 0 &&
+                                    world_find_obstacle(world, def->obstacle) == SIZE_MAX) ||
+                                   (def->other_cloth.generation != 0 &&
+                                    world_find_cloth(world, def->other_cloth) == SIZE_MAX);
+        if (names_removed)
+            world->now.attachment_count++;
+        else
+            status = attach_now(world, def, error);
+    }
     return status;
 }
 

@@ -110,7 +110,7 @@ static void different_ones(void **unused) {
             begin = place;
             assert_true(recording_next(whole.bytes, whole.byte_count, &place, &kind));
         }
-        unsigned char *const number = whole.bytes + begin + RECORD_HEAD_BYTES + (k == 0 ? 16 : 8);
+        unsigned char *const number = whole.bytes + begin + RECORD_HEAD_BYTES + (k == 0 ? 24 : 16);
         unsigned char const old = *number;
         *number = k == 0 ? (unsigned char)(old ^ 2) : TULLE_ERROR_PINCHED;
         record_seal(whole.bytes + begin, place - begin);

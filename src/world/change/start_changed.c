@@ -1,0 +1,125 @@
+/* world/change/start_changed.c - the start of a world whose objects have changed (change.h): the
+ * stages of start.c, with what stays in the place of its first state, and a judgement of what is
+ * new. */
+#include "base/error.h"
+#include "dynamics/hysteresis.h"
+#include "world/bodies/bodies.h"
+#include "world/bodies/bodies_sleep.h"
+#include "world/change/change.h"
+#include "world/start/inside.h"
+#include "world/start/start.h"
+#include "world/untangle/untangle.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* What is new as its def has it, what stays as it was. */
+static void fill_arrays(tulle_world *world) {
+    const world_change *const change = world->change;
+    const tulle_world *const before = change->before;
+    for (size_t s = 0; s < world->set.surface_count; s++) {
+        uint32_t const source = change->sources[s];
+        if (source == TULLE_NONE) {
+            world_fill_surface(world, s);
+            continue;
+        }
+        const surface_range *const range = &world->surfaces[s];
+        size_t const from = before->surfaces[source].vertex_begin;
+        memcpy(world->rest + 3 * (size_t)range->vertex_begin, before->rest + 3 * from,
+               3 * (size_t)(range->vertex_end - range->vertex_begin) * sizeof(double));
+        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
+            world->vertex_surface[v] = (uint32_t)s;
+    }
+    world_place_bodies(world);
+    world_carry_state(world);
+}
+
+/* What an obstacle that was just added has at the time of the world. */
+static tulle_status place_added(tulle_world *world, tulle_error *error) {
+    uint32_t const added = world->change->added;
+    tulle_status status = TULLE_OK;
+    if (added != TULLE_NONE && added >= world->cloths.count) {
+        size_t const index = added - world->cloths.count;
+        const world_obstacle *const obstacle = &world->obstacles.data[index];
+        double *const place = world->now.positions + 3 * (size_t)obstacle->vertex_begin;
+        status = world_place_obstacle(world, index, place, error);
+        world->now.is_present[index] =
+            world->now.time >= obstacle->appear_time && world->now.time < obstacle->disappear_time;
+    }
+    for (size_t i = 0; i < world->obstacles.count; i++)
+        world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
+    size_t const offset = 3 * (world->cloth_vertex_count + 2 * world->body_count);
+    memcpy(world->next.positions + offset, world->now.positions + offset,
+           (3 * world->vertex_count - offset) * sizeof(double));
+    return status;
+}
+
+/* The judgement of what is new. All else has been judged before. */
+static tulle_status judge_added(tulle_world *world, tulle_error *error) {
+    uint32_t const added = world->change->added;
+    intersection_list *const list = &world->intersections;
+    list->count = world->overlaps.count = 0;
+    if (added == TULLE_NONE) return world_carry_ignored(world, error);
+    tulle_status status = world_find_intersections(world, world->now.positions, list, error);
+    if (status != TULLE_OK) return status;
+    size_t count = 0;
+    for (size_t i = 0; i < list->count; i++)
+        if (list->data[i].object_a == added || list->data[i].object_b == added)
+            list->data[count++] = list->data[i];
+    list->count = count;
+    if (world->def.start_intersections == TULLE_START_IGNORE)
+        return world_carry_ignored(world, error);
+    char when[WORLD_NAME_BYTES + 32];
+    snprintf(when, sizeof when, "when '%s' is added", world_surface_name(world, added));
+    if (count > 0 && world->def.start_intersections == TULLE_START_REFUSE)
+        return world_refuse_intersections(world, world->now.positions, when, error);
+    if (count > 0) {
+        world_mark_held(world);
+        status = world_untangle(world, error);
+        world_wake_all(world, &world->now);
+    }
+    inside_question const question = {.when = when, .has_added = true, .added = added};
+    return status == TULLE_OK ? world_refuse_inside(world, world->now.positions, question, error)
+                              : status;
+}
+
+/* All up to the judgement. Leaves it to the caller to say that memory is short. */
+static tulle_status make_arrays(tulle_world *world, tulle_error *error) {
+    world->response = world->change->before->response;
+    tulle_status status = world_join_surfaces(world, error);
+    if (status == TULLE_OK && !world_allocate_start(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (status != TULLE_OK) return status;
+    fill_arrays(world);
+    if (!world_choose_pairs(world)) return TULLE_ERROR_OUT_OF_MEMORY;
+    status = world_carry_first_cloths(world, error);
+    if (status == TULLE_OK) status = world_build_model(world, error);
+    if (status == TULLE_OK) status = world_derive_distances(world, error);
+    return status == TULLE_OK ? world_set_grains(world) : status;
+}
+
+/* All behind it. */
+static tulle_status finish_arrays(tulle_world *world) {
+    slider_state const state = {world->now.positions, world->threads, &world->scratch};
+    tulle_status status = TULLE_OK;
+    if (world->plastic_count > 0)
+        status = hysteresis_start(world->model, state, world->now.plastic);
+    if (status != TULLE_OK) return status;
+    world_carry_plastic(world);
+    return world_finish_start(world);
+}
+
+tulle_status world_start_changed(tulle_world *world, tulle_error *error) {
+    static const char no_memory[] = "no memory left to change the objects of the world";
+    tulle_status status = make_arrays(world, error);
+    if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
+    if (status == TULLE_OK) status = place_added(world, error);
+    if (status == TULLE_OK) status = judge_added(world, error);
+    if (status != TULLE_OK) return status;
+    status = finish_arrays(world);
+    if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
+    if (status != TULLE_OK)
+        return error_set(error, status, "the meshes have positions that are not finite");
+    status = world_carry_contacts(world, error);
+    if (status == TULLE_OK) status = world_carry_settings(world, error);
+    return status == TULLE_OK ? world_carry_events(world, error) : status;
+}
