@@ -14,7 +14,7 @@ import numpy as np
 
 from reproduce.session import DamagedRun
 
-FRAMES_HEAD = "frame,time,step,state_hash,absent"
+FRAMES_HEAD = "frame,time,step,state_hash,absent"  # and lags, but in older runs
 CACHE_HEAD = struct.Struct("<12siiffi")  # magic, version, vertices, start, rate, frames
 CACHE_MAGIC = b"POINTCACHE2\0"
 
@@ -141,12 +141,14 @@ def _read_frames(path: Path) -> list[Frame]:
     if not path.exists():
         return []
     lines = _read_text(path).split("\n")[:-1]
-    if lines and lines[0] != FRAMES_HEAD:
+    if lines and lines[0] not in (FRAMES_HEAD, FRAMES_HEAD + ",lags"):
         raise DamagedRun(f"{path} does not begin with \"{FRAMES_HEAD}\"")
     frames = []
     for number, line in enumerate(lines[1:]):
         try:
-            index, time, step, state_hash, _ = line.split(",")
+            index, time, step, state_hash = line.split(",")[:4]
+            if line.count(",") != lines[0].count(","):
+                raise ValueError
             int(state_hash, 16)
             if int(index) != number:
                 raise ValueError

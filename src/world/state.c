@@ -413,7 +413,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
                                 parts.contact_bytes);
     if (status == TULLE_ERROR_OUT_OF_MEMORY)
         return error_set(error, status, "no memory left for the contacts of the saved state");
-    if (status != TULLE_OK)
+    if (status != TULLE_OK || !contact_store_fits(&next->contacts, &world->topo))
         return error_set(error, TULLE_ERROR_PARSE,
                          "the contacts of the saved state cannot be read: start the run anew");
     status = world_find_touching(world, next, error);

@@ -24,8 +24,8 @@ class Run(unittest.TestCase):
                   {"name": "ground", "role": "obstacle", "vertices": 4, "triangles": 2, "cache": None}]
         self.write("run.json", json.dumps({"state": "finished", "scene_hash": "0123456789abcdef", "time_step": 0.02,
                                            "bodies": bodies}))
-        self.write("frames.csv", "frame,time,step,state_hash,absent\n"
-                   + "".join(f"{i},{0.02 * i},{i},{i:016x},\n" for i in range(FRAMES)))
+        self.write("frames.csv", "frame,time,step,state_hash,absent,lags\n"
+                   + "".join(f"{i},{0.02 * i},{i},{i:016x},,\n" for i in range(FRAMES)))
         self.positions = np.arange(FRAMES * VERTICES * 3, dtype="<f4").reshape(FRAMES, VERTICES, 3)
         self.write_cache()
         self.write("report.csv", ",".join(COLUMNS) + "\n"
@@ -67,8 +67,14 @@ class Run(unittest.TestCase):
         (self.directory / "frames.csv").unlink()
         self.assertEqual(read_run(self.directory).frames, [])
 
+    def test_older_frames_know_no_lags(self):
+        text = (self.directory / "frames.csv").read_text(encoding="utf-8")
+        self.write("frames.csv", text.replace(",lags\n", "\n").replace(",,\n", ",\n"))
+        self.assertEqual(len(read_run(self.directory).frames), FRAMES)
+
     def test_damage_is_told(self):
-        for name, old, new, told in (("frames.csv", "\n2,", "\n7,", "frames.csv:4: this should be frame 2"),
+        for name, old, new, told in (("frames.csv", ",,\n", ",\n", "frames.csv:2: this should be frame 0"),
+                                     ("frames.csv", "\n2,", "\n7,", "frames.csv:4: this should be frame 2"),
                                      ("frames.csv", "frame,time", "time,frame", "does not begin with"),
                                      ("run.json", "}]", "}", "is no record of a run"),
                                      ("run.json", "\"state\"", "\"stage\"", "is no record of a run")):

@@ -443,6 +443,54 @@ static void what_is_far_does_not_wake(void **state) {
     free_scene(&self, world);
 }
 
+/* What comes and goes elsewhere lets it sleep; when what it lies on goes it falls. */
+static void what_it_lies_on_is_removed(void **state) {
+    (void)state;
+    scene self = default_scene();
+    self.has_paddle = true;
+    tulle_world *const world = make_scene(&self, ON_TABLE);
+    fall_asleep(world);
+    double from[3 * VERTICES];
+    copy_positions(world, CLOTH, from);
+    tulle_mesh box = bodies_make_box(0.05, 0.05, 0.05, (double[3]){-2.0, 0.0, 0.1});
+    tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+    obstacle.mesh = tulle_mesh_get_view(&box);
+    expect_ok(tulle_world_add_obstacle(world, &obstacle, NULL, NULL), NULL);
+    assert_true(tulle_cloth_is_asleep(world, CLOTH));
+    expect_ok(tulle_world_remove_obstacle(world, (tulle_obstacle_id){1, 1}, NULL), NULL);
+    for (int i = 0; i < 5; i++) step(world);
+    assert_true(tulle_cloth_is_asleep(world, CLOTH));
+    assert_true(measure_way(world, CLOTH, from) == 0.0);
+    expect_ok(tulle_world_remove_obstacle(world, (tulle_obstacle_id){0, 1}, NULL), NULL);
+    assert_false(tulle_cloth_is_asleep(world, CLOTH));
+    for (int i = 0; i < 10; i++) step(world);
+    assert_true(measure_way(world, CLOTH, from) > 0.1);
+    tulle_mesh_destroy(&box);
+    free_scene(&self, world);
+}
+
+/* A cloth that comes after the start has a sleep of its own, whatever slot its id has. */
+static void what_comes_late_sleeps_too(void **state) {
+    (void)state;
+    scene self = default_scene();
+    tulle_world *const world = make_scene(&self, ON_TABLE);
+    fall_asleep(world);
+    expect_ok(tulle_world_remove_cloth(world, CLOTH, NULL), NULL);
+    assert_int_equal(tulle_cloth_is_asleep(world, CLOTH), 0);
+    assert_int_equal(tulle_cloth_wake(world, CLOTH, NULL), TULLE_ERROR_INVALID_ARGUMENT);
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.mesh = tulle_mesh_get_view(&self.sheet);
+    tulle_cloth_id late;
+    expect_ok(tulle_world_add_cloth(world, &def, &late, NULL), NULL);
+    assert_int_equal(late.generation, 2);
+    int count = 0;
+    while (!tulle_cloth_is_asleep(world, late) && count++ < 4 * SETTLE_STEPS) step(world);
+    assert_true(tulle_cloth_is_asleep(world, late));
+    expect_ok(tulle_cloth_wake(world, late, NULL), NULL);
+    assert_false(tulle_cloth_is_asleep(world, late));
+    free_scene(&self, world);
+}
+
 /* What it lies on leaves; its pin lets go by the def: it falls from the step in which that is. */
 static void what_ends_by_the_clock_wakes(void **state) {
     (void)state;
@@ -697,6 +745,8 @@ int main(void) {
         cmocka_unit_test(slow_sliding_is_no_rest),
         cmocka_unit_test(every_cause_wakes),
         cmocka_unit_test(what_is_far_does_not_wake),
+        cmocka_unit_test(what_it_lies_on_is_removed),
+        cmocka_unit_test(what_comes_late_sleeps_too),
         cmocka_unit_test(what_ends_by_the_clock_wakes),
         cmocka_unit_test(what_falls_on_it_wakes),
         cmocka_unit_test(gusts_keep_awake),

@@ -290,6 +290,7 @@ static void crafted_values_are_refused(void **state) {
     size_t const contact = at + CONTACT_HEADER_BYTES;
     refuse_u32(&made, "contact's kind", contact, 2);
     refuse_u32(&made, "contact's order", contact + offsetof(stored_contact, first), UINT32_MAX);
+    refuse_u32(&made, "contact's feature", contact + offsetof(stored_contact, second), UINT32_MAX);
     refuse_u32(&made, "hard contact", contact + offsetof(stored_contact, is_hard), 2);
     refuse_u32(&made, "contact's state", contact + offsetof(stored_contact, state), 3);
     for (size_t i = offsetof(stored_contact, impulse); i < sizeof(stored_contact); i += 8)

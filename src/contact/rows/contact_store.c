@@ -169,3 +169,14 @@ tulle_status contact_store_load(contact_store *store, memory *heap, const void *
     store->time_step = header.time_step;
     return TULLE_OK;
 }
+
+bool contact_store_fits(const contact_store *store, const topology *topo) {
+    for (size_t i = 0; i < store->contacts.count; i++) {
+        const stored_contact *const contact = &store->contacts.data[i];
+        bool const is_edges = contact->kind == FEATURE_EDGE_EDGE;
+        if (contact->first >= (is_edges ? topo->edge_count : topo->vertex_count) ||
+            contact->second >= (is_edges ? topo->edge_count : topo->triangle_count))
+            return false;
+    }
+    return true;
+}

@@ -30,9 +30,12 @@ uint64_t contact_store_hash(const contact_store *store, uint64_t hash);
 size_t contact_store_get_size(const contact_store *store);
 void contact_store_save(const contact_store *store, void *bytes);
 /* Reads a block of byte_count bytes; INVALID_ARGUMENT when it is not one (wrong size, unsorted,
- * values not finite), the store is then as it was. Whether indices fit the mesh does not matter:
- * unknown pairs are never looked up. */
+ * values not finite), the store is then as it was. Whether indices fit the mesh is another
+ * question: contact_store_fits. */
 tulle_status contact_store_load(contact_store *store, memory *heap, const void *bytes,
                                 size_t byte_count);
+
+/* Whether all contacts are of features that are there. */
+bool contact_store_fits(const contact_store *store, const topology *topo);
 
 #endif

@@ -269,9 +269,6 @@ static void wake_left(tulle_world *world) {
         const stored_contact *const contact = &store->contacts.data[i];
         bool const is_edges = contact->kind == FEATURE_EDGE_EDGE;
         size_t const first = contact->first, second = contact->second;
-        if (first >= (is_edges ? before->topo.edge_count : before->vertex_count) ||
-            second >= (is_edges ? before->topo.edge_count : before->topo.triangle_count))
-            continue;
         const uint32_t *const edges = before->topo.edges, *const corners = before->topo.triangles;
         uint32_t const ends[2] = {
             before->vertex_surface[is_edges ? edges[2 * first] : contact->first],
