@@ -77,6 +77,9 @@ tulle_status checkpoint_write(const char *directory, const checkpoint_record *re
     return write_file(newest, before, record, error);
 }
 
+/* A number of JSON: whole to 2^53. */
+#define STEPS_MAX ((UINT64_C(1) << 53) - 1)
+
 static tulle_status decode(memory *heap, const char *path, const file_data *data,
                            checkpoint_record *record, tulle_error *error) {
     const char *const header = data->bytes;
@@ -102,6 +105,10 @@ static tulle_status decode(memory *heap, const char *path, const file_data *data
     if (hash_bytes(hash, header + header_size, size) != bytes_load(header + hash_place, 8))
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "its bytes were changed after it was written");
+    if (bytes_load(header + 16, 8) > STEPS_MAX)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "byte 16: %llu steps are more than run.json can name",
+                            (unsigned long long)bytes_load(header + 16, 8));
     void *const bytes = memory_allocate(heap, size);
     if (!bytes) return file_fail(error, path, ENOMEM, "cannot be read");
     memcpy(bytes, header + header_size, size);
