@@ -114,10 +114,10 @@ TULLE_API tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_i
  *     or a contact with cloth or a body that is awake presses on it;
  *   - when a pin or an attachment that holds it moves or lets go, or one is made;
  *   - with what it touches: at once, or in the next step where a call of the host woke that;
- *   - when an obstacle appears or leaves, when gravity, wind, a material, a law or a thickness
- *     changes, and by tulle_cloth_wake.
- * While wind has gusts, none falls asleep. sleep_speed of 1 mm/s and sleep_time of 0.5 s suit most
- * scenes: what is left then swings by less than a millimetre. Sleep is part of the state. */
+ *   - when an obstacle appears or leaves by its times (appear_time, disappear_time), when gravity,
+ * wind, a material, a law or a thickness changes, and by tulle_cloth_wake. While wind has gusts,
+ * none falls asleep. sleep_speed of 1 mm/s and sleep_time of 0.5 s suit most scenes: what is left
+ * then swings by less than a millimetre. Sleep is part of the state. */
 
 /* 1 while a cloth sleeps; 0 for a stale id and for a null world. */
 TULLE_API int tulle_cloth_is_asleep(const tulle_world *world, tulle_cloth_id id);

@@ -463,9 +463,46 @@ static void what_it_lies_on_is_removed(void **state) {
     assert_true(measure_way(world, CLOTH, from) == 0.0);
     expect_ok(tulle_world_remove_obstacle(world, (tulle_obstacle_id){0, 1}, NULL), NULL);
     assert_false(tulle_cloth_is_asleep(world, CLOTH));
+    void *bytes = NULL; /* of a state without a contact */
+    size_t size = 0;
+    tulle_error error = {0};
+    expect_ok(tulle_world_save_state(world, &bytes, &size, &error), &error);
+    expect_ok(tulle_world_load_state(world, bytes, size, &error), &error);
+    tulle_world_free_state(world, bytes, size);
     for (int i = 0; i < 10; i++) step(world);
     assert_true(measure_way(world, CLOTH, from) > 0.1);
     tulle_mesh_destroy(&box);
+    free_scene(&self, world);
+}
+
+/* A weight hangs by an attachment from cloth that is pinned, and nothing touches. When the weight
+ * is removed, what it hung from wakes and is shorter again. */
+static void what_hangs_on_it_is_removed(void **state) {
+    (void)state;
+    scene self = default_scene();
+    tulle_world *const world = make_scene(&self, HANGS);
+    tulle_mesh weight = small_sheet(0.3, SIDE, 0.0);
+    for (size_t v = 0; v < weight.vertex_count; v++) weight.positions[3 * v + 1] += 0.4;
+    tulle_cloth_def def = tulle_cloth_def_default();
+    def.mesh = tulle_mesh_get_view(&weight);
+    def.material.area_density = 2.0;
+    def.material.air_damping = 3.0;
+    tulle_cloth_id heavy;
+    expect_ok(tulle_world_add_cloth(world, &def, &heavy, NULL), NULL);
+    uint32_t near[SIDE];
+    for (uint32_t k = 0; k < SIDE; k++) near[k] = k; /* the edge towards the pinned cloth */
+    tulle_attachment_def tie = tulle_attachment_def_default();
+    tulle_attachment_id id;
+    tie.cloth = heavy;
+    tie.other_cloth = CLOTH;
+    tie.vertices = near;
+    tie.vertex_count = SIDE;
+    expect_ok(tulle_world_attach(world, &tie, &id, NULL), NULL);
+    fall_asleep(world);
+    assert_true(tulle_cloth_is_asleep(world, heavy));
+    expect_ok(tulle_world_remove_cloth(world, heavy, NULL), NULL);
+    assert_false(tulle_cloth_is_asleep(world, CLOTH));
+    tulle_mesh_destroy(&weight);
     free_scene(&self, world);
 }
 
@@ -746,6 +783,7 @@ int main(void) {
         cmocka_unit_test(every_cause_wakes),
         cmocka_unit_test(what_is_far_does_not_wake),
         cmocka_unit_test(what_it_lies_on_is_removed),
+        cmocka_unit_test(what_hangs_on_it_is_removed),
         cmocka_unit_test(what_comes_late_sleeps_too),
         cmocka_unit_test(what_ends_by_the_clock_wakes),
         cmocka_unit_test(what_falls_on_it_wakes),

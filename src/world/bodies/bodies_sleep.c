@@ -42,33 +42,48 @@ static bool are_near(const surface_box *own, const surface_box *way, double dist
     return is_near;
 }
 
-void world_wake_near_script(step_context *context) {
-    tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
-    double const distance = world->separation_distance;
-    if (!world->has_sleep) return;
+/* The ways in this substep of obstacles that are no free bodies and move. Returns how many; there
+ * is room for all. */
+static size_t list_ways(const step_context *context, surface_box *ways) {
+    const tulle_world *const world = context->world;
+    const double *const positions = context->state->positions;
+    size_t count = 0;
     for (size_t i = 0; i < world->obstacles.count; i++) {
-        /* An obstacle that is no free body and moves in this substep. */
         const surface_range *const range = &world->surfaces[world->cloths.count + i];
         if (range->is_static || range->is_body || !range->is_present) continue;
         size_t const begin = 3 * (size_t)range->vertex_begin, end = 3 * (size_t)range->vertex_end;
-        if (memcmp(world->targets + begin, state->positions + begin,
-                   (end - begin) * sizeof(double)) == 0)
-            continue;
-        surface_box const way = measure_surface_box(range, state->positions, world->targets);
-        for (size_t b = 0; b < world->body_count; b++) {
-            surface_box const own =
-                measure_surface_box(get_body_surface(world, b), state->positions, state->positions);
-            if (are_near(&own, &way, distance)) world_wake_body(world, state, b);
-        }
-        for (size_t c = 0; c < world->cloth_rest_count; c++) {
-            surface_box const own =
-                measure_surface_box(&world->surfaces[c], state->positions, state->positions);
-            if (are_near(&own, &way, distance)) world_wake_cloth(world, state, c);
-        }
+        if (memcmp(world->targets + begin, positions + begin, (end - begin) * sizeof(double)) != 0)
+            ways[count++] = measure_surface_box(range, positions, world->targets);
     }
+    return count;
+}
+
+/* Whether a surface, which stands, is near one of the ways. */
+static bool is_near_ways(const step_context *context, const surface_range *range,
+                         const surface_box *ways, size_t count) {
+    const double *const positions = context->state->positions;
+    surface_box const own = measure_surface_box(range, positions, positions);
+    for (size_t i = 0; i < count; i++)
+        if (are_near(&own, &ways[i], context->world->separation_distance)) return true;
+    return false;
+}
+
+tulle_status world_wake_near_script(step_context *context) {
+    tulle_world *const world = context->world;
+    world_motion_state *const state = context->state;
+    if (!world->has_sleep) return TULLE_OK;
+    surface_box *const ways = ARENA_NEW(&world->scratch, surface_box, world->obstacles.count);
+    if (!ways) return TULLE_ERROR_OUT_OF_MEMORY;
+    size_t const count = list_ways(context, ways);
+    for (size_t b = 0; b < world->body_count && count > 0; b++)
+        if (is_near_ways(context, get_body_surface(world, b), ways, count))
+            world_wake_body(world, state, b);
+    for (size_t c = 0; c < world->cloth_rest_count && count > 0; c++)
+        if (is_near_ways(context, &world->surfaces[c], ways, count))
+            world_wake_cloth(world, state, c);
     for (size_t b = 0; b < world->body_count; b++)
         get_body_surface(world, b)->is_asleep = state->rests[b].state == BODY_SLEEPS;
+    return TULLE_OK;
 }
 
 /* What cloth presses on a sleeper with, as an impulse [N s] and its moment [N m s]. */

@@ -21,8 +21,8 @@ void world_wake_body(const tulle_world *world, world_motion_state *state, size_t
 void world_wake_all(const tulle_world *world, world_motion_state *state);
 
 /* Called before a substep, when its targets are known: wakes bodies that something on a script
- * comes near, and marks the surfaces of sleepers. */
-void world_wake_near_script(step_context *context);
+ * comes near, and marks the surfaces of sleepers. Fails when memory is short. */
+tulle_status world_wake_near_script(step_context *context);
 /* Called after resolve_impacts: wakes what is pressed; the outcome is then SUBSTEP_WAKES. */
 tulle_status world_wake_pressed(step_context *context);
 /* Called before the rows are stored: puts the contacts that no row tells of into context->resting.

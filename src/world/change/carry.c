@@ -217,7 +217,7 @@ static void carry_store(tulle_world *world) {
         if (contact.first != TULLE_NONE && contact.second != TULLE_NONE)
             store->contacts.data[store->contacts.count++] = contact;
     }
-    store->time_step = old->time_step;
+    store->time_step = store->contacts.count > 0 ? old->time_step : 0.0; /* as a step has it */
 }
 
 /* Attachments of what has gone, and to it, end. */
@@ -233,6 +233,8 @@ static void carry_ties(tulle_world *world) {
             now->ties.data[now->ties.count++] = tie;
         else if (tie.vertex != TULLE_NONE)
             world_wake_cloth_at(world, now, tie.vertex);
+        else if (tie.corners[0] != TULLE_NONE)
+            world_wake_cloth_at(world, now, tie.corners[0]);
     }
 }
 

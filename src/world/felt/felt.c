@@ -1,8 +1,8 @@
 /* world/felt/felt.c - see felt.h.
  *
  * At the start of a step the lags shrink, and the felt surface is to end where the drawn one does,
- * plus what is left of its lag. Where cloth would not have its room (room.h), the ends give way.
- * Neighbours take a part of a lag over, so that the felt surface has no steps. */
+ * plus what is left of its lag. Where cloth would not have its room (room.h), the ends give way,
+ * and what is around goes along, so that the felt surface has no steps. */
 #include "world/felt/felt.h"
 
 #include "base/error.h"
@@ -31,10 +31,9 @@ bool world_may_lag(const tulle_world *world, size_t obstacle) {
                        world->def.on_pinch == TULLE_ON_PINCH_SLOW);
 }
 
-/* Calls of a loop over the vertices that may lag: `i` counts them, `v` is in the world's numbering.
- */
+/* The vertices of an obstacle that may lag; a loop over all such obstacles begins with zeros. */
 typedef struct lag_run {
-    size_t begin, end; /* vertices of an obstacle that may lag */
+    size_t begin, end; /* in the world's numbering */
     size_t lag;        /* the first's number among those that may lag */
     size_t obstacle;
 } lag_run;
@@ -134,7 +133,8 @@ tulle_status world_begin_felt(step_context *context) {
     double *const drawn = ARENA_NEW(&world->scratch, double, n);
     double *const ends = ARENA_NEW(&world->scratch, double, n);
     if (!drawn || !ends)
-        return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
+        return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY,
+                         "no memory left for felt surfaces");
     memcpy(drawn, world->targets, n * sizeof(double));
     draw_what_stands(world, drawn);
     memcpy(ends, drawn, n * sizeof(double));
@@ -142,14 +142,18 @@ tulle_status world_begin_felt(step_context *context) {
     status = world_find_room(context, ends,
                              REACH * world->contact_distance + 2.0 * measure_ways(world, ends),
                              &world->places);
-    if (status != TULLE_OK) return error_set(context->error, status, "no memory left for a pinch");
+    if (status != TULLE_OK)
+        return error_set(context->error, status, "no memory left for felt surfaces");
     if (!world_make_room(world, &world->places, GIVING_RADIUS * world->contact_distance,
                          ROOM_TOLERANCE * world->contact_distance, ends))
-        return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
+        return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY,
+                         "no memory left for felt surfaces");
     bool const lags = memcmp(ends, drawn, n * sizeof(double)) != 0;
     stand_still(context, ends);
     context->drawn = drawn;
-    if (lags || context->still_count > 0) context->felt = ends;
+    /* what lags comes back to where it is drawn, to the bit, also where no script leads it there */
+    if (lags || world_has_lags(world, &world->now) || context->still_count > 0)
+        context->felt = ends;
     return TULLE_OK;
 }
 
@@ -228,8 +232,10 @@ bool world_feel_pinch(step_context *context, const blocked_place *place) {
         still->radius *= 2.0;
         return context->pinch_level < STILL_TRIES;
     }
-    if (context->still_count < STILL_PLACES && context->pinch_level > 1)
+    if (context->pinch_level > 1 && context->still_count < STILL_PLACES)
         context->still[context->still_count++] =
             (still_place){place->position, STILL_RADIUS * world->contact_distance};
+    else
+        for (size_t k = 0; k < context->still_count; k++) context->still[k].radius *= 2.0;
     return context->pinch_level < STILL_TRIES;
 }

@@ -97,7 +97,8 @@ tulle_status world_predict_paths(step_context *context) {
     world_lead_ties(context);
     if (context->is_script_frozen)
         memcpy(world->targets, state->positions, 3 * world->vertex_count * sizeof(double));
-    world_wake_near_script(context);
+    status = world_wake_near_script(context);
+    if (status != TULLE_OK) return world_end_stage(context, STAGE_PREDICT_PATHS, status);
     world_hold_sleepers(context);
     world_compute_carriers(context);
     context->scene = world_make_scene(context);

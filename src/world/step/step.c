@@ -207,11 +207,11 @@ static tulle_status make_step(tulle_world *world, double time_step, tulle_step_r
     world->message[0] = '\0';
     atomic_store(&world->stop.is_stopped, false);
     world->step_end = world->now.time + time_step;
-    if (world_stands_still(world, time_step)) {
-        status = world_pass_still(&context);
-    } else if ((status = world_keep_start(world, error)) != TULLE_OK) {
+    bool const stands = world_stands_still(world, time_step);
+    status = stands ? world_pass_still(&context) : world_keep_start(world, error);
+    if (!stands && status != TULLE_OK) {
         world_end_given(world, true);
-    } else {
+    } else if (!stands) {
         arena_mark const mark = arena_get_mark(&world->scratch);
         world_begin_given(world);
         status = run_step(&context);

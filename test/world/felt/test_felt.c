@@ -377,6 +377,42 @@ static void given_positions_lag_alike(void **state) {
     free_world(&made);
 }
 
+/* What still lags when it is given nothing more comes to where it was told, to the end. */
+static void what_is_given_nothing_more_comes_back(void **state) {
+    (void)state;
+    room_world made;
+    make_world(&made, make_def(TULLE_ON_PINCH_LAG, 1), BETWEEN, true);
+    assert_int_equal(tulle_world_start(made.world, NULL), TULLE_OK);
+    size_t const count = made.blocks.mesh.vertex_count;
+    double *const frame = allocate_positions(&made), *const felt = allocate_positions(&made);
+    tulle_step_report report = {0};
+    int const closed = (int)(CLOSED / STEP) + 1;
+    for (int i = 1; i <= closed + 8; i++) { /* then wide open within eight steps */
+        place_blocks(&made.blocks, i <= closed ? (double)i * STEP : 0.0, frame);
+        if (i > closed) {
+            double const share = (double)(closed + 8 - i) / 8.0;
+            for (size_t v = 0; v < count; v++)
+                frame[3 * v + 1] += (v < made.blocks.left_count ? 1.0 : -1.0) * share *
+                                    get_way((double)closed * STEP);
+        }
+        assert_int_equal(tulle_obstacle_set_next_positions(made.world, made.body, frame, count,
+                                                           TULLE_TRAVEL_MOVE, NULL),
+                         TULLE_OK);
+        step_world(&made, &report);
+    }
+    assert_true(report.largest_lag > 1e-3);
+    for (int i = 0; i < 90 && report.largest_lag > 0.0; i++) step_world(&made, &report);
+    assert_true(report.largest_lag == 0.0);
+    for (int i = 0; i < 3; i++) {
+        copy_values(&made, TULLE_VALUES_POSITIONS, felt);
+        assert_true(measure_fastest(felt, frame, count) < 1e-14);
+        step_world(&made, &report);
+    }
+    free(frame);
+    free(felt);
+    free_world(&made);
+}
+
 /* Frames of one block that goes down by `context` [m] until HELD, and up again. */
 typedef struct press {
     tulle_mesh block;
@@ -545,6 +581,7 @@ int main(void) {
         cmocka_unit_test(without_cloth_between_nothing_lags),
         cmocka_unit_test(threads_and_saved_states_have_the_same_bits),
         cmocka_unit_test(given_positions_lag_alike),
+        cmocka_unit_test(what_is_given_nothing_more_comes_back),
         cmocka_unit_test(a_table_does_not_lag),
         cmocka_unit_test(pins_are_kept_clear),
         cmocka_unit_test(what_is_rigid_stops),
