@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "world/felt/room.h"
+#include "world/pinch/pinch_sides.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -23,6 +24,9 @@ static const double GIVING_RADIUS = 40.0;
 /* [contact distances] A step that is pinched again stands still so far around the place, the first
  * time; then twice as far each time. */
 static const double STILL_RADIUS = 10.0;
+
+/* A part of the step under this share of it is rounding, as for retry.c. */
+static const double REST_SHARE = 1e-9;
 
 bool world_may_lag(const tulle_world *world, size_t obstacle) {
     const world_obstacle *const at = &world->obstacles.data[obstacle];
@@ -124,7 +128,6 @@ tulle_status world_begin_felt(step_context *context) {
     tulle_world *const world = context->world;
     size_t const n = 3 * world->vertex_count;
     context->felt = context->drawn = NULL;
-    context->may_feel = has_run(world) && context->pinch_level < STILL_TRIES;
     if (!has_run(world)) return TULLE_OK;
     double const start = world->now.time;
     tulle_status status =
@@ -162,7 +165,7 @@ void world_lead_felt(step_context *context) {
     if (!context->felt) return;
     double const passed = context->state->time + context->time_step - context->step_start;
     double const share = passed / context->whole_step;
-    bool const is_end = share > 1.0 - 1e-9;
+    bool const is_end = share > 1.0 - REST_SHARE;
     lag_run run = {0};
     while (next_run(world, &run)) {
         for (size_t v = run.begin; v < run.end; v++) {
@@ -220,6 +223,18 @@ void world_end_felt(step_context *context) {
                  world->obstacles.data[run.obstacle].name, x.x, x.y, x.z, state->time,
                  world->def.on_pinch == TULLE_ON_PINCH_LAG ? "lag" : "slow");
     }
+}
+
+bool world_may_feel(const step_context *context) {
+    const tulle_world *const world = context->world;
+    if (!(context->pinch_level + 1 < STILL_TRIES)) return false;
+    blocked_place const place = world_find_blocked_place(context);
+    for (int k = 0; k < 4 && place.is_pair; k++) {
+        size_t const surface = world->vertex_surface[place.vertices[k]];
+        if (surface >= world->cloths.count && world_may_lag(world, surface - world->cloths.count))
+            return true;
+    }
+    return false;
 }
 
 bool world_feel_pinch(step_context *context, const blocked_place *place) {

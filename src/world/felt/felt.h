@@ -23,6 +23,9 @@ void world_lead_felt(step_context *context);
 /* After the substeps of a step: the lags with which it ends; the largest goes into the report. */
 void world_end_felt(step_context *context);
 
+/* Whether a step that is stuck is worth another try with more lag at once: what blocked it may lag.
+ * Else shorter substeps come first, as for all that is rigid. */
+bool world_may_feel(const step_context *context);
 /* After a pinch: what deforms around the place moves less when the step is made anew. False when it
  * stands still already. */
 bool world_feel_pinch(step_context *context, const blocked_place *place);

@@ -26,7 +26,8 @@
  *
  * A step is stuck when a substep is blocked, when four substeps in a row pass next to no time, or
  * when it took 48 substeps. Refused substeps count too; shorter substeps and turns raise the limit.
- * A step is pinched when it is stuck after the last of the shorter substeps. Then on_pinch decides:
+ * A step is pinched when it is stuck after the last of the shorter substeps, or at once where what
+ * blocks it may lag behind its frames: then it lags more (felt.c), 24 times. Else on_pinch decides:
  * `stop` fails the step. `slow` holds back more each time, at last all that follows a script
  * (pinch.c); while anything is held back, a gain of energy refuses no substep. `release` lets go of
  * obstacles as long as there are any. A body that turns too fast for 4,096 substeps fails the step.
@@ -35,6 +36,7 @@
 #include "world/bodies/bodies_room.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/bodies/bodies_turn.h"
+#include "world/felt/felt.h"
 #include "world/step/step.h"
 
 #include <math.h>
@@ -189,7 +191,7 @@ void world_retry_substep(step_context *context) {
     if (!world_is_script_moving(context)) {
         world_stand_still(context);
         retry->remaining = 0.0;
-    } else if (retry->shorter_count == SHORTER_MAX || context->may_feel) {
+    } else if (retry->shorter_count == SHORTER_MAX || world_may_feel(context)) {
         context->outcome = SUBSTEP_PINCHED;
     } else {
         /* What turns fast leaves its circle less in shorter substeps, and cloth that rides on it

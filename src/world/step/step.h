@@ -139,7 +139,6 @@ typedef struct step_context {
     double hold_left[HOLDS_MAX]; /* [m] that each hold keeps from its script */
     int pinch_level;             /* how much the step holds back already */
     blocked_place torn_place;    /* where the step tears squeezed cloth */
-    bool may_feel;               /* felt surfaces may move less when the step is made anew */
     double *felt, *drawn; /* [m] all vertices: where felt surfaces are to be at the end of the
                              step, null: as drawn; where they are drawn (felt.h) */
     still_place still[STILL_PLACES];

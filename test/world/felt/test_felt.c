@@ -454,9 +454,8 @@ static double find_lowest(const tulle_world *world, tulle_obstacle_id id) {
 }
 
 /* What does not deform keeps its place; what deforms lags by all that is missing. */
-static void a_table_does_not_lag(void **state) {
-    (void)state;
-    tulle_world_def const def = make_def(TULLE_ON_PINCH_LAG, 1);
+static void press_on_table(tulle_on_pinch choice) {
+    tulle_world_def const def = make_def(choice, 1);
     tulle_world *world = NULL;
     assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
     tulle_mesh sheet = small_sheet(0.2, 17, 1.5e-3);
@@ -486,6 +485,12 @@ static void a_table_does_not_lag(void **state) {
     tulle_mesh_destroy(&sheet);
     tulle_mesh_destroy(&table);
     tulle_mesh_destroy(&made.block);
+}
+
+static void a_table_does_not_lag(void **state) {
+    (void)state;
+    press_on_table(TULLE_ON_PINCH_LAG);
+    press_on_table(TULLE_ON_PINCH_SLOW);
 }
 
 /* Cloth that is pinned all over cannot give way at all. */
@@ -520,16 +525,10 @@ static void pins_are_kept_clear(void **state) {
     tulle_mesh_destroy(&made.block);
 }
 
-/* The default lets nothing rigid lag: blocks on keyframes stop the step. */
-static void what_is_rigid_stops(void **state) {
-    (void)state;
-    room_world made = {.blocks = make_blocks()};
-    tulle_world_def const def = make_def(TULLE_ON_PINCH_LAG, 1);
-    assert_int_equal(tulle_world_create(&def, &made.world, NULL), TULLE_OK);
-    add_hanging_sheet(&made, BETWEEN);
+/* Blocks on keyframes that close as those of the mesh sequence do. */
+static void add_fingers(tulle_world *world, tulle_mesh fingers[2]) {
     tulle_shape_def box = tulle_shape_def_default(TULLE_SHAPE_BOX);
     for (int k = 0; k < 3; k++) box.size[k] = SIDE;
-    tulle_mesh fingers[2];
     for (int k = 0; k < 2; k++) {
         double const side = k == 0 ? -1.0 : 1.0;
         fingers[k] = small_shape(box, 0.0, side * 0.5 * (SIDE + GAP), 0.0);
@@ -539,8 +538,19 @@ static void what_is_rigid_stops(void **state) {
         tulle_obstacle_def finger = tulle_obstacle_def_default();
         finger.mesh = tulle_mesh_get_view(&fingers[k]);
         finger.motion = (tulle_motion){keys, 2, {0, 0, 0}, 0};
-        assert_int_equal(tulle_world_add_obstacle(made.world, &finger, NULL, NULL), TULLE_OK);
+        assert_int_equal(tulle_world_add_obstacle(world, &finger, NULL, NULL), TULLE_OK);
     }
+}
+
+/* The default lets nothing rigid lag: blocks on keyframes stop the step. */
+static void what_is_rigid_stops(void **state) {
+    (void)state;
+    room_world made = {.blocks = make_blocks()};
+    tulle_world_def const def = make_def(TULLE_ON_PINCH_LAG, 1);
+    assert_int_equal(tulle_world_create(&def, &made.world, NULL), TULLE_OK);
+    add_hanging_sheet(&made, BETWEEN);
+    tulle_mesh fingers[2];
+    add_fingers(made.world, fingers);
     tulle_status status = TULLE_OK;
     tulle_error error = {0};
     for (int i = 1; i < FRAMES && status == TULLE_OK; i++)
@@ -548,6 +558,38 @@ static void what_is_rigid_stops(void **state) {
     assert_int_equal(status, TULLE_ERROR_PINCHED);
     for (int k = 0; k < 2; k++) tulle_mesh_destroy(&fingers[k]);
     free_world(&made);
+}
+
+/* What may lag far off takes nothing from the tries at a pinch between rigid things. */
+static void what_is_far_changes_no_try(void **state) {
+    (void)state;
+    room_world made[2];
+    tulle_mesh fingers[2][2];
+    uint32_t most = 0;
+    for (int k = 0; k < 2; k++) {
+        made[k] = (room_world){.blocks = make_blocks()};
+        tulle_world_def const def = make_def(TULLE_ON_PINCH_SLOW, 1);
+        assert_int_equal(tulle_world_create(&def, &made[k].world, NULL), TULLE_OK);
+        add_hanging_sheet(&made[k], BETWEEN);
+        add_fingers(made[k].world, fingers[k]);
+        for (size_t v = 0; v < made[k].blocks.mesh.vertex_count; v++)
+            made[k].blocks.mesh.positions[3 * v] += 5.0;
+        if (k == 1) add_body(&made[k], true);
+    }
+    for (int i = 1; i < FRAMES; i++) {
+        tulle_step_report reports[2] = {{0}};
+        for (int k = 0; k < 2; k++) step_world(&made[k], &reports[k]);
+        assert_int_equal(reports[0].substeps, reports[1].substeps);
+        most = reports[0].substeps > most ? reports[0].substeps : most;
+        assert_memory_equal(tulle_cloth_get_positions(made[0].world, made[0].cloth, NULL),
+                            tulle_cloth_get_positions(made[1].world, made[1].cloth, NULL),
+                            3 * made[0].sheet.vertex_count * sizeof(double));
+    }
+    assert_true(most > 20); /* shorter ones were tried */
+    for (int k = 0; k < 2; k++) {
+        for (int f = 0; f < 2; f++) tulle_mesh_destroy(&fingers[k][f]);
+        free_world(&made[k]);
+    }
 }
 
 /* A host that polls hears of it once when it begins and once when it ends. */
@@ -585,6 +627,7 @@ int main(void) {
         cmocka_unit_test(a_table_does_not_lag),
         cmocka_unit_test(pins_are_kept_clear),
         cmocka_unit_test(what_is_rigid_stops),
+        cmocka_unit_test(what_is_far_changes_no_try),
         cmocka_unit_test(events_tell_of_a_lag),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
