@@ -1,0 +1,190 @@
+"""Arrays on their way to the library and back."""
+from __future__ import annotations
+
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tulle._library import ffi
+from tulle.errors import InvalidArgumentError, StaleError
+
+Doubles = NDArray[np.float64]
+Indices = NDArray[np.uint32]
+
+
+def _describe_shape(columns: int, count: Optional[int]) -> str:
+    rows = "n" if count is None else str(count)
+    return f"({rows}, {columns})" if columns > 1 else f"({rows},)"
+
+
+def _check_shape(array: NDArray[Any], columns: int, count: Optional[int], what: str) -> None:
+    """Refuses an array that has not `columns` numbers in each of `count` rows (None: any number of rows)."""
+    wanted = (array.ndim == 2 and array.shape[1] == columns) if columns > 1 else array.ndim == 1
+    if not wanted or (count is not None and array.shape[0] != count):
+        hint = ""
+        if array.ndim == 2 and array.shape[0] == columns and array.shape[1] != columns:
+            hint = "; transpose it"
+        elif array.ndim == 1 and columns > 1 and array.size % columns == 0:
+            hint = f"; reshape it with .reshape(-1, {columns})"
+        raise InvalidArgumentError(f"{what} should have the shape {_describe_shape(columns, count)}, not {array.shape}{hint}")
+
+
+def to_doubles(values: ArrayLike, columns: int, what: str, count: Optional[int] = None) -> Doubles:
+    """`values` as rows of `columns` doubles without gaps: itself where it is so already, else a copy."""
+    try:
+        array = np.asarray(values)
+    except ValueError as failure:
+        raise InvalidArgumentError(f"{what} is no array of numbers: {failure}") from None
+    if array.dtype.kind not in "fiu":
+        raise InvalidArgumentError(f"{what} should hold real numbers, not {array.dtype}")
+    _check_shape(array, columns, count, what)
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def to_indices(values: ArrayLike, columns: int, what: str, count: Optional[int] = None) -> Indices:
+    """`values` as rows of `columns` numbers of 32 bits without gaps: itself where it is so already, else a copy."""
+    try:
+        array = np.asarray(values)
+    except ValueError as failure:
+        raise InvalidArgumentError(f"{what} is no array of numbers: {failure}") from None
+    if array.size == 0 and array.dtype.kind == "f":
+        array = array.astype(np.uint32)
+    if array.dtype.kind not in "iu":
+        raise InvalidArgumentError(f"{what} should hold whole numbers, not {array.dtype}; convert it with .astype(np.uint32)")
+    _check_shape(array, columns, count, what)
+    if array.dtype != np.uint32 and array.size and (array.min() < 0 or array.max() > 0xFFFFFFFF):
+        raise InvalidArgumentError(f"{what} holds {array.min()} to {array.max()}; it should hold numbers from 0 to 4294967295")
+    return np.ascontiguousarray(array, dtype=np.uint32)
+
+
+def to_vector(values: ArrayLike, what: str, count: int = 3) -> Doubles:
+    """`values` as `count` doubles."""
+    array = to_doubles(values, 1, what)
+    if array.shape[0] != count:
+        raise InvalidArgumentError(f"{what} should have {count} numbers, not {array.shape[0]}")
+    return array
+
+
+def point_to(array: NDArray[Any], kind: str) -> Any:
+    """A C pointer to an array, which must outlive the call."""
+    return ffi.cast(kind, ffi.from_buffer(array)) if array.size else ffi.NULL
+
+
+def copy_from(pointer: Any, count: int, dtype: Any, columns: int = 1) -> NDArray[Any]:
+    """A copy of `count` rows at `pointer`."""
+    shape = (count, columns) if columns > 1 else (count,)
+    dtype = np.dtype(dtype)
+    if not count or pointer == ffi.NULL:
+        return np.empty(shape if count == 0 else (0, *shape[1:]), dtype)
+    return np.frombuffer(ffi.buffer(pointer, count * columns * dtype.itemsize), dtype).reshape(shape).copy()
+
+
+class Clock:
+    """Counts the states that a world has had."""
+
+    __slots__ = ("now",)
+
+    def __init__(self) -> None:
+        self.now = 0
+
+
+class StateArray(np.ndarray):  # type: ignore[type-arg]
+    """Numbers of one state of a world, such as the positions of a cloth; read only.
+
+    Once the world has gone on, reading it raises StaleError, so that nobody computes with an old state by mistake. Ask the
+    object again for those of the new state, or keep the old ones with `.copy()` or `np.array(...)` in time. What is
+    computed from it is an ordinary array.
+    """
+
+    _clock: Optional[Clock] = None
+    _made = 0
+
+    def __array_finalize__(self, source: Any) -> None:
+        if source is not None:
+            self._clock = getattr(source, "_clock", None)
+            self._made = getattr(source, "_made", 0)
+
+    def _check(self) -> None:
+        clock = self._clock
+        if clock is not None and clock.now != self._made:
+            raise StaleError("the array is of a state that the world has left: ask the object for it again after each step, "
+                             "or keep it with .copy() before the next one")
+
+    def _plain(self) -> NDArray[Any]:
+        self._check()
+        return self.view(np.ndarray)
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **others: Any) -> Any:
+        plain = [value._plain() if isinstance(value, StateArray) else value for value in inputs]
+        return getattr(ufunc, method)(*plain, **others)
+
+    def __array_function__(self, function: Any, types: Any, arguments: Any, others: Any) -> Any:
+        return function(*_strip(arguments), **_strip(others))
+
+    def __getitem__(self, key: Any) -> Any:
+        self._check()
+        return super().__getitem__(key)
+
+    def __iter__(self) -> Any:
+        return iter(self._plain())
+
+    def __array__(self, *arguments: Any, **others: Any) -> Any:
+        return np.array(self._plain(), *arguments, **others)
+
+    def __reduce__(self) -> Any:
+        return np.array(self._plain()).__reduce__()
+
+    def __repr__(self) -> str:
+        return repr(self._plain())
+
+    def __str__(self) -> str:
+        return str(self._plain())
+
+    def __deepcopy__(self, memo: Any) -> NDArray[Any]:
+        return self.copy()
+
+    def copy(self, order: Any = "C") -> NDArray[Any]:
+        """An ordinary array with the same numbers, to keep."""
+        return self._plain().copy(order)
+
+    def __float__(self) -> float:
+        return float(self._plain())
+
+
+def _guard_methods() -> None:
+    """Lets the methods of an array that read its numbers refuse a stale one, too."""
+    def make(name: str) -> Any:
+        def method(self: StateArray, *arguments: Any, **others: Any) -> Any:
+            return getattr(self._plain(), name)(*arguments, **others)
+        method.__name__ = name
+        method.__doc__ = getattr(np.ndarray, name).__doc__
+        return method
+
+    for name in ("all", "any", "argmax", "argmin", "argsort", "astype", "choose", "clip", "compress", "cumprod", "cumsum",
+                 "dot", "dump", "dumps", "flatten", "item", "max", "mean", "min", "nonzero", "prod", "ptp", "ravel", "repeat",
+                 "reshape", "round", "std", "sum", "take", "tobytes", "tofile", "tolist", "trace", "transpose", "var"):
+        if hasattr(np.ndarray, name):
+            setattr(StateArray, name, make(name))
+
+
+_guard_methods()
+
+
+def _strip(value: Any) -> Any:
+    """Ordinary arrays in place of those of a state, within lists, tuples and dictionaries, too."""
+    if isinstance(value, StateArray):
+        return value._plain()
+    if isinstance(value, (list, tuple)):
+        return type(value)(_strip(part) for part in value) if type(value) in (list, tuple) else value
+    if isinstance(value, dict):
+        return {key: _strip(part) for key, part in value.items()}
+    return value
+
+
+def make_state_array(array: NDArray[Any], clock: Clock) -> StateArray:
+    """Guards an array that nobody else holds."""
+    array.flags.writeable = False
+    guarded = array.view(StateArray)
+    guarded._clock, guarded._made = clock, clock.now
+    return guarded
