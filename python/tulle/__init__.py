@@ -11,8 +11,12 @@ All quantities are in SI units: metres, kilograms, seconds, radians. docs/guide/
 """
 from tulle._arrays import StateArray
 from tulle._library import version as __version__
+from tulle.detector import Detection, Detector, Judge, Verdict
 from tulle.errors import *  # noqa: F403
 from tulle.mesh import Mesh, make_shape
 from tulle.objects import Attachment, Body, Cloth, Object, Obstacle
+from tulle.program import check_files, convert, detect_files, find_program, render, run_program, simulate
+from tulle.run import PointCache, PointCacheWriter, Run, RunBody, RunWriter
+from tulle.scene import Scene
 from tulle.structs import *  # noqa: F403
 from tulle.world import World, list_materials, make_material, replay, step_worlds

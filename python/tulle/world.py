@@ -79,6 +79,7 @@ class World:
         self._cloths: list[Cloth] = []
         self._obstacles: list[Obstacle] = []
         self._flag = ffi.new("char[2]", b"0")  # "1" asks a step in another thread to stop
+        self._is_started = False
         self._recording: Any = None
         self._asks: Any = None
 
@@ -356,6 +357,7 @@ class World:
         Raises IntersectingStartError; `get_intersections` then gives all pairs.
         """
         self._change(core.tulle_world_start)
+        self._is_started = True
 
     def step(self, time_step: float) -> structs.StepReport:
         """Moves the world on by `time_step` [s], 0 < time_step <= 1, and tells what the step did.
@@ -365,6 +367,7 @@ class World:
         """
         report = ffi.new("tulle_step_report *")
         self._change(core.tulle_world_step, time_step, report)
+        self._is_started = True
         return structs.StepReport(report)
 
     @property
@@ -406,6 +409,7 @@ class World:
         if not isinstance(state, (bytes, bytearray, memoryview)):
             raise TypeError(f"the state should be bytes, not a {type(state).__name__}")
         self._change(core.tulle_world_load_state, ffi.from_buffer(state), len(memoryview(state).cast("B")))
+        self._is_started = True
 
     def record(self, path: PathLike) -> None:
         """Records all calls to a file, for `tulle replay FILE`; before anything is added. Ends with `end_recording`, `close`."""
@@ -647,6 +651,7 @@ def step_worlds(worlds: Sequence[World], time_step: float, threads: int = 0) -> 
                 error = make_error_buffer()  # the message was that of the first
             else:
                 world._clock.now += 1
+                world._is_started = True
                 out.append(structs.StepReport(reports[i], reports))
         return out
     finally:
