@@ -37,7 +37,7 @@ class DrapeHanger(Task):
         slide, before = self.random.uniform(-0.04, 0.04), self.random.uniform(-0.16, -0.1)
         rows = (flat.positions[:, :1] * self._along + (flat.positions[:, 1:2] - self.SIDE / 2) * [0.0, 0.0, 1.0]
                 + self._middle + slide * self._along + before * self._across + [0, 0, lift])
-        self.cloth = self.world.add_cloth(Mesh(rows, flat.triangles), material=self.material, name="cloth")
+        self.add_cloth(Mesh(rows, flat.triangles))
         self.features = np.concatenate([self._middle, self._along])
         self._calm = 0
         for corner in list_corners(size)[2:]:
@@ -76,7 +76,7 @@ class DrapeHangerPolicy(Policy):
             state["phase"] = "down"
         if state["phase"] == "down":
             state["angle"] = angle = max(-0.42 * np.pi, state["angle"] - 0.06)
-            radius -= 0.05 * (np.pi / 2 - angle) / np.pi  # the bar takes up what winds around it
+            radius -= 0.065 * (np.pi / 2 - angle) / np.pi  # the bar takes up what winds around it
             state["goals"] = middle + state["sides"] + radius * (np.cos(angle) * across + [0, 0, np.sin(angle)])
             if angle > -0.42 * np.pi or not is_there(view, state["goals"]):
                 return go(view, state["goals"], True)

@@ -47,7 +47,7 @@ class DressArm(Task):
         shift = self.random.uniform([0.02, -0.03, -0.03], [0.06, 0.03, 0.03])
         rim = self._tip - shift[0] * self._axis + shift[1] * self._side + shift[2] * self._up
         rows = rows @ axes + rim
-        self.cloth = self.world.add_cloth(Mesh(rows, tube.triangles), material=self.material, name="sleeve")
+        self.add_cloth(Mesh(rows, tube.triangles))
         self.features = np.concatenate([self._tip, self._axis])
         for sign in (1.0, -1.0):
             across = (rows - rim) @ (sign * self._side)

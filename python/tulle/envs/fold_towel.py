@@ -14,7 +14,7 @@ class FoldTowel(Task):
     6 cm, and nothing is held or moves. The score is how near the corners are (0.7) and how well half of it is covered (0.3).
     """
 
-    NAME, LENGTH, SETTLE = "fold-towel", 120, 10
+    NAME, LENGTH, SETTLE = "fold-towel", 200, 10
     SIDE = 0.3  # [m]
 
     def build(self) -> None:
@@ -22,7 +22,7 @@ class FoldTowel(Task):
         self._starts = self.random.uniform([-0.04, -0.04, 0.04], [0.04, 0.04, 0.1], (2, 3))
         size = self.options.resolution
         mesh = make_towel(self.SIDE, size, angle, (*place, 0.006))
-        self.cloth = self.world.add_cloth(mesh, material=self.material, name="towel")
+        self.add_cloth(mesh)
         add_table(self.world)
         self._corners = list_corners(size)
         self._coverage = Coverage(mesh)
@@ -43,7 +43,7 @@ class FoldTowel(Task):
 
 
 class FoldTowelPolicy(Policy):
-    """Takes both corners over an arc to those opposite, and lets go."""
+    """Takes both corners over an arc to those opposite, and lets go; once more where they spring back."""
 
     task = FoldTowel
 
@@ -57,7 +57,7 @@ class FoldTowelPolicy(Policy):
         over = corners[2:] + state["offset"] + [0, 0, 0.035]
         if state["phase"] == "fold":
             state["share"] = share = min(1.0, state["share"] + 0.03)
-            height = 0.45 * FoldTowel.SIDE * np.sin(np.pi * share)
+            height = 0.45 * np.linalg.norm((over - state["start"])[0]) * np.sin(np.pi * share)
             goals = state["start"] + share * (over - state["start"]) + [0, 0, height]
             if share < 1:
                 return go(view, goals, True)
@@ -70,5 +70,8 @@ class FoldTowelPolicy(Policy):
                 return go(view, over, True, 0.4)
             if state["left"] > 0:
                 return go(view, state["end"], True, 0.3)
-            state.update(phase="leave", end=view["grippers"] + [0, 0, 0.15])
+            state.update(phase="leave", end=view["grippers"] + [0, 0, 0.1], left=16)
+        state["left"] -= 1
+        if state["left"] == 0 and np.linalg.norm(corners[:2] - corners[2:], axis=1).max() > 0.035:
+            state["phase"] = "begin"  # it sprang back: lay it down once more
         return go(view, state["end"], False, 0.5)

@@ -22,7 +22,7 @@ class Straighten(Task):
     def build(self) -> None:
         size = self.options.resolution
         mesh = make_towel(self.SIDE, size, self.random.uniform(-np.pi, np.pi), (*self.random.uniform(-0.05, 0.05, 2), 0.006))
-        self.cloth = self.world.add_cloth(mesh, material=self.material, name="cloth")
+        self.add_cloth(mesh)
         add_table(self.world)
         self._coverage = Coverage(mesh)
         self._vertices = self.random.choice(size * size, 2, replace=False)
@@ -35,7 +35,7 @@ class Straighten(Task):
         if step == 5:
             positions = np.array(self.cloth.positions)
             for vertex, goal in zip(self._vertices, self._goals):
-                hand = Gripper(self.cloth, positions[vertex], np.array(self.LOW), np.array(self.HIGH))
+                hand = Gripper(self, positions[vertex])
                 hand.close()
                 # On straight lines in the same time, they never draw apart farther than they are at one of the ends.
                 hand.velocity = (goal - hand.position) / (30 * self.TIME_STEP)

@@ -45,7 +45,8 @@ class Options:
 
 
 class Gripper:
-    """A point that an action moves, and that holds vertices near it by springs of limited force."""
+    """A point that an action moves. Where it closes it takes the nearest vertex and those beside that in the cloth, and holds
+    them by springs of limited force; other layers slip out of it."""
 
     REACH = 0.025  # [m] what is nearer when it closes is held
     MOST = 6  # vertices that it holds at a time, the nearest ones
@@ -53,8 +54,9 @@ class Gripper:
     STIFFNESS = 100.0  # [N/m] it sags by some tenths of a millimetre under a cloth that hangs from it
     BREAK_FORCE = 4.0  # [N] on a vertex: more than a start at full speed takes
 
-    def __init__(self, cloth: Cloth, position: Doubles, low: Doubles, high: Doubles) -> None:
-        self.cloth, self.position, self.low, self.high = cloth, np.array(position, float), low, high
+    def __init__(self, task: Task, position: Doubles) -> None:
+        self.cloth, self._rest, self.position = task.cloth, task.rest, np.array(position, float)
+        self._low, self._high = np.array(task.LOW), np.array(task.HIGH)
         self.velocity = np.zeros(3)
         self._attachment: Optional[Attachment] = None
         self._offsets = np.zeros((0, 3))
@@ -71,8 +73,9 @@ class Gripper:
         if self.holds:
             return
         distances = np.linalg.norm(np.array(self.cloth.positions) - self.position, axis=1)
-        near = np.argsort(distances, kind="stable")[:self.MOST]
-        near = near[distances[near] <= self.REACH]
+        beside = np.linalg.norm(self._rest - self._rest[distances.argmin()], axis=1) <= 1.5 * self.REACH
+        near = np.argsort(np.where(beside, distances, np.inf), kind="stable")[:self.MOST]
+        near = near[(distances[near] <= self.REACH) & beside[near]]
         if near.size:
             self.hold(near)
 
@@ -99,7 +102,7 @@ class Gripper:
 
     def move(self, time: float) -> None:
         """Moves on through the next step of the world."""
-        self.position = np.clip(self.position + time * self.velocity, self.low, self.high)
+        self.position = np.clip(self.position + time * self.velocity, self._low, self._high)
         if self._attachment is not None:
             self._attachment.set_points(self.position + self._offsets)
 
@@ -120,11 +123,12 @@ class Task:
 
     def __init__(self, random: np.random.Generator, options: Options) -> None:
         self.random, self.options = random, options
-        self.world = World(threads=1, quality=options.quality)
+        self.world = World(threads=1, quality=options.quality, friction_cloth_cloth=0.5)
         try:
             chosen = MATERIALS[int(random.integers(len(MATERIALS)))]
             self.material = make_material(options.material or chosen)
             self.cloth: Cloth
+            self.rest: Doubles
             self.grippers: list[Gripper] = []
             self.features: Doubles = np.zeros(self.FEATURES)
             self.build()
@@ -139,7 +143,7 @@ class Task:
     # ---- what a task defines ----
 
     def build(self) -> None:
-        """Adds cloth and obstacles to the world."""
+        """Adds cloth, by `add_cloth`, and obstacles to the world."""
         raise NotImplementedError
 
     def settle(self, step: int) -> None:
@@ -175,9 +179,13 @@ class Task:
         """Whether the steps before the episode are made."""
         return int(self.world.step_count) >= self.settle_count
 
-    def add_gripper(self, position: Any) -> Gripper:
+    def add_cloth(self, mesh: Mesh) -> None:
+        """Adds the cloth, which is at rest as it is."""
+        self.cloth, self.rest = self.world.add_cloth(mesh, material=self.material, name="cloth"), mesh.positions.copy()
+
+    def add_gripper(self, position: Doubles) -> Gripper:
         """Adds a gripper at a place."""
-        made = Gripper(self.cloth, np.asarray(position, float), np.array(self.LOW), np.array(self.HIGH))
+        made = Gripper(self, position)
         self.grippers.append(made)
         return made
 
