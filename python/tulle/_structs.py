@@ -19,7 +19,7 @@ _makers: dict[str, Any] = {}              # the default of a C struct
 
 def decode(text: Any) -> str:
     """Text of the library: a pointer or an array of characters."""
-    return "" if text == ffi.NULL else ffi.string(text).decode(errors="replace")
+    return "" if text == ffi.NULL else str(ffi.string(text), errors="replace")
 
 
 def _make_struct(name: str) -> Any:
@@ -29,7 +29,7 @@ def _make_struct(name: str) -> Any:
         kind = _structs.get(name)
         made = ffi.new(name + " *")
         if kind is not None and kind._maker:
-            made[0] = getattr(_library.core, kind._maker)()
+            made[0] = getattr(_library.io if "subdivision" in kind._maker else _library.core, kind._maker)()
         elif kind is not None and kind._within:
             owner, path = kind._within
             source: Any = _make_struct("tulle_" + owner)
@@ -127,7 +127,7 @@ class Settings:
         refuse_unknown(changes, cls._fields, what)
         if given is None:
             return cls(**changes)
-        return dataclasses.replace(given, **changes)  # type: ignore[type-var]
+        return dataclasses.replace(given, **changes)
 
     @classmethod
     def from_c(cls, source: Any) -> Any:
