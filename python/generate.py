@@ -12,6 +12,8 @@ ARRAYS says which, and a pointer that it does not name is an error, so a new fie
 """
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import re
 import subprocess
@@ -305,7 +307,8 @@ def main() -> None:
     header = Header(include)
     package.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=package) as partial:
-        ffi.emit_python_code(f"{partial}/_bindings.py")
+        with contextlib.redirect_stdout(io.StringIO()):
+            ffi.emit_python_code(f"{partial}/_bindings.py")
         structs = Path(partial, "structs.py")
         structs.write_text(write_structs(ffi, header), encoding="utf-8")
         for path in Path(partial).iterdir():

@@ -31,8 +31,9 @@ def _make_struct(name: str) -> Any:
         if kind is not None and kind._maker:
             made[0] = getattr(_library.io if "subdivision" in kind._maker else _library.core, kind._maker)()
         elif kind is not None and kind._within:
-            owner, path = kind._within
-            source: Any = _make_struct("tulle_" + owner)
+            name_of_whole, path = kind._within
+            whole = _make_struct("tulle_" + name_of_whole)  # which holds the memory that its parts lie in
+            source: Any = whole
             for part in path.split("."):
                 source = getattr(source, part)
             made[0] = source
