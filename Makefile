@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python wheel test-python test-python-asan coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -70,6 +70,37 @@ DIR ?= reproduced
 paper-pictures:
 	@$(INSTALL_PACKAGES) paper
 	@bash paper/pictures.sh $(DIR)
+
+# The Python package in this checkout: PYTHONPATH=python python3 -c 'import tulle'. docs/guide/python.md.
+FIND_PYTHON := sh paper/find_python.sh
+python:
+	@$(INSTALL_PACKAGES) build python
+	@$(MAKE) --no-print-directory build-program
+	@"$$($(FIND_PYTHON) 'cffi, numpy')" python/generate.py include python/tulle
+
+# The package with the libraries and the program inside, and its sources, in build/wheel: pip install build/wheel/tulle-*.whl
+wheel:
+	@$(INSTALL_PACKAGES) build python wheel
+	@JOBS=$(JOBS) "$$($(FIND_PYTHON) 'cffi, build.__main__')" -m build --no-isolation --outdir build/wheel .
+
+# The package's types and tests, then those of the wheel in an environment of its own. PYTEST_OPTIONS='-k arrays' chooses.
+PYTEST_OPTIONS ?=
+PYTEST = "$$($(FIND_PYTHON) 'cffi, pytest')" -m pytest -q -p no:cacheprovider $(PYTEST_OPTIONS)
+test-python: python
+	@$(INSTALL_PACKAGES) wheel python-test
+	@mypy --cache-dir build/mypy
+	@PYTHONPATH=python $(PYTEST)
+	@sh tools/test_wheel.sh
+
+# Random calls of the package with libraries under the address sanitizer; EXAMPLES sequences of them.
+EXAMPLES ?= 200
+test-python-asan: python
+	@$(INSTALL_PACKAGES) python-test
+	@cmake --preset asan-ubsan
+	@cmake --build build/asan-ubsan -j $(JOBS) --target tulle_shared tulle_io_shared
+	@LD_PRELOAD="$$(cc -print-file-name=libasan.so) $$(cc -print-file-name=libubsan.so)" ASAN_OPTIONS=detect_leaks=0 \
+	UBSAN_OPTIONS=halt_on_error=1 TULLE_EXAMPLES=$(EXAMPLES) TULLE_LIBRARY_PATH=build/asan-ubsan PYTHONPATH=python PYTHONMALLOC=malloc \
+	$(PYTEST) python/tests/test_random_calls.py python/tests/test_arrays.py
 
 # Everything quick.
 test:

@@ -12,6 +12,8 @@ ARRAYS says which, and a pointer that it does not name is an error, so a new fie
 """
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import re
 import subprocess
@@ -41,6 +43,9 @@ RESULTS = ["untangle_report", "step_report", "step_progress", "transform", "stre
 # Structs of which calls give many: a record of numpy each.
 RECORDS = ["contact", "intersection", "overlap", "event", "found_triangle", "detect_event", "check_pair", "step_report",
            "run_lag"]
+# Defaults of fields where zero is not what one who leaves them out would expect.
+OTHER_DEFAULTS = {("pin", "release_time"): 'float("inf")', ("keyframe", "rotation"): "(1.0, 0.0, 0.0, 0.0)",
+                  ("contact_law", "dynamic_friction"): "-1.0"}
 # Pointers of SETTINGS that are arrays: field -> (type of an element, numbers for each, field of the count).
 ARRAYS = {
     ("motion", "keys"): ("Keyframe", 1, "key_count"), ("pin", "vertices"): ("uint32", 1, "vertex_count"),
@@ -59,9 +64,12 @@ HIDDEN = {"cookie", "mesh", "read_frame", "frame_context", "frame_count"} | {
 PUBLIC_HEADERS = ("tulle/tulle.h", "tulle_io/tulle_io.h")
 
 
+RENAMED = {"tulle_body": "BodyDef"}  # Body is the object itself
+
+
 def make_class_name(name: str) -> str:
     """tulle_world_def -> WorldDef."""
-    return "".join(part.capitalize() for part in name.removeprefix("tulle_").split("_"))
+    return RENAMED.get(name) or "".join(part.capitalize() for part in name.removeprefix("tulle_").split("_"))
 
 
 def preprocess(include: Path) -> str:
@@ -206,7 +214,7 @@ def write_settings(ffi: cffi.FFI, header: Header) -> list[str]:
     order = [name for name in SETTINGS if f"tulle_{name}" in header.members]
     for name in order:
         maker = SETTINGS[name]
-        class_name = make_class_name(name)
+        class_name = make_class_name(f"tulle_{name}")
         out.append(f"\n\n@dataclass\nclass {class_name}(Settings):\n" + quote(header.comments[f"tulle_{name}"], "    ") + "\n")
         fields = []
         for field, entry in ffi.typeof(f"tulle_{name}").fields:
@@ -215,7 +223,8 @@ def write_settings(ffi: cffi.FFI, header: Header) -> list[str]:
                 continue
             hint, how = described
             fields.append((field, how))
-            out.append(f'    {field}: {hint} = default("{name}", "{field}")\n')
+            other = OTHER_DEFAULTS.get((name, field))
+            out.append(f"    {field}: {hint} = {other}\n" if other else f'    {field}: {hint} = default("{name}", "{field}")\n')
             comment = header.get_comment(f"tulle_{name}", field)
             if comment:
                 out.append(quote(comment, "    "))
@@ -234,7 +243,7 @@ def write_results(ffi: cffi.FFI, header: Header) -> list[str]:
     """A class that reads the C struct for each struct that a call gives."""
     out = []
     for name in RESULTS:
-        out.append(f"\n\nclass {make_class_name(name)}(Result):\n" + quote(header.comments[f"tulle_{name}"], "    "))
+        out.append(f"\n\nclass {make_class_name(f'tulle_{name}')}(Result):\n" + quote(header.comments[f"tulle_{name}"], "    "))
         fields = []
         out.append("    __slots__ = ()\n")
         for field, entry in ffi.typeof(f"tulle_{name}").fields:
@@ -249,7 +258,7 @@ def write_results(ffi: cffi.FFI, header: Header) -> list[str]:
                 value = f"{hint}({where}, self)"
             elif how == "vector":
                 kinds = "float" if kind.item.cname == "double" else "int"
-                hint = f"tuple[{kinds}, ...]" if kind.length != 3 else f"tuple[{kinds}, {kinds}, {kinds}]"
+                hint = f"tuple[{kinds}, ...]"
                 value = f"tuple({where})"
             elif how == "bool":
                 value = f"bool({where})"
@@ -297,11 +306,13 @@ def main() -> None:
     ffi.set_source("tulle._bindings", None)
     header = Header(include)
     package.mkdir(parents=True, exist_ok=True)
-    for name, write in (("_bindings.py", ffi.emit_python_code), ("structs.py", lambda path: Path(path).write_text(
-            write_structs(ffi, header), encoding="utf-8"))):
-        partial = package / (name + ".tmp")
-        write(str(partial))
-        os.replace(partial, package / name)
+    with tempfile.TemporaryDirectory(dir=package) as partial:
+        with contextlib.redirect_stdout(io.StringIO()):
+            ffi.emit_python_code(f"{partial}/_bindings.py")
+        structs = Path(partial, "structs.py")
+        structs.write_text(write_structs(ffi, header), encoding="utf-8")
+        for path in Path(partial).iterdir():
+            os.replace(path, package / path.name)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs
+# usage: install_packages.sh ROLE...      ROLE: build, test, paper, python, wheel, python-test, bench, peers, mutate, clang, ubsan, msan,
+#                                 fuzz, musl, m32, portability, docs
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -31,12 +32,32 @@ needs() {
         echo "gnuplot-nox    program:gnuplot     optional"
         echo "python3-numpy  python:numpy        optional"
         echo "python3-matplotlib python:matplotlib optional"
+        echo "python3-cffi   python:cffi         optional"
         ;;
     paper)
         echo "python3        program:python3     needed"
         echo "python3-numpy  python:numpy        needed"
         echo "python3-matplotlib python:matplotlib needed"
         echo "ffmpeg         program:ffmpeg      optional"
+        ;;
+    python)
+        echo "python3        program:python3     needed"
+        echo "python3-cffi   python:cffi         needed"
+        echo "python3-numpy  python:numpy        needed"
+        echo "python3-tqdm   python:cffi,tqdm    optional"
+        echo "python3-yaml   python:cffi,yaml    optional"
+        ;;
+    wheel)
+        echo "python3-build  python:cffi,build.__main__ needed"
+        echo "python3-setuptools python:cffi,setuptools needed"
+        echo "python3-wheel  python:cffi,wheel   needed"
+        echo "python3-venv   python:cffi,ensurepip needed"
+        ;;
+    python-test)
+        echo "python3-pytest python:cffi,pytest  needed"
+        echo "python3-hypothesis python:cffi,hypothesis needed"
+        echo "python3-matplotlib python:cffi,matplotlib optional"
+        echo "mypy           program:mypy        needed"
         ;;
     bench)
         echo "valgrind       program:valgrind    optional"
@@ -88,7 +109,7 @@ needs() {
         echo "doxygen        program:doxygen     needed"
         ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability and docs" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, wheel, python-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability and docs" >&2
         exit 2
         ;;
     esac

@@ -32,6 +32,7 @@ def _check_shape(array: NDArray[Any], columns: int, count: Optional[int], what: 
 
 def to_doubles(values: ArrayLike, columns: int, what: str, count: Optional[int] = None) -> Doubles:
     """`values` as rows of `columns` doubles without gaps: itself where it is so already, else a copy."""
+    values = _strip(values)
     try:
         array = np.asarray(values)
     except ValueError as failure:
@@ -44,6 +45,7 @@ def to_doubles(values: ArrayLike, columns: int, what: str, count: Optional[int] 
 
 def to_indices(values: ArrayLike, columns: int, what: str, count: Optional[int] = None) -> Indices:
     """`values` as rows of `columns` numbers of 32 bits without gaps: itself where it is so already, else a copy."""
+    values = _strip(values)
     try:
         array = np.asarray(values)
     except ValueError as failure:
@@ -116,8 +118,7 @@ class StateArray(np.ndarray):  # type: ignore[type-arg]
         return self.view(np.ndarray)
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **others: Any) -> Any:
-        plain = [value._plain() if isinstance(value, StateArray) else value for value in inputs]
-        return getattr(ufunc, method)(*plain, **others)
+        return getattr(ufunc, method)(*_strip(inputs), **_strip(others))
 
     def __array_function__(self, function: Any, types: Any, arguments: Any, others: Any) -> Any:
         return function(*_strip(arguments), **_strip(others))
@@ -125,6 +126,14 @@ class StateArray(np.ndarray):  # type: ignore[type-arg]
     def __getitem__(self, key: Any) -> Any:
         self._check()
         return super().__getitem__(key)
+
+    def __eq__(self, other: Any) -> Any:  # numpy would turn the error into a warning
+        return self._plain() == _strip(other)
+
+    def __ne__(self, other: Any) -> Any:
+        return self._plain() != _strip(other)
+
+    __hash__ = None
 
     def __iter__(self) -> Any:
         return iter(self._plain())
@@ -141,10 +150,10 @@ class StateArray(np.ndarray):  # type: ignore[type-arg]
     def __str__(self) -> str:
         return str(self._plain())
 
-    def __deepcopy__(self, memo: Any) -> NDArray[Any]:
+    def __deepcopy__(self, memo: Any) -> NDArray[Any]:  # type: ignore[override]
         return self.copy()
 
-    def copy(self, order: Any = "C") -> NDArray[Any]:
+    def copy(self, order: Any = "C") -> NDArray[Any]:  # type: ignore[override]
         """An ordinary array with the same numbers, to keep."""
         return self._plain().copy(order)
 

@@ -19,7 +19,7 @@ _makers: dict[str, Any] = {}              # the default of a C struct
 
 def decode(text: Any) -> str:
     """Text of the library: a pointer or an array of characters."""
-    return "" if text == ffi.NULL else ffi.string(text).decode(errors="replace")
+    return "" if text == ffi.NULL else str(ffi.string(text), errors="replace")
 
 
 def _make_struct(name: str) -> Any:
@@ -29,10 +29,11 @@ def _make_struct(name: str) -> Any:
         kind = _structs.get(name)
         made = ffi.new(name + " *")
         if kind is not None and kind._maker:
-            made[0] = getattr(_library.core, kind._maker)()
+            made[0] = getattr(_library.io if "subdivision" in kind._maker else _library.core, kind._maker)()
         elif kind is not None and kind._within:
-            owner, path = kind._within
-            source: Any = _make_struct("tulle_" + owner)
+            name_of_whole, path = kind._within
+            whole = _make_struct("tulle_" + name_of_whole)  # which holds the memory that its parts lie in
+            source: Any = whole
             for part in path.split("."):
                 source = getattr(source, part)
             made[0] = source
@@ -127,7 +128,7 @@ class Settings:
         refuse_unknown(changes, cls._fields, what)
         if given is None:
             return cls(**changes)
-        return dataclasses.replace(given, **changes)  # type: ignore[type-var]
+        return dataclasses.replace(given, **changes)
 
     @classmethod
     def from_c(cls, source: Any) -> Any:

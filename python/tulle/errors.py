@@ -126,7 +126,7 @@ def make_error_buffer() -> Any:
 def make_exception(status: int, error: Any) -> Error:
     """The exception of a status that is none of success, and of what the call wrote to `error`."""
     message = ffi.string(error.message).decode(errors="replace") or ffi.string(core.tulle_status_text(status)).decode()
-    made = _CLASSES[status] if 0 < status < len(_CLASSES) else Error
+    made: type[Error] = _CLASSES[status] if 0 < status < len(_CLASSES) else Error
     return made(message, ffi.string(error.file).decode(errors="replace"), error.line, error.column)
 
 

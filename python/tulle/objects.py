@@ -31,7 +31,9 @@ class Object:
         self.world, self._id = world, identity
         self._arrays: dict[str, StateArray] = {}
         self._triangles: Optional[Indices] = None
-        self._name = name or self._get_info("name")
+        info = self._get_info()
+        self._name = name or decode(info.name)
+        self._vertex_count, self._triangle_count = int(info.vertex_count), int(info.triangle_count)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}(\"{self.name}\")"
@@ -45,11 +47,11 @@ class Object:
         c = identity._c
         return (c.kind, c.index, c.generation) == (self._kind, self._id.index, self._id.generation)
 
-    def _get_info(self, field: str) -> Any:
+    def _get_info(self) -> Any:
         info = self.world._get(core.tulle_object_get_info, self._object_id())
         if info.triangles == ffi.NULL:
-            raise InvalidArgumentError(f"{self._name or 'the object'} was removed from its world")
-        return decode(info.name) if field == "name" else info if field == "all" else getattr(info, field)
+            raise InvalidArgumentError(f"\"{self._name}\" was removed from its world")
+        return info
 
     @property
     def name(self) -> str:
@@ -59,13 +61,13 @@ class Object:
     @property
     def vertex_count(self) -> int:
         """Number of vertices."""
-        return self._get_info("vertex_count")  # type: ignore[no-any-return]
+        return self._vertex_count
 
     @property
     def triangles(self) -> Indices:
         """(triangles, 3) vertex numbers, counterclockwise seen from outside; read only."""
         if self._triangles is None:
-            info = self._get_info("all")
+            info = self._get_info()
             self._triangles = copy_from(info.triangles, info.triangle_count, np.uint32, 3)
             self._triangles.flags.writeable = False
         return self._triangles
@@ -103,7 +105,7 @@ class Object:
             kind = "cloth" if isinstance(self, Cloth) else "obstacle"
             array = self._read_borrowed(getattr(core, f"tulle_{kind}_get_{name}"))
         else:
-            rows = self._get_info("triangle_count" if name == "strains" else "vertex_count")
+            rows = self._triangle_count if name == "strains" else self._vertex_count
             array = np.empty((rows, 3))
             self._copy_values(structs.Values[name.upper()], array)
         made = self._arrays[name] = make_state_array(array, self.world._clock)
@@ -146,7 +148,7 @@ class Object:
         out: (rows, 3) of float64 or float32 whose rows may lie apart, as `vertices["position"]` of a structured array does.
         """
         kind = to_enum(structs.Values, values, "values")
-        rows = self._get_info("triangle_count" if kind == structs.Values.STRAINS else "vertex_count")
+        rows = self._triangle_count if kind == structs.Values.STRAINS else self._vertex_count
         if out is None:
             out = np.empty((rows, 3), dtype)
         if not isinstance(out, np.ndarray) or isinstance(out, StateArray) or out.shape != (rows, 3):

@@ -105,22 +105,28 @@ def run_program(*arguments: Union[str, PathLike], on_line: Optional[Callable[[st
     return "".join(printed)
 
 
-def _make_bar() -> tuple[Progress, Callable[[], None]]:
+class _Bar:
     """A progress bar of tqdm, where that is installed; else nothing is shown."""
-    try:
-        from tqdm.auto import tqdm
-    except ImportError:
-        return (lambda event: None), (lambda: None)
-    bar: list[Any] = []
 
-    def show(event: dict[str, Any]) -> None:
+    def __init__(self) -> None:
+        self._bar: Any = None
+
+    def show(self, event: dict[str, Any]) -> None:
+        """Shows an event of `--progress json`."""
         if event["event"] == "begin":
-            bar.append(tqdm(total=event["steps"], initial=event["step"], unit="step"))
-        elif event["event"] == "step" and bar:
-            bar[0].update(event["step"] - bar[0].n)
-            bar[0].set_postfix(frame=f"{event['frame']}/{event['frames']}", contacts=event["contacts"], refresh=False)
+            try:
+                from tqdm.auto import tqdm
+            except ImportError:
+                return
+            self._bar = tqdm(total=event["steps"], initial=event["step"], unit="step")
+        elif event["event"] == "step" and self._bar is not None:
+            self._bar.update(event["step"] - self._bar.n)
+            self._bar.set_postfix(frame=f"{event['frame']}/{event['frames']}", contacts=event["contacts"], refresh=False)
 
-    return show, lambda: bar[0].close() if bar else None
+    def close(self) -> None:
+        """Leaves the bar as it is."""
+        if self._bar is not None:
+            self._bar.close()
 
 
 def simulate(scene: PathLike, output: PathLike, *, frames: Optional[int] = None, threads: int = 0, resume: bool = False,
@@ -143,17 +149,17 @@ def simulate(scene: PathLike, output: PathLike, *, frames: Optional[int] = None,
     arguments += ["--checkpoint-every", checkpoint_every] if checkpoint_every else []
     for text in format_overrides(overrides):
         arguments += ["--set", text]
-    show, end = (progress, lambda: None) if callable(progress) else _make_bar() if progress else ((lambda event: None),
-                                                                                                   (lambda: None))
+    bar = _Bar()
+    show = progress if callable(progress) else bar.show if progress else None
 
     def take(line: str) -> None:
-        if line.startswith("{"):
+        if show is not None and line.startswith("{"):
             show(json.loads(line))
 
     try:
         run_program(*arguments, on_line=take)
     finally:
-        end()
+        bar.close()
     return Run(output)
 
 
@@ -172,8 +178,8 @@ def detect_files(start: PathLike, end: PathLike, *options: str) -> dict[str, Any
 
 
 def convert(source: PathLike, output: PathLike, *options: str) -> str:
-    """Meshes, point caches and runs from one format to another, as `tulle convert SOURCE -o OUTPUT` does; its last words."""
-    return run_program("convert", source, "-o", output, *options)
+    """Meshes, point caches and runs from one format to another, as `tulle convert SOURCE OUTPUT` does; its last words."""
+    return run_program("convert", source, output, *options)
 
 
 def render(source: Union[PathLike, Run, World], *, frame: Optional[int] = None, size: tuple[int, int] = (640, 360),

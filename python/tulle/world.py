@@ -59,9 +59,11 @@ class World:
     was before the step.
     """
 
+    _handle: Any = None
+    _destroy: Any = None
+
     def __init__(self, settings: Optional[structs.WorldDef] = None, **changes: Any) -> None:
         """Makes an empty world of `settings`, or of the defaults, with `changes` by the names of the fields of WorldDef."""
-        self._handle: Any = None
         keep: list[Any] = []
         definition = structs.WorldDef.make(settings, changes, "World").to_c(keep)
         made, error = ffi.new("tulle_world **"), make_error_buffer()
@@ -110,7 +112,7 @@ class World:
         self.close()
 
     def __del__(self) -> None:
-        if getattr(self, "_handle", None) is not None:
+        if self._handle is not None:
             try:
                 self.close()
             except BusyError:
@@ -227,19 +229,19 @@ class World:
         return cloth
 
     def add_obstacle(self, mesh: Mesh, settings: Optional[structs.ObstacleDef] = None, *, frames: Optional[Frames] = None,
-                     body: Union[structs.Body, dict[str, Any], None] = None, **changes: Any) -> Obstacle:
+                     body: Union[structs.BodyDef, dict[str, Any], None] = None, **changes: Any) -> Obstacle:
         """Adds an obstacle or, with `body`, a rigid body, also while the world runs.
 
         frames: (frames, vertices, 3) positions [m] of a mesh that deforms, or a function that gives those of a frame and is
         asked for each when it is needed; then `frame_count=` says how many there are. `frame_interval` [s] lies between
-        them. body: a Body, or its fields, as `body={"density": 700}`. changes: fields of ObstacleDef by name, as
+        them. body: a BodyDef, or its fields, as `body={"density": 700}`. changes: fields of ObstacleDef by name, as
         `friction=0.5` or `drive="rigid"`.
         """
         keep: list[Any] = []
         frame_count = changes.pop("frame_count", None)
         definition = structs.ObstacleDef.make(settings, changes, "add_obstacle")
         if body is not None:
-            definition.body = structs.Body.make(body, {}, "body")
+            definition.body = structs.BodyDef.make(body, {}, "body")
             definition.body.is_dynamic = True
         made = definition.to_c(keep)
         made.mesh = mesh._view()
@@ -260,7 +262,10 @@ class World:
                 raise TypeError("frames is a function: say with frame_count= how many frames it has")
             read = frames
         else:
-            array = np.ascontiguousarray(frames, dtype=np.float64)
+            array = np.asarray(frames)
+            if array.dtype.kind not in "fiu":
+                raise InvalidArgumentError(f"frames should hold real numbers, not {array.dtype}")
+            array = np.ascontiguousarray(array, dtype=np.float64)
             if array.ndim != 3 or array.shape[1:] != (vertex_count, 3) or not array.shape[0]:
                 raise InvalidArgumentError(f"frames should have the shape (frames, {vertex_count}, 3), not {array.shape}")
             if frame_count is not None and frame_count != array.shape[0]:
@@ -294,7 +299,7 @@ class World:
         changes: fields of AttachmentDef by name, as `stiffness=1e4` or `max_distance=0.02`.
         """
         points = None if isinstance(to, Object) else to_doubles(to, 3, "to", int(np.size(vertices)))
-        values = {"vertices": to_indices(vertices, 1, "vertices"), **({} if points is None else {"points": points}), **changes}
+        values: dict[str, Any] = {"vertices": to_indices(vertices, 1, "vertices"), **({} if points is None else {"points": points}), **changes}
         keep: list[Any] = []
         made = structs.AttachmentDef.make(None, values, "attach").to_c(keep)
         self._own(cloth)
@@ -339,10 +344,12 @@ class World:
             self._call(core.tulle_world_set_pair_filter, ffi.NULL, ffi.NULL)
             return
 
+        decide = collides
+
         def ask(context: Any, world: Any, a: Any, b: Any) -> int:
             first, second = self.find_object(structs.ObjectId(a)), self.find_object(structs.ObjectId(b))
             # An object that is being added has no Python object yet.
-            return 1 if first is None or second is None else int(bool(collides(first, second)))
+            return 1 if first is None or second is None else int(bool(decide(first, second)))
 
         made = ffi.callback("int(void *, const tulle_world *, tulle_object_id, tulle_object_id)", ask, error=1,
                             onerror=self._callbacks.note)
@@ -600,7 +607,8 @@ def make_material(name: str = "cotton", **changes: Any) -> structs.Material:
     made = ffi.new("tulle_material *")
     if core.tulle_material_preset(name.encode(), made):
         raise InvalidArgumentError(f"there is no material \"{name}\"; there are {', '.join(list_materials())}")
-    return structs.Material.make(structs.Material.from_c(made), changes, "make_material")
+    material: structs.Material = structs.Material.make(structs.Material.from_c(made), changes, "make_material")
+    return material
 
 
 def list_materials() -> list[str]:
