@@ -13,6 +13,7 @@ from tulle._arrays import StateArray
 from tulle._library import version as __version__
 from tulle.detector import Detection, Detector, Judge, Verdict
 from tulle.errors import *  # noqa: F403
+from tulle.fit import Fit, fit_material
 from tulle.mesh import Mesh, make_shape
 from tulle.objects import Attachment, Body, Cloth, Object, Obstacle
 from tulle.program import check_files, convert, detect_files, find_program, render, run_program, simulate
