@@ -104,7 +104,7 @@ def fit_material(build: Callable[[structs.Material], World], fields: Mapping[Nam
 
     rollout, seen = _make_rollout(lambda values: build(make(np.asarray(values["x"]))), observations, residual, control, time_step,
                                   steps)
-    is_seen = np.isfinite(seen)
+    is_seen: Any = np.isfinite(seen) if observations is not None else slice(None)
 
     def run(rows: Sequence[Doubles]) -> Doubles:
         return (rollout.run([{"x": row} for row in rows], threads) - seen)[:, is_seen]

@@ -220,9 +220,11 @@ def _judge(differences: Doubles, bends: Doubles, floor: Doubles, tolerance: floa
     is_rounding = (changes[:, -1] > 0.5 * changes[:, -2]) | (error <= floor)
     reference = np.maximum(np.abs(best), 0.01 * np.abs(best).max(axis=1, keepdims=True))
     spread = differences.max(axis=1) - differences.min(axis=1)
-    # Of a smooth function the differences draw together with each halving: central ones to a quarter, both sides to a half.
-    agree = (error <= tolerance * reference) & ((spread <= 2 * tolerance * reference) | (changes[:, -1] <= changes[:, 0] / 4))
+    # Of a smooth function central differences draw together to a quarter with each halving of the step, those to both sides to
+    # a half. Where the largest step reaches across a kink they do so at once, or not at all.
+    draws = (changes[:, 1:] <= changes[:, :-1] / 2) & (changes[:, 1:] >= changes[:, :-1] / 16)
+    agree = (error <= tolerance * reference) & ((spread <= 2 * tolerance * reference) | draws.all(axis=1))
     agree &= (bends[:, -1] <= 2 * tolerance * reference) | (bends[:, -1] <= bends[:, 0] / 4)
-    is_smooth = agree | ((spread <= floor) & (bends[:, -1] <= floor))
+    is_smooth = agree | ((spread == 0) & (bends[:, -1] == 0))  # the latter: nothing depends on the parameter
     error = np.where(is_smooth, error, np.maximum(error, np.maximum(spread, bends[:, -1])))
     return best, error, is_smooth, is_rounding

@@ -70,7 +70,7 @@ class VectorEnv:
                 raise InvalidArgumentError(f"there are {len(seeds)} seeds for {self.num_envs} environments")
         else:
             _check_whole(seed, "seed", 0, 2**63)
-            seeds = [int(seed) + i for i in range(self.num_envs)]
+            seeds = [int(seed) + i for i in range(self.num_envs)]  # type: ignore[arg-type]
         for each in seeds:
             _check_whole(each, "seed", 0, 2**64)
         return [int(each) for each in seeds]
