@@ -237,17 +237,16 @@ class Coverage:
 
     def __init__(self, flat: Mesh) -> None:
         """flat: the cloth as it lies flat, in the plane of x and y."""
-        self._triangles = flat.triangles
-        edges = flat.positions[flat.triangles[:, 0]] - flat.positions[flat.triangles[:, 1]]
-        # A triangle has a point of each cell of this side that it fills: the points below lie closer.
-        self._side = 0.5 * float(np.median(np.linalg.norm(edges, axis=1)))
-        steps = 3
-        self._weights = np.array([(i, j, steps - i - j) for i in range(steps + 1) for j in range(steps + 1 - i)]) / steps
+        sides = np.sort(flat.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64), axis=1)
+        self._edges = np.unique(sides, axis=0)
+        lengths = np.linalg.norm(flat.positions[self._edges[:, 0]] - flat.positions[self._edges[:, 1]], axis=1)
+        # Vertices and middles of edges lie half an edge apart: each cell of this side that the cloth fills has one of them.
+        self._side = 0.6 * float(np.median(lengths))
         self._full = self._count(flat.positions)
 
     def _count(self, positions: Doubles) -> int:
-        corners = positions[:, :2][self._triangles]
-        points = (self._weights @ corners).reshape(-1, 2)
+        flat = positions[:, :2]
+        points = np.concatenate([flat, 0.5 * (flat[self._edges[:, 0]] + flat[self._edges[:, 1]])])
         cells = np.floor(points / self._side).astype(np.int64)
         cells -= cells.min(axis=0)
         width = int(cells[:, 1].max()) + 1
