@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What steps of environments cost (tulle.envs): many side by side on one thread and on all, beside a single one; and worlds with
-the same cloth on a ball in Tulle and in MuJoCo, where its package is there. Prints Markdown.
+"""What steps of environments cost (tulle.envs): many side by side on one thread and on all, beside a single one; and worlds
+with the same cloth on a ball in Tulle and in MuJoCo, where its package is there. Prints Markdown.
 
 usage: PYTHONPATH=python bench_envs.py [--count N] [--actions N] [--resolution N] [--peers DIR]
 

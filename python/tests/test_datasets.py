@@ -42,7 +42,8 @@ def test_a_sample_depends_on_seed_and_number_alone(samples: list[datasets.Sample
     assert len(data) == 1000
     for i in (0, 17):
         alone = data[i]
-        assert alone.positions.tobytes() == samples[i].positions.tobytes() and alone.pairs.tobytes() == samples[i].pairs.tobytes()
+        for name in ("positions", "pairs"):
+            assert getattr(alone, name).tobytes() == getattr(samples[i], name).tobytes()
     other = datasets.drapes(1, seed=12, negatives=0.4, **TINY)[0]
     assert other.positions.shape != samples[0].positions.shape or not np.array_equal(other.positions, samples[0].positions)
     with pytest.raises(IndexError):
@@ -89,7 +90,8 @@ def test_writing_goes_on_where_it_was_cut_short(tmp_path: Path, monkeypatch: pyt
 
 
 def test_bad_input_is_told(tmp_path: Path) -> None:
-    for changes, text in (({"count": -1}, "count"), ({"negatives": 2}, "negatives"), ({"steps": 0}, "steps"), ({"seed": 1.5}, "seed")):
+    for changes, text in (({"count": -1}, "count"), ({"negatives": 2}, "negatives"), ({"steps": 0}, "steps"),
+                          ({"seed": 1.5}, "seed")):
         with pytest.raises(tulle.InvalidArgumentError, match=text):
             datasets.drapes(**{"count": 1, **changes})  # type: ignore[arg-type]
     datasets.drapes(1, seed=1, resolution=4, steps=2).write(tmp_path)

@@ -51,7 +51,7 @@ def test_bits_do_not_depend_on_threads_or_company(name: str) -> None:
         observations, _ = made.reset()
         hashes = [made.get_state_hashes()]
         for step in range(9):  # over the end of an episode
-            rows = [np.random.default_rng([seed + i, step]).uniform(-1, 1, made.single_action_space.shape) for i in range(count)]
+            rows = [np.random.default_rng([seed + i, step]).uniform(-1, 1, 8) for i in range(count)]
             observations, *_ = made.step(np.array(rows))
             hashes.append(made.get_state_hashes())
         return hashes, observations
@@ -154,9 +154,9 @@ def test_bad_input_is_told() -> None:
         envs.scripted_policy("xyz")
     with pytest.raises(TypeError, match="did you mean \"resolution\""):
         envs.make("fold-towel", resolutoin=3)
-    for options, text in (({"resolution": 3}, "resolution is 3"), ({"episode_length": 1.5}, "episode_length"), ({"count": 0}, "count"),
-                          ({"threads": -1}, "threads"), ({"seed": -1}, "seed"), ({"material": "tin"}, "no material"),
-                          ({"count": 2, "seed": [1]}, "1 seeds for 2")):
+    for options, text in (({"resolution": 3}, "resolution is 3"), ({"episode_length": 1.5}, "episode_length"),
+                          ({"count": 0}, "count"), ({"threads": -1}, "threads"), ({"seed": -1}, "seed"),
+                          ({"material": "tin"}, "no material"), ({"count": 2, "seed": [1]}, "1 seeds for 2")):
         with pytest.raises(tulle.InvalidArgumentError, match=text):
             envs.make("fold-towel", **options)  # type: ignore[arg-type]
     made = envs.make("fold-towel", count=2, **SMALL)

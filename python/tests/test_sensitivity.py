@@ -48,7 +48,8 @@ def test_free_fall_depends_on_place_and_velocity_as_it_must() -> None:
 
     def drop(values: Any) -> tulle.World:
         world = tulle.World(**EXACT)
-        world.add_cloth(sheet.transform(translation=values["place"]), material={"air_damping": 0.0}, velocity=values["velocity"])
+        placed = sheet.transform(translation=values["place"])
+        world.add_cloth(placed, material={"air_damping": 0.0}, velocity=values["velocity"])
         return world
 
     rollout = Rollout(drop, lambda world: np.array(world.cloths[0].positions).mean(axis=0), 0.01, 20)
@@ -68,10 +69,10 @@ def test_a_pendulum_swings_by_theory() -> None:
         away = length * np.array([0, np.sin(values["angle"]), -np.cos(values["angle"])])
         along = np.array([0, np.cos(values["angle"]), np.sin(values["angle"])])
         mesh = tulle.Mesh(np.vstack([rest[:2], rest[:2] + away]), [[0, 2, 1], [1, 2, 3]])
-        curve = make_curve(1e5)
-        world.add_cloth(mesh, rest_positions=rest, pins=[tulle.Pin([0, 1])],
-                        velocities=np.outer([0, 0, 1, 1], values["velocity"] * along),
-                        material={"air_damping": 0.0, "stretch_damping": 0.0, "bend_damping": 0.0, "warp": curve, "weft": curve})
+        material = tulle.make_material(air_damping=0.0, stretch_damping=0.0, bend_damping=0.0, warp=make_curve(1e5),
+                                       weft=make_curve(1e5))
+        world.add_cloth(mesh, rest_positions=rest, pins=[tulle.Pin([0, 1])], material=material,
+                        velocities=np.outer([0, 0, 1, 1], values["velocity"] * along))
         return world
 
     def swing_in_theory(angle: float, velocity: float, gravity: float) -> float:
@@ -150,7 +151,8 @@ def test_controls_and_threads() -> None:
         world.cloths[0].set_pin_targets(0, sheet.positions[:12] + (step + 1) * np.asarray(values["shift"]))
 
     rollout = Rollout(build, lambda world: np.array(world.cloths[0].positions).mean(axis=0), 0.02, 30, control, (10, 30))
-    one, two = (differentiate(rollout, {"shift": np.array([0.001, 0.0, 0.002])}, steps={"shift": 5e-4}, threads=n) for n in (1, 2))
+    values = {"shift": np.array([0.001, 0.0, 0.002])}
+    one, two = (differentiate(rollout, values, steps={"shift": 5e-4}, threads=threads) for threads in (1, 2))
     assert one.jacobian["shift"].shape == (6, 3) and one.jacobian["shift"][3, 0] > one.jacobian["shift"][0, 0] > 5
     assert np.array_equal(one.jacobian["shift"], two.jacobian["shift"])
 

@@ -84,8 +84,9 @@ class Drapes:
     """The samples of `drapes`: iterate, index, or write them."""
 
     def __init__(self, count: int, seed: int, negatives: float, resolution: int, steps: int, threads: int) -> None:
-        for name, value, least, most in (("count", count, 0, 2**31), ("seed", seed, 0, 2**63), ("resolution", resolution, 4, 100),
-                                         ("steps", steps, 1, 100_000), ("threads", threads, 0, 256)):
+        ranges = (("count", count, 0, 2**31), ("seed", seed, 0, 2**63), ("resolution", resolution, 4, 100),
+                  ("steps", steps, 1, 100_000), ("threads", threads, 0, 256))
+        for name, value, least, most in ranges:
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
                 raise InvalidArgumentError(f"{name} is {value!r}; it should be a whole number from {least} to {most}")
         if not 0 <= negatives <= 1:
@@ -229,7 +230,8 @@ class _Scene:
         least = max(4, round(0.6 * resolution))
         first, second = (int(each) for each in random.integers(least, resolution + 1, 2))
         if random.random() < 0.25:
-            return make_shape("disc", radius=float(random.uniform(0.1, 0.16)), resolution=(max(2, first // 2), max(6, 2 * second)))
+            rings = (max(2, first // 2), max(6, 2 * second))
+            return make_shape("disc", radius=float(random.uniform(0.1, 0.16)), resolution=rings)
         size = random.uniform(0.18, 0.32, 2)
         return make_shape("rectangle", size=size, resolution=(first, second), is_irregular=bool(random.random() < 0.5),
                           seed=int(random.integers(2**31)))

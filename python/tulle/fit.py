@@ -10,8 +10,8 @@
 The method is that of Levenberg and Marquardt on the logarithms of the values, within their bounds. Derivatives are those of
 `tulle.sensitivity`.
 
-Based on: Levenberg 1944; Marquardt 1963; Nocedal & Wright 2006, Numerical optimization, 10.3. We try several dampings at a time,
-as their worlds step together.
+Based on: Levenberg 1944; Marquardt 1963; Nocedal & Wright 2006, Numerical optimization, 10.3. We try several dampings at a
+time, as their worlds step together.
 """
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Fit:
     uncertainties: dict[Name, float]
     """Standard deviation of each value, by the noise of what was seen and by the error of the derivatives; inf: not known."""
     correlation: Doubles
-    """(values, values) Correlation of the logarithms of the values. Near 1 or -1: what was seen tells only the ratio or the product."""
+    """(values, values) Correlation of the logarithms of the values. Near 1 or -1: only the ratio or the product is told."""
     residuals: Doubles
     """What is left: simulated minus seen, or what `residual` gave."""
     noise: float
@@ -78,8 +78,8 @@ def fit_material(build: Callable[[structs.Material], World], fields: Mapping[Nam
     "bend_weft"). The others, and where the search begins, are those of `material`.
     observations: where the vertices of the first cloth were seen [m] (vertices, 3) by the number of steps after which; places
     that are not known are NaN. Or residual: numbers of a world after `steps` steps that should all be 0. control: acts before
-    each step. noise: standard deviation of what was seen; None: that of what is left at the end. starts: how many places that are
-    spread over the bounds are tried first, beside that of `material`; the search goes on from the best two.
+    each step. noise: standard deviation of what was seen; None: that of what is left at the end. starts: how many places that
+    are spread over the bounds are tried first, beside that of `material`; the search goes on from the best two.
 
     Raises InvalidArgumentError, and the error of a step that fails.
     """
@@ -102,8 +102,8 @@ def fit_material(build: Callable[[structs.Material], World], fields: Mapping[Nam
             made = _set(made, start, name, float(value))
         return made
 
-    rollout, seen = _make_rollout(lambda values: build(make(np.asarray(values["x"]))), observations, residual, control, time_step,
-                                  steps)
+    rollout, seen = _make_rollout(lambda values: build(make(np.asarray(values["x"]))), observations, residual, control,
+                                  time_step, steps)
     is_seen: Any = np.isfinite(seen) if observations is not None else slice(None)
 
     def run(rows: Sequence[Doubles]) -> Doubles:
@@ -245,7 +245,8 @@ def _get_one(material: structs.Material, name: str) -> float:
         refuse_unknown([part], getattr(value, "_fields", ()), "the material")
         value = getattr(value, part)
     if not isinstance(value, (int, float)):
-        raise InvalidArgumentError(f"\"{name}\" is no number; its fields are {', '.join(f'{name}.{each}' for each in value._fields)}")
+        fields = ", ".join(f"{name}.{each}" for each in value._fields)
+        raise InvalidArgumentError(f"\"{name}\" is no number; its fields are {fields}")
     return float(value)
 
 

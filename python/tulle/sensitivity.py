@@ -120,7 +120,8 @@ class Sensitivity:
     """Whether the estimates of different steps agree. Where they do not, a contact comes, goes, sticks or slides within the
     steps, or rounding hides the derivative: believe no derivative there, but choose another step or a smoother measure."""
     is_rounding: dict[str, NDArray[np.bool_]]
-    """Whether the error is one of rounding, for which a larger step is better; else of truncation, for which a smaller one is."""
+    """Whether the error is one of rounding, for which a larger step is better; else of truncation, for which a smaller
+    one is."""
     differences: dict[str, Doubles]
     """The central differences themselves, first those of the largest step: (levels, numbers, *shape)."""
     steps: dict[str, Doubles]

@@ -11,9 +11,9 @@ from tulle.mesh import Mesh, make_shape
 class DrapeHanger(Task):
     """A cloth hangs from two grippers beside a bar; it is to hang over the bar by itself.
 
-    Done: on each side of the bar hangs 30 % of the cloth or more, off the table, and nothing is held or moves for eight actions.
-    The score is how much hangs on the lighter side, twice, as a part of what is off the table. Features: a point of the bar (3)
-    below which the grippers begin, and its direction (3).
+    Done: on each side of the bar hangs 30 % of the cloth or more, off the table, and nothing is held or moves for eight
+    actions. The score is how much hangs on the lighter side, twice, as a part of what is off the table.
+    Features: a point of the bar (3), and its direction (3).
     """
 
     NAME, LENGTH, SETTLE, FEATURES = "drape-hanger", 120, 25, 6

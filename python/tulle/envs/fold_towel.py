@@ -43,7 +43,7 @@ class FoldTowel(Task):
 
 
 class FoldTowelPolicy(Policy):
-    """Takes both corners over an arc to those opposite, and lets go; once more where they spring back."""
+    """Takes both corners over an arc to those opposite, and lets go; once more where they spring away."""
 
     task = FoldTowel
 
@@ -53,6 +53,9 @@ class FoldTowelPolicy(Policy):
         if state["phase"] == "begin":
             if not (view["holds"] > 0).all():
                 return reach(view, corners[:2])
+            if "ahead" not in state:
+                ahead = (corners[2:] - corners[:2]).mean(axis=0) * [1, 1, 0]
+                state.update(beyond=-0.03, ahead=ahead / np.linalg.norm(ahead))
             state.update(phase="fold", share=0.0, start=view["grippers"].copy(), offset=view["grippers"] - corners[:2], left=18)
         over = corners[2:] + state["offset"] + [0, 0, 0.035]
         if state["phase"] == "fold":
@@ -65,13 +68,14 @@ class FoldTowelPolicy(Policy):
         if state["phase"] == "lay":  # the rest of the towel may have slid: first over it, where nothing drags it, then down
             state["left"] -= 1
             if state["left"] > 8:
-                ahead = np.mean(over - state["start"], axis=0) / FoldTowel.SIDE
-                state["end"] = over + [0.01 * ahead[0], 0.01 * ahead[1], -0.031]  # stiff cloth springs back
+                state["end"] = over + state["beyond"] * state["ahead"] - [0, 0, 0.031]
                 return go(view, over, True, 0.4)
             if state["left"] > 0:
                 return go(view, state["end"], True, 0.3)
             state.update(phase="leave", end=view["grippers"] + [0, 0, 0.1], left=16)
         state["left"] -= 1
-        if state["left"] == 0 and np.linalg.norm(corners[:2] - corners[2:], axis=1).max() > 0.035:
-            state["phase"] = "begin"  # it sprang back: lay it down once more
+        back = corners[2:] - corners[:2]
+        if state["left"] == 0 and np.linalg.norm(back, axis=1).max() > 0.035:
+            # Once more, by some of that farther or nearer.
+            state.update(phase="begin", beyond=state["beyond"] + 0.5 * float(back.mean(axis=0) @ state["ahead"]))
         return go(view, state["end"], False, 0.5)

@@ -32,7 +32,8 @@ class Policy:
         width = observations.shape[1] if observations.ndim == 2 else 0
         others = sum(int(np.prod(shape)) for name, shape in self.task.get_layout(0).items())
         if width < others or (width - others) % 6:
-            raise InvalidArgumentError(f"these are no observations of \"{self.task.NAME}\": their shape is {observations.shape}")
+            raise InvalidArgumentError(f"these are no observations of \"{self.task.NAME}\": "
+                                       f"their shape is {observations.shape}")
         parts = split(self.task.get_layout((width - others) // 6), observations.astype(np.float64))
         if len(self._states) != len(observations):
             self._states = [{} for _ in observations]

@@ -70,8 +70,8 @@ class StraightenPolicy(Policy):
         corners = view["positions"][list_corners(size)]
         if state["phase"] == "begin":
             edge = max(_EDGES, key=lambda pair: float(np.linalg.norm(corners[pair[0]] - corners[pair[1]])))
-            ways = [edge, edge[::-1]]
-            state["pair"] = min(ways, key=lambda way: float(np.linalg.norm(view["grippers"] - corners[list(way)], axis=1).sum()))
+            away = [float(np.linalg.norm(view["grippers"] - corners[list(way)], axis=1).sum()) for way in (edge, edge[::-1])]
+            state["pair"] = edge if away[0] <= away[1] else edge[::-1]
             state["phase"] = "reach"
         if state["phase"] == "reach":
             if not (view["holds"] > 0).all():
@@ -89,27 +89,26 @@ class StraightenPolicy(Policy):
     def _lay(self, view: View, state: State) -> Doubles:
         side = Straighten.SIDE
         halves = np.array([[-0.5], [0.5]]) * side * state["along"]
-        start = np.zeros(3)
         if state["phase"] == "lift":
-            goals = start + halves + [0, 0, side + 0.04]
+            goals = halves + [0, 0, side + 0.04]
             if not is_there(view, goals):
                 return go(view, goals, True, 0.5)
             state["left"] -= 1
             if state["left"] > 0:
                 return go(view, goals, True)
             # Lay it down away from where the lower edge hangs.
-            hanging = (view["positions"][list_corners(round(len(view["positions"]) ** 0.5))] - view["grippers"].mean(axis=0))
+            hanging = view["positions"][list_corners(round(len(view["positions"]) ** 0.5))] - view["grippers"].mean(axis=0)
             lower = hanging[[i for i in range(4) if i not in state["pair"]]].mean(axis=0)
             if lower @ state["across"] > 0:
                 state["across"] = -state["across"]
             state["phase"] = "lay"
         if state["phase"] == "lay":
             state["angle"] = angle = max(-1.0, state["angle"] - 0.035)
-            # Once down, they go on for a while and pull out what is left of the folds.
-            # The lower edge is dragged a little all the way, so that it trails behind.
-            reached = (side + 0.005) * np.cos(max(angle, 0.0)) + 0.1 * (1 - max(angle, 0.0) / (np.pi / 2)) + 0.06 * max(-angle, 0.0)
-            goals = (start + halves * (1.0 + 0.05 * max(-angle, 0.0)) + reached * state["across"]
-                     + [0, 0, max(0.012, side * np.sin(max(angle, 0.0)))])
+            # On the way down the lower edge is dragged a little, so that it trails behind. Once down, they go on for a while
+            # and pull out what is left of the folds.
+            slope, beyond = max(angle, 0.0), max(-angle, 0.0)
+            reached = (side + 0.005) * np.cos(slope) + 0.1 * (1 - slope / (np.pi / 2)) + 0.06 * beyond
+            goals = halves * (1.0 + 0.05 * beyond) + reached * state["across"] + [0, 0, max(0.012, side * np.sin(slope))]
             if angle > -1.0:
                 return go(view, goals, True)
             state.update(phase="leave", left=20, goals=goals + [0, 0, 0.2])

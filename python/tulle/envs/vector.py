@@ -186,7 +186,8 @@ class VectorEnv:
             raise InvalidArgumentError(f"actions should have the shape {self.action_space.shape}, not {rows.shape}{hint}")
         wrong = np.flatnonzero(np.isnan(rows).any(axis=1))
         if wrong.size:
-            raise InvalidArgumentError(f"the action of environment {wrong[0]} is not a number (NaN): no environment has stepped")
+            raise InvalidArgumentError(f"the action of environment {wrong[0]} is not a number (NaN); "
+                                       "no environment has stepped")
         return np.clip(rows, -1, 1)
 
     def _observe(self) -> NDArray[np.float32]:
