@@ -4,7 +4,7 @@ with the same cloth on a ball in Tulle and in MuJoCo, where its package is there
 
 usage: PYTHONPATH=python bench_envs.py [--count N] [--actions N] [--resolution N] [--peers DIR]
 
-DIR is what bench/peers/prepare.sh made, build/peers by default. What is compared takes turns.
+DIR is what bench/peers/prepare.sh made, build/peers by default.
 """
 from __future__ import annotations
 
@@ -23,31 +23,28 @@ import tulle
 from tulle import envs
 
 HERE = Path(__file__).resolve().parent
-ROUNDS = 3  # of which the median counts
 STEP = 0.01  # [s] of worlds
 FRAMES, INTERVAL = 24, 1 / 24  # of a drape
 
 
-def measure(made: envs.VectorEnv, name: str, actions: int) -> float:
-    """Steps of an environment in a second, by the scripted policy."""
-    policy = envs.scripted_policy(name)
-    observations, _ = made.reset(seed=0)
-    start = time.perf_counter()
-    for _ in range(actions):
-        observations, *_ = made.step(policy(observations))
-    return made.num_envs * actions / (time.perf_counter() - start)
-
-
 def bench_task(name: str, resolution: int, count: int, actions: int) -> str:
-    """A row of the table."""
-    kinds = {"alone": (1, 1), "one thread": (count, 1), "all threads": (count, 0)}
+    """A row of the table. Batches on one thread, on all, and one environment alone take each action in turn: what else the
+    machine does meets them alike, and all come to the same states."""
+    kinds = {"alone": envs.make(name, 1, threads=1, resolution=resolution)}
+    kinds.update({words: envs.make(name, count, threads=threads, resolution=resolution)
+                  for words, threads in (("one thread", 1), ("all threads", 0))})
+    policies = {kind: envs.scripted_policy(name) for kind in kinds}
+    observations = {kind: made.reset(seed=0)[0] for kind, made in kinds.items()}
     rates: dict[str, list[float]] = {kind: [] for kind in kinds}
-    for _ in range(ROUNDS):
-        for kind, (worlds, threads) in kinds.items():
-            with envs.make(name, count=worlds, threads=threads, resolution=resolution) as made:
-                rates[kind].append(measure(made, name, actions))
-                particles = made.worlds[0].cloths[0].vertex_count
-    alone, single, every = (statistics.median(rates[kind]) for kind in kinds)
+    for _ in range(actions):
+        for kind, made in kinds.items():
+            start = time.perf_counter()
+            observations[kind], *_ = made.step(policies[kind](observations[kind]))
+            rates[kind].append(made.num_envs / (time.perf_counter() - start))
+    particles = kinds["alone"].worlds[0].cloths[0].vertex_count
+    for made in kinds.values():
+        made.close()
+    alone, single, every = (statistics.harmonic_mean(rates[kind]) for kind in kinds)
     ratio = statistics.median(b / a for a, b in zip(rates["one thread"], rates["all threads"]))
     return f"| {name} | {particles} | {alone:.0f} | {single:.0f} | {every:.0f} | {ratio:.2f} |"
 
@@ -108,11 +105,11 @@ def drape_in_mujoco(peers: Path, resolution: int) -> Optional[tuple[float, int, 
 def main() -> None:
     parser = argparse.ArgumentParser(description="Steps of environments in a second.")
     parser.add_argument("--count", type=int, default=64)
-    parser.add_argument("--actions", type=int, default=60)
+    parser.add_argument("--actions", type=int, default=40)
     parser.add_argument("--resolution", type=int, default=20)
     parser.add_argument("--peers", type=Path, default=HERE.parent / "build" / "peers")
     options = parser.parse_args()
-    print(f"Steps of an environment in a second; {options.count} side by side; medians of {ROUNDS}.\n")
+    print(f"Steps of an environment in a second; {options.count} side by side, over {options.actions} actions.\n")
     print("| task | particles | alone | one thread | all threads | all over one |")
     print("|---|---|---|---|---|---|")
     for name in envs.list_tasks():
