@@ -71,12 +71,13 @@ paper-pictures:
 	@$(INSTALL_PACKAGES) paper
 	@bash paper/pictures.sh $(DIR)
 
-# The Python package in this checkout: PYTHONPATH=python python3 -c 'import tulle'. docs/guide/python.md.
+# The Python package in this checkout: PYTHONPATH=build/release/python python3 -c 'import tulle'. docs/guide/python.md.
 FIND_PYTHON := sh paper/find_python.sh
 python:
 	@$(INSTALL_PACKAGES) build python
 	@$(MAKE) --no-print-directory build-program
-	@"$$($(FIND_PYTHON) 'cffi, numpy')" python/generate.py include python/tulle
+	@cmake $(BUILD) >/dev/null
+	@cmake --build $(BUILD) -j $(JOBS) --target tulle_python
 
 # The package with the libraries and the program inside, and its sources, in build/wheel: pip install build/wheel/tulle-*.whl
 wheel:
@@ -88,8 +89,8 @@ PYTEST_OPTIONS ?=
 PYTEST = "$$($(FIND_PYTHON) 'cffi, pytest')" -m pytest -q -p no:cacheprovider $(PYTEST_OPTIONS)
 test-python: python
 	@$(INSTALL_PACKAGES) wheel python-test
-	@mypy --cache-dir build/mypy
-	@PYTHONPATH=python $(PYTEST)
+	@MYPYPATH=$(BUILD)/python mypy --cache-dir build/mypy -p tulle
+	@PYTHONPATH=$(BUILD)/python $(PYTEST)
 	@sh tools/test_wheel.sh
 
 # Random calls of the package with libraries under the address sanitizer; EXAMPLES sequences of them.
@@ -99,7 +100,7 @@ test-python-asan: python
 	@cmake --preset asan-ubsan
 	@cmake --build build/asan-ubsan -j $(JOBS) --target tulle_shared tulle_io_shared
 	@LD_PRELOAD="$$(cc -print-file-name=libasan.so) $$(cc -print-file-name=libubsan.so)" ASAN_OPTIONS=detect_leaks=0 \
-	UBSAN_OPTIONS=halt_on_error=1 TULLE_EXAMPLES=$(EXAMPLES) TULLE_LIBRARY_PATH=build/asan-ubsan PYTHONPATH=python PYTHONMALLOC=malloc \
+	UBSAN_OPTIONS=halt_on_error=1 TULLE_EXAMPLES=$(EXAMPLES) TULLE_LIBRARY_PATH=build/asan-ubsan PYTHONPATH=$(BUILD)/python PYTHONMALLOC=malloc \
 	$(PYTEST) python/tests/test_random_calls.py python/tests/test_arrays.py
 
 # Everything quick.

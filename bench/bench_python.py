@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What the Python package costs beside C: getters, steps, many worlds. Prints a table.
 
-usage: PYTHONPATH=python bench_python.py [--steps N]
+usage: PYTHONPATH=build/release/python bench_python.py [--steps N]
 
 A step's share is the time around `World.step` less `total_seconds` of its report, which is measured within the library.
 """
