@@ -63,7 +63,8 @@ paper-quick: build-paper
 build-paper:
 	@$(INSTALL_PACKAGES) build paper
 	@$(MAKE) --no-print-directory build-program
-	@cmake --build $(BUILD) -j $(JOBS) --target paper_measure
+	@cmake $(BUILD) >/dev/null
+	@cmake --build $(BUILD) -j $(JOBS) --target paper_measure tulle_python
 
 # The pictures of docs/pictures/paper, of what `make paper` left in DIR.
 DIR ?= reproduced

@@ -2,7 +2,7 @@
 # copied, and what follows from the headers is made by python/generate.py. Built with the tests, or by `make python`.
 execute_process(COMMAND sh ${PROJECT_SOURCE_DIR}/paper/find_python.sh "cffi, numpy" OUTPUT_VARIABLE tulle_python_program
     OUTPUT_STRIP_TRAILING_WHITESPACE)
-if(NOT tulle_python_program OR CMAKE_CROSSCOMPILING)
+if(NOT tulle_python_program OR CMAKE_CROSSCOMPILING OR TULLE_SANITIZE) # a sanitizer wants to be loaded before Python
     return()
 endif()
 file(GLOB_RECURSE package_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/python/tulle/*.py)
