@@ -1,0 +1,77 @@
+"""Runs on a Dask cluster: one that is there, by its scheduler's address, or workers on this machine.
+
+A task calls this package as a process of its own. So the workers need Python, the folder of the sweep and this package
+at the same paths as here, but nothing of it loaded. A worker that dies takes its runs along; Dask gives them to another
+one, where they go on from their checkpoints."""
+from __future__ import annotations
+
+import subprocess
+import time
+from typing import Any, Optional
+
+from .cluster import close_record, get_command
+from .execute import Stop
+from .layout import SweepDirectory
+from .local import Report
+from .problems import SweepError
+
+POLL = 0.3             # [s] between two looks at what has ended
+CONNECT_TIME = 10.0    # [s] to reach a scheduler
+NOT_BEGUN = "the sweep ended before it began"
+
+
+def run_dask(directory: SweepDirectory, numbers: list[int], scheduler: Optional[str], jobs: int, stop: Stop, report: Report) -> None:
+    """Executes the runs on the cluster. Returns when all have ended or stopped."""
+    try:
+        import distributed
+    except ImportError:
+        raise SweepError("Dask is not installed here: install python3-distributed, or run with --engine local") from None
+    local = None
+    try:
+        if scheduler is None:
+            local = distributed.LocalCluster(n_workers=jobs, threads_per_worker=1, dashboard_address=None, silence_logs=50)
+        client = distributed.Client(local or scheduler, timeout=CONNECT_TIME, set_as_default=False)
+    except (OSError, ValueError) as error:
+        if local:
+            local.close()
+        raise SweepError(f"the Dask scheduler {scheduler or 'on this machine'} cannot be reached: {error}") from None
+    try:
+        submit_and_wait(directory, numbers, client, stop, report)
+    finally:
+        client.close()
+        if local:
+            local.close()
+
+
+def submit_and_wait(directory: SweepDirectory, numbers: list[int], client: Any, stop: Stop, report: Report) -> None:
+    """Hands the runs to the cluster. A wish to stop takes back what has not begun, and leaves a file for the rest."""
+    command = get_command(directory)
+    futures = {number: client.submit(subprocess.run, [*command, str(number)], stdin=subprocess.DEVNULL,
+                                     capture_output=True, text=True, errors="replace", pure=False, retries=2)
+               for number in numbers}
+    has_stopped = False
+    while futures:
+        if stop.level and not has_stopped:
+            has_stopped = True
+            directory.stop.touch()
+            for number in [n for n in futures if (directory.read_record(n) or {}).get("state") != "running"]:
+                futures[number].cancel()
+        if stop.level > 1:
+            break
+        for number in [n for n, future in futures.items() if future.done()]:
+            future = futures.pop(number)
+            said, reason = describe_result(future)
+            report(close_record(directory, number, stop.reason or reason, said))
+        time.sleep(POLL)
+    for number in futures:
+        report(close_record(directory, number, stop.reason or NOT_BEGUN, []))
+
+
+def describe_result(future: Any) -> tuple[list[str], str]:
+    """What a task printed last, and what to say where it left no result."""
+    if future.cancelled():
+        return [], NOT_BEGUN
+    if future.status == "error":
+        return [], f"its task was lost: {future.exception()}"
+    done = future.result()
+    return (done.stderr or "").splitlines()[-6:], f"its process ended with exit code {done.returncode}"
