@@ -106,7 +106,9 @@ def run_sweep(options: argparse.Namespace) -> int:
             print(", ".join(f"{p.name} {value.shown}" for p, value in zip(sweep.parameters, row)))
         print(f"{len(sweep.rows)} runs")
         return EXIT_FINE
-    if directory.path.is_dir() and not directory.sweep.exists() and any(p.name != "lock" for p in directory.path.iterdir()):
+    if directory.sweep.exists():
+        directory.read_sweep()  # refuses a file that is none of ours
+    elif directory.path.is_dir() and any(p.name != "lock" for p in directory.path.iterdir()):
         raise SweepError(f"{directory.path}: is there and holds no sweep; give another folder by -o")
     directory.path.mkdir(parents=True, exist_ok=True)
     stop = Stop()
