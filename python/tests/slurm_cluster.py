@@ -21,6 +21,7 @@ PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "scontrol", "sc
 START_TIME = 60.0     # [s] for the nodes to be idle
 NODE_TIMEOUT = 10     # [s] after which a silent node counts as down
 CREDENTIAL_TIME = 10  # [s] that a task's credential holds; a task that was requeued starts after it
+QUIET_ROUNDS = 5      # looks without a task after which a node is dead
 PATH = os.pathsep.join(("/usr/sbin", "/usr/local/sbin", os.environ.get("PATH", "")))
 
 
@@ -120,13 +121,18 @@ class SlurmCluster:
         if daemon:
             daemon.kill()
             daemon.wait()
-        tasks = self.find_tasks(node)
-        keepers = {parent for task in tasks for parent in [get_parent(task)] if get_name(parent) == "slurmstepd"}
-        for process in [*keepers, *tasks]:
-            try:
-                os.kill(process, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
+        # A keeper that was just starting shows its task a moment later.
+        quiet_rounds = 0
+        while quiet_rounds < QUIET_ROUNDS:
+            tasks = self.find_tasks(node)
+            quiet_rounds = 0 if tasks else quiet_rounds + 1
+            keepers = {parent for task in tasks for parent in [get_parent(task)] if get_name(parent) == "slurmstepd"}
+            for process in [*keepers, *tasks]:
+                try:
+                    os.kill(process, signal.SIGKILL)
+                except ProcessLookupError:
+                    pass
+            time.sleep(0.1)
 
     def find_tasks(self, node: str) -> list[int]:
         """The processes of the jobs on a node. They are ours: their environment names our slurm.conf and the node."""

@@ -3,6 +3,7 @@
 The Slurm is one of two nodes on this machine (slurm_cluster.py)."""
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -68,7 +69,7 @@ def test_a_task_whose_time_ends_goes_on_from_its_checkpoint(cluster: SlurmCluste
     wait_until(lambda: read_record(out, 0)["state"] == "interrupted", "the run to stop")
     frames = count_frames(out, 0)
     assert frames > 10 and (out / "runs" / "0000" / "checkpoint.bin").exists()
-    assert "PD" in cluster.call(["squeue", "--noheader", "--format=%t"])
+    wait_until(lambda: "PD" in cluster.call(["squeue", "--noheader", "--format=%t"]), "the task to be queued again")
     said = "\n".join(child.communicate(timeout=WAIT))
     assert child.returncode == 0, said
     assert read_table(out)[0]["attempts"] == "2"
@@ -151,7 +152,6 @@ def make_scheduler(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[
             processes.append(subprocess.Popen(one, env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=output,
                                               start_new_session=True))
             wait_until((tmp_path / "scheduler.json").exists, "the scheduler")
-    import json
     yield json.loads((tmp_path / "scheduler.json").read_text())["address"], processes
     for process in reversed(processes):
         process.kill()
