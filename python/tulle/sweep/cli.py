@@ -97,7 +97,6 @@ def run_sweep(options: argparse.Namespace) -> int:
     """Plans the sweep, runs what is not whole, collects."""
     sweep = read_sweep(Path(options.file))
     engine = choose_engine(options, sweep)
-    program = find_program(options.program)
     directory = SweepDirectory(Path(options.output) if options.output else sweep.output or Path(Path(options.file).stem + ".sweep"))
     if sweep.drawn_again:
         print(f"{sweep.drawn_again} rows equal earlier ones and are left out", file=sys.stderr)
@@ -106,6 +105,7 @@ def run_sweep(options: argparse.Namespace) -> int:
             print(", ".join(f"{p.name} {value.shown}" for p, value in zip(sweep.parameters, row)))
         print(f"{len(sweep.rows)} runs")
         return EXIT_FINE
+    program = find_program(options.program)
     if directory.sweep.exists():
         directory.read_sweep()  # refuses a file that is none of ours
     elif directory.path.is_dir() and any(p.name != "lock" for p in directory.path.iterdir()):

@@ -47,7 +47,8 @@ def submit_and_wait(directory: SweepDirectory, numbers: list[int], client: Any, 
     """Hands the runs to the cluster. A wish to stop takes back what has not begun, and leaves a file for the rest."""
     command = get_command(directory)
     futures = {number: client.submit(subprocess.run, [*command, str(number)], stdin=subprocess.DEVNULL,
-                                     capture_output=True, text=True, errors="replace", pure=False, retries=2)
+                                     capture_output=True, text=True, errors="replace", start_new_session=True,
+                                     pure=False, retries=2)
                for number in numbers}
     has_stopped = False
     while futures:

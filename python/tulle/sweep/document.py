@@ -5,7 +5,7 @@ import json
 import math
 import re
 from pathlib import Path
-from typing import Any, Iterable, Optional
+from typing import Iterable, Optional
 
 import yaml
 
@@ -93,10 +93,11 @@ class Entry:
         """A time above 0: a number of seconds, or one with s, min, h or d."""
         text = self.node.value if isinstance(self.node, yaml.ScalarNode) else ""
         number = NUMBER.match(text)
-        unit = text[number.end():].strip() if number else None
-        if unit not in SECONDS_OF or not 0 < float(number.group()) * SECONDS_OF[unit] < math.inf:
+        factor = SECONDS_OF.get(text[number.end():].strip()) if number else None
+        seconds = float(number.group()) * factor if number and factor else 0.0
+        if not 0 < seconds < math.inf:
             raise self.make_problem("should be a time above 0, as 90 s, 10 min or 2 h")
-        return float(number.group()) * SECONDS_OF[unit]
+        return seconds
 
     def get_file(self) -> Path:
         """The path of a file that is there; relative names start at the folder of this file."""
@@ -104,10 +105,6 @@ class Entry:
         if not path.is_file():
             raise self.make_problem(f"there is no file {path}")
         return path
-
-    def get_json(self) -> Any:
-        """The value as Python's own: for what is handed on as it is."""
-        return yaml.SafeLoader("").construct_object(self.node, deep=True)
 
 
 def resolve(file: Path, name: str) -> Path:

@@ -4,6 +4,7 @@ The record of the run tells at every moment how far it is. Whoever executes a ru
 program resumes from its checkpoint, and what is whole is left alone."""
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -119,9 +120,9 @@ def execute(directory: SweepDirectory, number: int, stop: Stop, place: str = "")
     child = Child(directory, number, stop)
     log_begin = get_size(directory.get_log(number))
     try:
-        name = find_changed_input(directory)
-        if name:
-            raise Stopped(f"{name} has changed since the sweep was planned; start the sweep anew")
+        changed = find_changed_input(directory)
+        if changed:
+            raise Stopped(f"{changed} has changed since the sweep was planned; start the sweep anew")
         simulate(child, record)
         judge(child, record)
         finish(child, record)
@@ -130,6 +131,9 @@ def execute(directory: SweepDirectory, number: int, stop: Stop, place: str = "")
         record.update(state="interrupted", reason=str(reason))
     except (Failed, OSError) as reason:
         record.update(state="failed", reason=str(reason), last_lines=read_last_lines(directory.get_log(number), log_begin))
+        if (directory.get_run(number) / "run.json").exists() and not stop.level:
+            with contextlib.suppress(Stopped):
+                make_picture(child, record)  # the last frame may show why
     directory.write_record(record)
     return record
 

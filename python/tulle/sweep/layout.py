@@ -28,6 +28,8 @@ import yaml
 from .problems import SweepError
 
 FORMAT, FORMAT_VERSION = "tulle sweep", 1
+FOLDERS = ("records", "logs", "pictures", "arrays")
+TEMPORARY_MAX = 3600.0  # [s] that no file takes to be written
 HEARTBEAT = 10.0       # [s] between two signs of life of a run under way
 SILENCE_MAX = 120.0    # [s] without one after which a run on another host counts as silent: some heartbeats, and a slow disk
 
@@ -59,8 +61,16 @@ class SweepDirectory:
         return self.path / "arrays" / f"{number:04d}.npz"
 
     def make_folders(self) -> None:
-        for name in ("records", "runs", "logs", "pictures", "arrays"):
+        for name in ("runs", *FOLDERS):
             (self.path / name).mkdir(parents=True, exist_ok=True)
+
+    def remove_temporaries(self) -> None:
+        """Removes what killed processes left half-written; a file that was begun lately may still be under way."""
+        for folder in (self.path, *(self.path / name for name in FOLDERS)):
+            for path in folder.glob(".*.tmp.*"):
+                with contextlib.suppress(OSError):
+                    if time.time() - path.stat().st_mtime > TEMPORARY_MAX:
+                        path.unlink()
 
     def read_record(self, number: int) -> Optional[dict[str, Any]]:
         """The record of a run; None if there is none."""

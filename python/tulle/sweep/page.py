@@ -137,10 +137,9 @@ def make_picture_cell(directory: SweepDirectory, row: dict[str, Any], is_embeddi
     path = directory.get_picture(row["run"])
     link = quote(f"pictures/{path.name}")
     try:
-        data = path.read_bytes() if is_embedding and row["state"] == "whole" else b""
+        data = path.read_bytes() if is_embedding else b""
+        path.stat()
     except OSError:
-        data = b""
-    if not data and not (row["state"] == "whole" and not is_embedding and path.exists()):
         return '<td class="picture"><span class="none">no picture</span></td>'
     source = "data:image/png;base64," + base64.b64encode(data).decode() if data else link
     return (f'<td class="picture"><a href="{link}"><img loading="lazy" width="160" height="90" src="{source}" '

@@ -106,7 +106,7 @@ def number_runs(directory: SweepDirectory, records: list[dict[str, Any]]) -> tup
     directory that are no longer wanted: those with something in them, and all."""
     known: dict[str, dict[str, Any]] = {}
     highest = -1
-    for path in (directory.path / "records").glob("*.json"):
+    for path in (directory.path / "records").glob("[0-9]*.json"):
         old = read_json(path)
         if not isinstance(old, dict) or not isinstance(old.get("number"), int):
             raise SweepError(f"{path}: is no record of a run; bring it back from a copy, or remove it with its run "
@@ -138,6 +138,7 @@ def plan_sweep(directory: SweepDirectory, sweep: Sweep, program: Path, is_replac
         raise SweepError(describe_difference(directory, sweep, inputs, in_the_way))
     check_settings(sweep, program, records[0])
     directory.make_folders()
+    directory.remove_temporaries()
     for number in unwanted:
         remove_run(directory, number)
     records.sort(key=lambda record: record["number"])

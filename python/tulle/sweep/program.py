@@ -40,7 +40,8 @@ def try_scene(program: Path, scene: Path, settings: list[list[str]]) -> str:
     for path, text in settings:
         command += ["--set", f"{path}={text}"]
     try:
-        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", check=False)
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
+                              check=False, start_new_session=True)
     except OSError as error:
         raise SweepError(f"{program}: cannot be run: {error.strerror}") from None
     return "" if done.returncode == 0 else done.stderr.strip() or f"{program} ended with exit code {done.returncode}"

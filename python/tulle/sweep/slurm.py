@@ -28,7 +28,9 @@ SIGNAL = "USR1"      # comes before the time limit
 def call_slurm(command: list[str]) -> subprocess.CompletedProcess[str]:
     if not shutil.which(command[0]):
         raise SweepError(f"{command[0]} is nowhere: this machine has no Slurm; runs on this machine: --engine local")
-    return subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", check=False)
+    # A session of its own: Ctrl-C at a terminal does not break it off.
+    return subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", check=False,
+                          start_new_session=True)
 
 
 def write_script(directory: SweepDirectory, options: SlurmOptions, threads: int, part: str, count: int) -> Path:
