@@ -15,7 +15,7 @@ from sweep_tools import (DAMPING, FRICTION, SCENE, call, check_hashes, count_fra
 
 numpy = pytest.importorskip("numpy")
 
-LONG = "frames: 800"  # seconds: long enough to be interrupted
+LONG = "frames: 600"  # seconds: long enough to be interrupted
 # At the second height the sheet starts in the spike.
 HEIGHTS = 'height: {path: "cloth[0].translate", grid: [[0.02, 0.01, 0.16], [0.02, 0.01, 0.05], [0.02, 0.01, 0.2]]}'
 

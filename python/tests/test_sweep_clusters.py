@@ -137,6 +137,21 @@ def test_dask_on_this_machine(tmp_path: Path) -> None:
     assert "cannot be reached" in call(path, "--scheduler", "tcp://127.0.0.1:9", "-o", tmp_path / "other", code=2)
 
 
+def test_ctrl_c_at_a_terminal_ends_the_workers_here(tmp_path: Path) -> None:
+    """A terminal sends the signal to all processes of the group, the workers too."""
+    pytest.importorskip("distributed")
+    path = make_sweep(tmp_path, FOUR, more="frames: 3000\ndask: {}")
+    out = tmp_path / "out"
+    child = start(path, "-j", 2)
+    wait_until(lambda: sum(count_frames(out, n) > 3 for n in range(4)) == 2, "two runs")
+    os.killpg(child.pid, signal.SIGINT)
+    said = child.communicate(timeout=60)[1]
+    assert child.returncode == 130 and "Traceback" not in said, said
+    assert find_states(out) == ["interrupted"] * 4
+    call(path, "--engine", "local")
+    check_hashes(out, tmp_path / "scene.yaml", tmp_path)
+
+
 @pytest.fixture(name="scheduler")
 def make_scheduler(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
     """A Dask cluster of a scheduler and two workers, each a process."""

@@ -5,6 +5,7 @@ at the same paths as here, but nothing of it loaded. A worker that dies takes it
 one, where they go on from their checkpoints."""
 from __future__ import annotations
 
+import signal
 import subprocess
 import time
 from typing import Any, Optional
@@ -17,6 +18,7 @@ from .problems import SweepError
 
 POLL = 0.3             # [s] between two looks at what has ended
 CONNECT_TIME = 10.0    # [s] to reach a scheduler
+CLOSE_TIME = 10.0      # [s] for the workers to end
 NOT_BEGUN = "the sweep ended before it began"
 
 
@@ -29,7 +31,7 @@ def run_dask(directory: SweepDirectory, numbers: list[int], scheduler: Optional[
     local = None
     try:
         if scheduler is None:
-            local = distributed.LocalCluster(n_workers=jobs, threads_per_worker=1, dashboard_address=None, silence_logs=50)
+            local = start_workers(distributed, jobs)
         client = distributed.Client(local or scheduler, timeout=CONNECT_TIME, set_as_default=False)
     except (OSError, ValueError) as error:
         if local:
@@ -38,9 +40,19 @@ def run_dask(directory: SweepDirectory, numbers: list[int], scheduler: Optional[
     try:
         submit_and_wait(directory, numbers, client, stop, report)
     finally:
-        client.close()
+        client.close(timeout=CLOSE_TIME)
         if local:
-            local.close()
+            local.close(timeout=CLOSE_TIME)
+
+
+def start_workers(distributed: Any, jobs: int) -> Any:
+    """Workers on this machine. Ctrl-C at a terminal reaches them as well; they leave it to us, so they can be closed
+    in good order."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        return distributed.LocalCluster(n_workers=jobs, threads_per_worker=1, dashboard_address=None, silence_logs=50)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def submit_and_wait(directory: SweepDirectory, numbers: list[int], client: Any, stop: Stop, report: Report) -> None:

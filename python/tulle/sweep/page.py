@@ -27,7 +27,9 @@ h1{font-size:1.4rem;margin:0 0 .25rem}p{margin:.25rem 0 .75rem}
 select,button{font:inherit;color:inherit}
 .scroll{overflow-x:auto}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
-th,td{padding:.35rem .6rem;text-align:left;border-bottom:1px solid var(--line);vertical-align:middle;overflow-wrap:anywhere}
+th,td{padding:.35rem .6rem;text-align:left;border-bottom:1px solid var(--line);vertical-align:middle}
+td.n,td.code{white-space:nowrap}td.p{min-width:6rem;max-width:20rem;overflow-wrap:anywhere}
+.why{display:block;min-width:14rem;overflow-wrap:anywhere;font-size:.85em}
 th{vertical-align:bottom}
 th button{background:none;border:0;padding:0;font-weight:600;cursor:pointer;text-align:left;white-space:nowrap}
 th[aria-sort=ascending] button::after{content:" \\2191"}th[aria-sort=descending] button::after{content:" \\2193"}
@@ -37,14 +39,15 @@ img{display:block;width:160px;height:90px;object-fit:cover;background:var(--soft
 .none{display:grid;place-items:center;width:160px;height:90px;background:var(--soft);border-radius:4px;font-size:.85em}
 .bad{font-weight:600;color:#b3261e}.good{color:#146c2e}
 @media(prefers-color-scheme:dark){.bad{color:#ff8a80}.good{color:#7bd88f}}
-@media(max-width:700px){
+@media(max-width:900px){
 thead{display:none}table,tbody,tr,td{display:block}
 tr{border:1px solid var(--line);border-radius:8px;margin:0 0 1rem;padding:.5rem}
 td,td.n{border:0;padding:.15rem .25rem;text-align:left;display:flex;gap:.75rem;justify-content:space-between}
 td::before{content:attr(data-name);font:1rem system-ui,sans-serif;opacity:.75;flex:none}
 td.picture::before{content:none}td.picture a,td.picture .none{width:100%}td.picture img{width:100%;height:auto;aspect-ratio:16/9}
-td>*{min-width:0;text-align:right}}
-@media(min-width:701px){.sorter{display:none}}
+td>*{min-width:0;text-align:right}td[data-value=""]{display:none}
+td.n,td.code{white-space:normal}td.p{max-width:none}.why{min-width:0}}
+@media(min-width:901px){.sorter{display:none}}
 """
 
 SCRIPT = """
@@ -102,7 +105,7 @@ def make_page(directory: SweepDirectory, sweep: dict[str, Any], rows: list[dict[
 <p>{len(rows)} runs: {summary}. <a href="table.csv">table.csv</a> has all figures.</p>
 <div class="sorter" hidden><label for="sort-by">Sort by</label> <select id="sort-by">{options}</select>
 <button type="button" id="sort-turn">ascending</button></div><div id="said" role="status" style="position:absolute;left:-99em"></div>
-<div class="scroll"><table><thead><tr>{head_cells}</tr></thead><tbody>
+<div class="scroll" tabindex="0" role="region" aria-label="runs"><table><thead><tr>{head_cells}</tr></thead><tbody>
 {body}
 </tbody></table></div>
 <script>{SCRIPT}</script></body></html>
@@ -115,13 +118,13 @@ def make_row(directory: SweepDirectory, row: dict[str, Any], parameters: list[st
     number = row["run"]
     cells = [make_picture_cell(directory, row, is_embedding), make_cell("run", f"{number:04d}", number, "n")]
     cells += [make_cell(name, row[name], get_number(str(row[name])), "n") if is_number[name] else
-              make_cell(name, row[name], None, "") for name in parameters]
+              make_cell(name, row[name], None, "p") for name in parameters]
     state = escape(row["state"])
     if row["state"] != "whole":
-        state = f'<span class="bad">{state}</span>' if row["state"] in ("failed", "lost") else f"<span>{state}</span>"
+        state = f'<span class="bad">{state}</span>' if row["state"] in ("failed", "lost") else state
         if row["reason"]:
-            state += f" <span>{escape(shorten(row['reason']))}</span>"
-    cells.append(f'<td data-name="state" data-value="{escape(row["state"])}">{state}</td>')
+            state += f'<span class="why">{escape(shorten(row["reason"]))}</span>'
+    cells.append(f'<td data-name="state" data-value="{escape(row["state"])}"><div>{state}</div></td>')
     verdict = row["verdict"]
     kind = "good" if verdict == "clean" else "bad"
     cells.append(f'<td data-name="verdict" data-value="{escape(verdict or "")}">' +
@@ -171,4 +174,4 @@ def format_figure(value: Any) -> str:
 
 
 def shorten(text: str) -> str:
-    return text if len(text) <= 200 else text[:199] + "…"
+    return text if len(text) <= 140 else text[:139] + "…"

@@ -44,7 +44,7 @@ class Progress:
         text = f"{self.whole} of {self.total} runs whole"
         if self.failed:
             text += f", {self.failed} failed"
-        done = self.whole - self.at_start + self.failed
+        done = self.whole - self.at_start
         rest = self.total - self.whole - self.failed
         if rest and done:
             text += f", about {format_seconds((time.monotonic() - self.began) / done * rest)} left"
