@@ -172,6 +172,20 @@ def test_killed_at_once_it_goes_on(folder: Path) -> None:
     check_hashes(out, folder / "scene.yaml", folder)
 
 
+def test_killed_while_it_was_planned_it_goes_on(folder: Path) -> None:
+    path = make_sweep(folder, FRICTION)
+    call(path)
+    out = folder / "out"
+    for name in ("records/0001.json", "inputs.json", "table.csv"):
+        (out / name).unlink()
+    (out / "records" / ".0002.host.1.2.tmp.json").write_text("{")
+    assert "2 of 3 runs whole, 1 waiting" in call("status", out)
+    call("collect", out)
+    assert [row["state"] for row in read_table(out)] == ["whole", "waiting", "whole"]
+    call(path)
+    assert [row["state"] for row in read_table(out)] == ["whole"] * 3
+
+
 def test_two_sweeps_in_a_folder_are_refused(folder: Path) -> None:
     path = make_sweep(folder, FRICTION, more=LONG)
     out = folder / "out"

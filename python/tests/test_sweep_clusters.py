@@ -109,15 +109,17 @@ def test_ctrl_c_takes_the_jobs_back(cluster: SlurmCluster, tmp_path: Path) -> No
 
 
 def test_detached_jobs_are_not_doubled(cluster: SlurmCluster, tmp_path: Path) -> None:
-    path = make_sweep(tmp_path, FOUR, more="frames: 1500\nslurm: {time: 10, setup: ['export TULLE_NOTE=1']}")
-    out = tmp_path / "out"
+    folder = tmp_path / "a name with blanks"
+    folder.mkdir()
+    path = make_sweep(folder, FOUR, more="frames: 1500\nslurm: {time: 10, setup: ['export TULLE_NOTE=1']}")
+    out = folder / "out"
     assert "submitted: 4 runs" in call(path, "--detach", **get_slurm(cluster))
     wait_until(lambda: count_frames(out, 0) > 3, "a run")
     assert "are in the queue" in call(path, code=2, **get_slurm(cluster))
     assert "in Slurm's queue" in call("status", out, **get_slurm(cluster))
     wait_until(lambda: find_states(out) == ["whole"] * 4, "all runs")
     call("collect", out)
-    check_hashes(out, tmp_path / "scene.yaml", tmp_path)
+    check_hashes(out, folder / "scene.yaml", folder)
     text = next((out / "slurm").glob("*.sbatch")).read_text()
     assert '#SBATCH --time="10"' in text and "#SBATCH --requeue" in text and "export TULLE_NOTE=1\n" in text
 

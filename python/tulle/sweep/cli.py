@@ -25,6 +25,7 @@ USAGE = """python -m tulle.sweep SWEEP.yaml [options]    runs the sweep, or goes
 TAIL = """exit codes: 0 all runs are whole, 1 a run failed or stopped, or intersections were found, 2 bad usage or a bad file, 130
 interrupted: the runs under way have stopped at a checkpoint, and the same command goes on"""
 STATES_BEGUN = ("running", "silent")
+STATES_UNDER_WAY = ("whole", "waiting", "interrupted", *STATES_BEGUN)  # of a sweep that may yet become whole
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -70,8 +71,10 @@ def main(arguments: list[str]) -> int:
 
 
 def catch_signals(stop: Stop) -> None:
-    """Ctrl-C and SIGTERM ask to stop."""
-    for one in (signal.SIGINT, signal.SIGTERM):
+    """Ctrl-C, SIGTERM and a terminal that closes ask to stop; under nohup the last one does not."""
+    for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if one == signal.SIGHUP and signal.getsignal(one) == signal.SIG_IGN:
+            continue
         signal.signal(one, lambda number, frame: stop.ask("the sweep was interrupted"))
 
 
@@ -127,7 +130,7 @@ def run_sweep(options: argparse.Namespace) -> int:
             return EXIT_FINE
         progress.clear()
         directory.stop.unlink(missing_ok=True)
-        return close_sweep(directory, stop, progress)
+        return close_sweep(directory, stop, progress, ("whole",))
 
 
 def choose_runs(directory: SweepDirectory, records: list[dict[str, Any]], is_retrying: bool) -> list[int]:
@@ -171,7 +174,7 @@ def start_engine(engine: str, options: argparse.Namespace, sweep: Sweep, directo
             slurm.watch(directory, submitted, stop, progress.report)
 
 
-def close_sweep(directory: SweepDirectory, stop: Stop, progress: Progress) -> int:
+def close_sweep(directory: SweepDirectory, stop: Stop, progress: Progress, accepted: tuple[str, ...]) -> int:
     """Collects, says how it went, and gives the exit code."""
     was_stopped = bool(stop.level)
     collecting = Stop()
@@ -187,11 +190,12 @@ def close_sweep(directory: SweepDirectory, stop: Stop, progress: Progress) -> in
     if was_stopped or collecting.level:
         print("interrupted; the same command goes on", file=sys.stderr)
         return EXIT_INTERRUPTED
-    return get_exit_code(counts, len(rows))
+    return get_exit_code(counts, accepted)
 
 
-def get_exit_code(counts: dict[str, int], total: int) -> int:
-    is_fine = counts.get("whole", 0) == total and not counts["intersecting"]
+def get_exit_code(counts: dict[str, int], accepted: tuple[str, ...]) -> int:
+    """0 where all runs are in accepted states, and none has intersections."""
+    is_fine = not any(count for state, count in counts.items() if state not in accepted)
     return EXIT_FINE if is_fine else EXIT_FAILED_RUNS
 
 
@@ -234,7 +238,8 @@ def tell_status(arguments: list[str]) -> int:
         state = record["seen_state"]
         if state in STATES_BEGUN:
             sign = now - directory.get_record(record["number"]).stat().st_mtime
-            print(f"run {record['number']:04d}: {state} on {record['host']}, process {record['pid']}{record.get('place', '')}; "
+            place = " ".join(filter(None, [f"process {record['pid']}", record.get("place")]))
+            print(f"run {record['number']:04d}: {state} on {record['host']}, {place}; "
                   f"last sign of life {sign:.0f} s ago")
         elif state == "failed":
             print(describe_failure(record))
@@ -246,8 +251,7 @@ def tell_status(arguments: list[str]) -> int:
     queued = slurm.get_jobs_in_queue(directory)
     if queued:
         print(f"in Slurm's queue: jobs {', '.join(queued)}")
-    is_failed = counts.get("failed") or counts.get("lost") or counts["intersecting"]
-    return EXIT_FAILED_RUNS if is_failed else EXIT_FINE
+    return get_exit_code(counts, STATES_UNDER_WAY)
 
 
 def collect_again(arguments: list[str]) -> int:
@@ -255,14 +259,14 @@ def collect_again(arguments: list[str]) -> int:
     directory = parse_directory("collect", "Makes table, arrays and page from the runs that are there.", arguments)
     stop = Stop()
     catch_signals(stop)
-    return close_sweep(directory, stop, Progress(0, 0))
+    return close_sweep(directory, stop, Progress(0, 0), STATES_UNDER_WAY)
 
 
 def execute_one(arguments: list[str]) -> int:
     """One run, as a task of a cluster: `execute DIR NUMBER`."""
     if len(arguments) != 2 or not arguments[1].isdigit():
         raise SweepError("execute needs DIR and NUMBER; clusters call it")
-    stop = Stop()
+    stop = Stop(parent=os.getppid())
     catch_signals(stop)
     is_ending: list[bool] = []
 
@@ -272,7 +276,7 @@ def execute_one(arguments: list[str]) -> int:
 
     signal.signal(signal.SIGUSR1, note_time)
     job = os.environ.get("SLURM_ARRAY_JOB_ID")
-    place = f", task {job}_{os.environ.get('SLURM_ARRAY_TASK_ID')}" if job else ""
+    place = f"task {job}_{os.environ.get('SLURM_ARRAY_TASK_ID')}" if job else ""
     record = execute(SweepDirectory(Path(arguments[0])), int(arguments[1]), stop, place)
     print(f"run {record['number']:04d}: {record['state']}", record.get("reason", ""), flush=True)
     if record["state"] == "interrupted":

@@ -34,10 +34,11 @@ PICTURE = ("--size", "240x135", "--samples", "16")
 
 
 class Stop:
-    """The wish to end. The first one lets runs reach a checkpoint, a second one kills them."""
+    """The wish to end. The first one lets runs reach a checkpoint, a second one kills them. With a `parent` the end of that
+    process is such a wish, too."""
 
-    def __init__(self) -> None:
-        self.level, self.reason = 0, ""
+    def __init__(self, parent: Optional[int] = None) -> None:
+        self.level, self.reason, self.parent = 0, "", parent
         self.changed = threading.Event()
 
     def ask(self, reason: str) -> None:
@@ -58,7 +59,6 @@ class Child:
 
     def __init__(self, directory: SweepDirectory, number: int, stop: Stop) -> None:
         self.directory, self.number, self.stop = directory, number, stop
-        self.parent = os.getppid()
         self.next_sign = self.next_look = 0.0
 
     def call(self, command: list[str], output: Any, limit: Optional[float], stops_softly: bool) -> tuple[int, bool]:
@@ -101,7 +101,7 @@ class Child:
             self.next_look = now + STOP_FILE_POLL
             if self.directory.stop.exists():
                 self.stop.ask("the sweep was stopped")
-            elif os.getppid() != self.parent:
+            elif self.stop.parent not in (None, os.getppid()):
                 self.stop.ask("what had started it ended")
 
 

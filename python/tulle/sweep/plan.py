@@ -108,7 +108,7 @@ def number_runs(directory: SweepDirectory, records: list[dict[str, Any]]) -> tup
     highest = -1
     for path in (directory.path / "records").glob("[0-9]*.json"):
         old = read_json(path)
-        if not isinstance(old, dict) or not isinstance(old.get("number"), int):
+        if not isinstance(old, dict) or not isinstance(old.get("number"), int) or "key" not in old:
             raise SweepError(f"{path}: is no record of a run; bring it back from a copy, or remove it with its run "
                              f"{directory.path / 'runs' / path.stem}")
         known[old["key"]] = old
@@ -137,15 +137,8 @@ def plan_sweep(directory: SweepDirectory, sweep: Sweep, program: Path, is_replac
     if in_the_way and not is_replacing:
         raise SweepError(describe_difference(directory, sweep, inputs, in_the_way))
     check_settings(sweep, program, records[0])
-    directory.make_folders()
-    directory.remove_temporaries()
-    for number in unwanted:
-        remove_run(directory, number)
     records.sort(key=lambda record: record["number"])
-    write_json(directory.inputs, inputs)
-    for record in records:
-        if directory.read_record(record["number"]) != record:
-            directory.write_record(record)
+    # First of all, since it tells that the folder is ours.
     write_sweep(directory, {
         "format": FORMAT, "format_version": FORMAT_VERSION, "title": sweep.title, "file": str(sweep.file),
         "scene": str(sweep.scene), "program": str(program), "frames": sweep.frames, "threads": sweep.threads,
@@ -153,6 +146,14 @@ def plan_sweep(directory: SweepDirectory, sweep: Sweep, program: Path, is_replac
         "collect": {"positions": sweep.collect.positions, "frames": sweep.collect.frames},
         "parameters": [{"name": p.name, "paths": p.paths} for p in sweep.parameters],
         "runs": [{"number": r["number"], "key": r["key"], "values": r["values"]} for r in records]})
+    directory.make_folders()
+    directory.remove_temporaries()
+    for number in unwanted:
+        remove_run(directory, number)
+    write_json(directory.inputs, inputs)
+    for record in records:
+        if directory.read_record(record["number"]) != record:
+            directory.write_record(record)
     return records
 
 
