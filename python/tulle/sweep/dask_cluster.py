@@ -19,6 +19,7 @@ from .problems import SweepError
 POLL = 0.3             # [s] between two looks at what has ended
 CONNECT_TIME = 10.0    # [s] to reach a scheduler
 CLOSE_TIME = 10.0      # [s] for the workers to end
+STOP_TIME = 3.0        # [s] for a task that was just starting to see that the sweep stops
 NOT_BEGUN = "the sweep ended before it began"
 
 
@@ -62,10 +63,10 @@ def submit_and_wait(directory: SweepDirectory, numbers: list[int], client: Any, 
                                      capture_output=True, text=True, errors="replace", start_new_session=True,
                                      pure=False, retries=2)
                for number in numbers}
-    has_stopped = False
+    stopped_at = 0.0
     while futures:
-        if stop.level and not has_stopped:
-            has_stopped = True
+        if stop.level and not stopped_at:
+            stopped_at = time.monotonic()
             directory.stop.touch()
             for number in [n for n in futures if (directory.read_record(n) or {}).get("state") != "running"]:
                 futures[number].cancel()
@@ -76,6 +77,9 @@ def submit_and_wait(directory: SweepDirectory, numbers: list[int], client: Any, 
             said, reason = describe_result(future)
             report(close_record(directory, number, stop.reason or reason, said))
         time.sleep(POLL)
+    if stopped_at and stop.level == 1:
+        # A task that was just starting has yet to see the file.
+        time.sleep(max(0.0, stopped_at + STOP_TIME - time.monotonic()))
     for number in futures:
         report(close_record(directory, number, stop.reason or NOT_BEGUN, []))
 

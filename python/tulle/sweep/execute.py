@@ -127,10 +127,11 @@ def execute(directory: SweepDirectory, number: int, stop: Stop, place: str = "")
         judge(child, record)
         finish(child, record)
         record["state"] = "whole"
-    except Stopped as reason:
-        record.update(state="interrupted", reason=str(reason))
-    except (Failed, OSError) as reason:
-        record.update(state="failed", reason=str(reason), last_lines=read_last_lines(directory.get_log(number), log_begin))
+    except Stopped as error:
+        record.update(state="interrupted", reason=str(error))
+    except Exception as error:  # whatever it is, it is this run's and stops no other
+        reason = str(error) if isinstance(error, (Failed, OSError)) else f"{type(error).__name__}: {error}"
+        record.update(state="failed", reason=reason, last_lines=read_last_lines(directory.get_log(number), log_begin))
         if (directory.get_run(number) / "run.json").exists() and not stop.level:
             with contextlib.suppress(Stopped):
                 make_picture(child, record)  # the last frame may show why
