@@ -83,12 +83,18 @@ def copy_from(pointer: Any, count: int, dtype: Any, columns: int = 1) -> NDArray
 
 
 class Clock:
-    """Counts the states that a world has had."""
+    """Numbers the states of a world; no two have the same number."""
 
-    __slots__ = ("now",)
+    __slots__ = ("now", "_last")
 
     def __init__(self) -> None:
-        self.now = 0
+        self.now = self._last = 0
+
+    def advance(self) -> int:
+        """Goes on to a number that no state has had. Gives the former, to put back into `now` where the state stays."""
+        former, self._last = self.now, self._last + 1
+        self.now = self._last
+        return former
 
 
 class StateArray(np.ndarray):  # type: ignore[type-arg]
@@ -191,9 +197,9 @@ def _strip(value: Any) -> Any:
     return value
 
 
-def make_state_array(array: NDArray[Any], clock: Clock) -> StateArray:
-    """Guards an array that nobody else holds."""
+def make_state_array(array: NDArray[Any], clock: Clock, made: int) -> StateArray:
+    """Guards an array that nobody else holds, of the state with the number `made`."""
     array.flags.writeable = False
     guarded = array.view(StateArray)
-    guarded._clock, guarded._made = clock, clock.now
+    guarded._clock, guarded._made = clock, made
     return guarded

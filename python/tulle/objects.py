@@ -101,6 +101,8 @@ class Object:
         raise InvalidArgumentError(f"\"{self._name}\" was removed from its world, or the world has not started")
 
     def _read(self, name: str) -> StateArray:
+        clock = self.world._clock
+        made = clock.now  # before it is read: should another thread step meanwhile, the array is stale, not wrong
         if name in ("positions", "velocities"):
             kind = "cloth" if isinstance(self, Cloth) else "obstacle"
             array = self._read_borrowed(getattr(core, f"tulle_{kind}_get_{name}"))
@@ -108,8 +110,8 @@ class Object:
             rows = self._triangle_count if name == "strains" else self._vertex_count
             array = np.empty((rows, 3))
             self._copy_values(structs.Values[name.upper()], array)
-        made = self._arrays[name] = make_state_array(array, self.world._clock)
-        return made
+        guarded = self._arrays[name] = make_state_array(array, clock, made)
+        return guarded
 
     @property
     def positions(self) -> StateArray:

@@ -2,7 +2,10 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
+from itertools import compress
+from operator import methodcaller
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -10,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tulle import structs
 from tulle._arrays import Clock, copy_from, point_to, to_doubles, to_indices, to_vector
+from tulle._handles import Unique, take_turn
 from tulle._library import core, ffi
 from tulle._structs import decode, refuse_unknown
 from tulle.errors import (BusyError, ClosedError, Error, InvalidArgumentError, make_error_buffer, make_exception)
@@ -21,20 +25,22 @@ _MAIN_THREAD = threading.main_thread().ident
 STAGES: tuple[str, ...] = tuple(decode(core.tulle_stage_name(i)) for i in range(structs.STAGE_COUNT))
 """The names of the stages of a step, in the order in which a step runs them and reports tell their seconds."""
 _NOT_STEPPED = 99  # no status
-_INTERRUPTED = int(structs.Status.INTERRUPTED)
+_try_to_acquire, _release = methodcaller("acquire", False), methodcaller("release")
 
 
 class _Callbacks:
-    """What a world calls back: an exception of one ends the step, and is raised by it."""
+    """What a world calls back: an exception of one ends the call of the library, and is raised by it."""
 
-    def __init__(self) -> None:
+    def __init__(self, flag: Any) -> None:
         self.failure: Optional[BaseException] = None
         self.kept: list[Any] = []  # cffi's handles, which the library holds
+        self._flag = flag
 
     def note(self, kind: Any, failure: BaseException, trace: Any) -> None:
         """For cffi's onerror."""
         if self.failure is None:
             self.failure = failure
+        self._flag[0] = b"1"  # not every callback can tell the library that it failed
 
     def take(self) -> Optional[BaseException]:
         """The exception of a callback since the last call."""
@@ -42,7 +48,7 @@ class _Callbacks:
         return failure
 
 
-class World:
+class World(Unique):
     """A world of cloth and obstacles.
 
     >>> world = World(gravity=(0, 0, -9.81))
@@ -58,7 +64,7 @@ class World:
 
     One thread at a time may use a world; another one that tries meanwhile gets BusyError. Different worlds may run in
     different threads at once: steps release the interpreter. Ctrl-C ends a step of the main thread; the world is then as it
-    was before the step.
+    was before the step or, where the step was just done, as after it: `step_count` tells.
     """
 
     _handle: Any = None
@@ -79,10 +85,10 @@ class World:
         self._lock = threading.Lock()
         self._error = make_error_buffer()
         self._clock = Clock()
-        self._callbacks = _Callbacks()
         self._cloths: list[Cloth] = []
         self._obstacles: list[Obstacle] = []
-        self._flag = ffi.new("char[2]", b"0")  # "1" asks a step in another thread to stop
+        self._flag = ffi.new("char[2]", b"0")  # "1" asks a step to stop
+        self._callbacks = _Callbacks(self._flag)
         self._is_started = False
         self._recording: Any = None
         self._asks: Any = None
@@ -102,7 +108,7 @@ class World:
             return
         with self._using():
             handle, self._handle = self._handle, None
-            self._clock.now += 1
+            self._clock.advance()
             self._destroy(handle)
             if self._recording is not None:
                 self._recording.close()
@@ -123,48 +129,52 @@ class World:
     def __repr__(self) -> str:
         if self._handle is None:
             return "World(closed)"
+        if self._lock.locked():
+            return "World(in use)"
         return f"World({len(self._cloths)} cloths, {len(self._obstacles)} obstacles, time={self.time:g} s)"
 
-    def _using(self) -> Any:
-        """Holds the world for this thread."""
-        if not self._lock.acquire(False):
-            raise BusyError("the world is in use by another thread, or by the call that calls back: use one thread at a time")
-        return _Release(self._lock)
+    def _using(self) -> threading.Lock:
+        """The lock, for `with`."""
+        return take_turn(self._lock, "the world")
 
     def _get(self, function: Any, *arguments: Any) -> Any:
         """What a function that takes the world gives."""
-        if not self._lock.acquire(False):
-            raise BusyError("the world is in use by another thread, or by the call that calls back: use one thread at a time")
-        try:
+        with self._using():
             if self._handle is None:
                 raise ClosedError("the world was closed")
             return function(self._handle, *arguments)
-        finally:
-            self._lock.release()
 
     def _call(self, function: Any, *arguments: Any) -> None:
         """Calls a function that takes the world first and an error last; raises what it says, or what a callback raised."""
         with self._using():
             if self._handle is None:
                 raise ClosedError("the world was closed")
-            status = function(self._handle, *arguments, self._error)
-            failure = self._callbacks.take()
-            if status == _INTERRUPTED and _interrupted:
-                raise _interrupted.pop()
-            if status:
-                raise failure if failure is not None else make_exception(status, self._error)
+            self._check(function(self._handle, *arguments, self._error))
+
+    def _check(self, status: int) -> None:
+        """Raises what a callback raised during a call of the library, else what its status says."""
+        failure = self._callbacks.take()
+        if failure is not None:
+            raise failure
+        if status:
+            raise make_exception(status, self._error)
 
     def _change(self, function: Any, *arguments: Any) -> None:
         """As _call, for what may take long and changes the state: arrays given before are stale then."""
         is_main = threading.get_ident() == _MAIN_THREAD
-        if self._asks is not (_ask_python if is_main else _ask_flag):
-            with self._using():
+        with self._using():
+            if self._asks is not (_ask_python if is_main else _ask_flag):
                 self._ask_by(_ask_python if is_main else _ask_flag)
-        self._flag[0] = b"0"
-        self._call(function, *arguments)
-        self._clock.now += 1
-        if is_main and _interrupted:  # Ctrl-C came when it was done
-            raise _interrupted.pop()
+            if self._handle is None:
+                raise ClosedError("the world was closed")
+            self._flag[0] = b"0"
+            former = self._clock.advance()  # before the call: Ctrl-C may come when it is done, and nothing runs after it
+            status = function(self._handle, *arguments, self._error)
+            if status:
+                self._clock.now = former
+            if is_main and _interrupted:
+                raise _interrupted.pop()
+            self._check(status)
 
     def _ask_by(self, asks: Any) -> None:
         """What the library asks within long calls whether to stop: in the main thread the interpreter, for the sake of
@@ -225,10 +235,12 @@ class World:
         made = definition.to_c(keep)
         made.mesh = mesh._view()
         identity = ffi.new("tulle_cloth_id *")
-        self._change(core.tulle_world_add_cloth, made, identity)
-        cloth = Cloth(self, identity)
-        self._cloths.append(cloth)
-        return cloth
+        try:
+            self._change(core.tulle_world_add_cloth, made, identity)
+        finally:
+            if identity.generation:  # also where Ctrl-C came when it was done
+                self._cloths.append(Cloth(self, identity))
+        return self._cloths[-1]
 
     def add_obstacle(self, mesh: Mesh, settings: Optional[structs.ObstacleDef] = None, *, frames: Optional[Frames] = None,
                      body: Union[structs.BodyDef, dict[str, Any], None] = None, **changes: Any) -> Obstacle:
@@ -252,10 +264,12 @@ class World:
         elif frame_count is not None:
             raise TypeError("add_obstacle has a frame_count, but no frames")
         identity = ffi.new("tulle_obstacle_id *")
-        self._change(core.tulle_world_add_obstacle, made, identity)
-        obstacle = (Body if made.body.is_dynamic else Obstacle)(self, identity)
-        self._obstacles.append(obstacle)
-        return obstacle
+        try:
+            self._change(core.tulle_world_add_obstacle, made, identity)
+        finally:
+            if identity.generation:
+                self._obstacles.append((Body if made.body.is_dynamic else Obstacle)(self, identity))
+        return self._obstacles[-1]
 
     def _make_reader(self, frames: Frames, vertex_count: int, frame_count: Optional[int]) -> tuple[Any, int]:
         """A tulle_frame_reader over an array or a function, and how many frames it has."""
@@ -341,7 +355,10 @@ class World:
         self._call(core.tulle_world_set_material_law, a.encode(), b.encode(), made)
 
     def set_pair_filter(self, collides: Optional[Callable[[Object, Object], bool]]) -> None:
-        """Before the start: asks `collides(a, b)` once for each pair of objects that may meet. None: asks no more."""
+        """Before the start: asks `collides(a, b)` once for each pair of objects that may meet. None: asks no more.
+
+        It must not use the world. The call that asks raises what it raises; the pair then collides.
+        """
         if collides is None:
             self._call(core.tulle_world_set_pair_filter, ffi.NULL, ffi.NULL)
             return
@@ -574,21 +591,6 @@ class World:
                 for one in room[0:found.count]]
 
 
-class _Release:
-    """Gives a lock back at the end of a `with`."""
-
-    __slots__ = ("lock",)
-
-    def __init__(self, lock: threading.Lock) -> None:
-        self.lock = lock
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, *unused: object) -> None:
-        self.lock.release()
-
-
 def _see_signals(flag: Any) -> int:
     """Runs in the main thread within a step: the interpreter looks at its signals here, and Ctrl-C raises."""
     return 0 if ffi.cast("char *", flag)[0] == b"0" else 1
@@ -632,41 +634,48 @@ def step_worlds(worlds: Sequence[World], time_step: float, threads: int = 0) -> 
     count = len(worlds)
     handles, statuses = ffi.new("tulle_world *[]", count or 1), ffi.new("tulle_status[]", count or 1)
     reports, error = ffi.new("tulle_step_report[]", count or 1), make_error_buffer()
-    held: list[World] = []
+    locks, taken = [world._lock for world in worlds], []  # type: ignore[var-annotated]
+    release = map(_release, compress(locks, taken))
     try:
+        taken.extend(map(_try_to_acquire, locks))  # one call of the interpreter, as the release: Ctrl-C leaves none locked
         for i, world in enumerate(worlds):
-            if not world._lock.acquire(False):
+            if not taken[i]:
                 raise BusyError(f"world {i} is in use, or is given twice")
-            held.append(world)
             if world._handle is None:
                 raise ClosedError(f"world {i} was closed")
             handles[i] = world._handle
-        for world in held:
+        former = []
+        for world in worlds:
             world._ask_by(_ask_flag)
             world._flag[0] = b"0"
+            former.append(world._clock.advance())
         batch = ffi.new("tulle_world_batch *", {"worlds": handles, "count": count, "threads": threads, "reports": reports,
                                                 "statuses": statuses})
         for i in range(count):
             statuses[i] = _NOT_STEPPED
         status = core.tulle_worlds_step(batch, time_step, error)
         if status and (not count or statuses[0] == _NOT_STEPPED):
+            for world, number in zip(worlds, former):
+                world._clock.now = number
             raise make_exception(status, error)
         out: list[Union[structs.StepReport, Error]] = []
-        for i, world in enumerate(held):
+        failures: list[BaseException] = []
+        for i, world in enumerate(worlds):
+            failure = world._callbacks.take()
+            if failure is not None and not isinstance(failure, Error):
+                failures.append(failure)
             if statuses[i]:
-                failure = world._callbacks.take()
-                if failure is not None and not isinstance(failure, Error):
-                    raise failure
-                out.append(failure or make_exception(statuses[i], error))
+                world._clock.now = former[i]
+                out.append(failure if isinstance(failure, Error) else make_exception(statuses[i], error))
                 error = make_error_buffer()  # the message was that of the first
             else:
-                world._clock.now += 1
                 world._is_started = True
                 out.append(structs.StepReport(reports[i], reports))
+        if failures:
+            raise failures[0]
         return out
     finally:
-        for world in held:
-            world._lock.release()
+        deque(release, 0)
 
 
 def replay(path: PathLike, threads: int = 0) -> structs.ReplayReport:
