@@ -153,7 +153,7 @@ class Object:
         rows = self._triangle_count if kind == structs.Values.STRAINS else self._vertex_count
         if out is None:
             out = np.empty((rows, 3), dtype)
-        if not isinstance(out, np.ndarray) or isinstance(out, StateArray) or out.shape != (rows, 3):
+        if not isinstance(out, np.ndarray) or out.shape != (rows, 3):
             raise InvalidArgumentError(f"out should be an array of shape ({rows}, 3), not {getattr(out, 'shape', type(out))}")
         if out.dtype not in _TARGET_TYPES:
             raise InvalidArgumentError(f"out should hold float64 or float32, not {out.dtype}")

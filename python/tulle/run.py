@@ -242,7 +242,7 @@ class RunWriter(Unique):
     def write_frame(self) -> None:
         """Appends the present state as a frame. Raises DiskFullError, FileError; the frames before are whole then."""
         world, frame = self._world, ffi.new("tulle_run_frame *")
-        arrays = [[each.positions for each in self._objects], [each.velocities for each in self._objects]]
+        arrays = [[np.asarray(each.positions) for each in self._objects], [np.asarray(each.velocities) for each in self._objects]]
         rows = [ffi.new("double *[]", [point_to(array, "double *") for array in each] or [ffi.NULL]) for each in arrays]
         present = ffi.new("int[]", [int(isinstance(each, Cloth) or each.is_present) for each in self._objects] or [0])
         dynamic = [each for each in self._objects if isinstance(each, Body)]
