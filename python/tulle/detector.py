@@ -14,7 +14,7 @@ from tulle._arrays import Indices, copy_from, point_to, to_doubles, to_indices
 from tulle._handles import Unique, take_turn
 from tulle._library import core, ffi
 from tulle.errors import ClosedError, InvalidArgumentError, check, make_error_buffer, make_exception
-from tulle.mesh import Mesh
+from tulle.mesh import Mesh, view_mesh
 
 _INTERRUPTED = int(structs.Status.INTERRUPTED)
 
@@ -172,7 +172,7 @@ class Judge:
         bodies = [(mesh, 0) for mesh in cloths] + [(mesh, 1) for mesh in obstacles]
         made = ffi.new("tulle_check_body[]", len(bodies) or 1)
         for i, (mesh, is_obstacle) in enumerate(bodies):
-            made[i].mesh, made[i].is_obstacle = mesh._view(), is_obstacle
+            made[i].mesh, made[i].is_obstacle = view_mesh(mesh, f"body {i}"), is_obstacle
         result, error = ffi.new("tulle_check_result *"), make_error_buffer()
         check(core.tulle_check_intersections(made, len(bodies), self.threads, result, error), error)
         try:

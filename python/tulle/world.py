@@ -17,7 +17,7 @@ from tulle._handles import Unique, take_turn
 from tulle._library import core, ffi
 from tulle._structs import decode, refuse_unknown
 from tulle.errors import (BusyError, ClosedError, Error, InvalidArgumentError, make_error_buffer, make_exception)
-from tulle.mesh import Mesh, PathLike
+from tulle.mesh import Mesh, PathLike, view_mesh
 from tulle.objects import Attachment, Body, Cloth, Object, Obstacle
 
 Frames = Union[ArrayLike, Callable[[int], ArrayLike]]
@@ -207,6 +207,8 @@ class World(Unique):
 
     def find_object(self, name: Union[str, structs.ObjectId]) -> Optional[Object]:
         """The object of that name, or that a query found; None: there is none."""
+        if not isinstance(name, (str, structs.ObjectId)):
+            raise TypeError(f"an object is found by its name or its id, not by a {type(name).__name__}")
         for each in self.objects:
             if each.name == name if isinstance(name, str) else each._is(name):
                 return each
@@ -219,6 +221,7 @@ class World(Unique):
         mesh: an oriented manifold, at its place. material: a Material, the name of a preset such as "silk", or changes of
         cotton. changes: fields of ClothDef by name, as `pins=[Pin([0, 39])]` or `rest_positions=...`.
         """
+        view = view_mesh(mesh)
         keep: list[Any] = []
         definition = structs.ClothDef.make(settings, changes, "add_cloth")
         if isinstance(material, str):
@@ -233,7 +236,7 @@ class World(Unique):
                 raise InvalidArgumentError(f"{field} should have {rows} rows, one for each "
                                            f"{'vertex' if rows == count else 'triangle'}, not shape {np.shape(value)}")
         made = definition.to_c(keep)
-        made.mesh = mesh._view()
+        made.mesh = view
         identity = ffi.new("tulle_cloth_id *")
         try:
             self._change(core.tulle_world_add_cloth, made, identity)
@@ -251,6 +254,7 @@ class World(Unique):
         them. body: a BodyDef, or its fields, as `body={"density": 700}`. changes: fields of ObstacleDef by name, as
         `friction=0.5` or `drive="rigid"`.
         """
+        view = view_mesh(mesh)
         keep: list[Any] = []
         frame_count = changes.pop("frame_count", None)
         definition = structs.ObstacleDef.make(settings, changes, "add_obstacle")
@@ -258,7 +262,7 @@ class World(Unique):
             definition.body = structs.BodyDef.make(body, {}, "body")
             definition.body.is_dynamic = True
         made = definition.to_c(keep)
-        made.mesh = mesh._view()
+        made.mesh = view
         if frames is not None:
             made.read_frame, made.frame_count = self._make_reader(frames, mesh.vertex_count, frame_count)
         elif frame_count is not None:
@@ -300,8 +304,7 @@ class World(Unique):
 
     def remove(self, each: Object) -> None:
         """Removes a cloth, an obstacle or a body, before the start or later. What stays keeps its state to the bit."""
-        if each.world is not self:
-            raise InvalidArgumentError("the object is of another world")
+        self._own(each)
         if isinstance(each, Cloth):
             self._change(core.tulle_world_remove_cloth, each._id[0])
             self._cloths.remove(each)
@@ -314,11 +317,11 @@ class World(Unique):
 
         changes: fields of AttachmentDef by name, as `stiffness=1e4` or `max_distance=0.02`.
         """
+        self._own(cloth)
         points = None if isinstance(to, Object) else to_doubles(to, 3, "to", int(np.size(vertices)))
         values: dict[str, Any] = {"vertices": to_indices(vertices, 1, "vertices"), **({} if points is None else {"points": points}), **changes}
         keep: list[Any] = []
         made = structs.AttachmentDef.make(None, values, "attach").to_c(keep)
-        self._own(cloth)
         made.cloth = cloth._id[0]
         if isinstance(to, Object):
             self._own(to)
@@ -331,6 +334,8 @@ class World(Unique):
         return Attachment(self, int(identity[0]), cloth)
 
     def _own(self, each: Object) -> None:
+        if not isinstance(each, Object):
+            raise TypeError(f"a cloth, an obstacle or a body is needed, not a {type(each).__name__}")
         if each.world is not self:
             raise InvalidArgumentError(f"\"{each.name}\" is of another world")
 
@@ -575,7 +580,7 @@ class World(Unique):
 
     def find_mesh_overlaps(self, mesh: Mesh, *, mask: int = 0) -> list[tuple[Object, int, int]]:
         """All pairs of a triangle of the world and one of `mesh` that have a point in common: object, its triangle, mesh's."""
-        return self._find_triangles(core.tulle_world_find_mesh_overlaps, mesh._view(), mask)
+        return self._find_triangles(core.tulle_world_find_mesh_overlaps, view_mesh(mesh), mask)
 
     def _find_triangles(self, function: Any, *arguments: Any) -> list[tuple[Object, int, int]]:
         capacity = 256
