@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -170,3 +171,30 @@ def test_ctrl_c(tmp_path: Path, script: str, arguments: list) -> None:
     out, err = child.communicate(timeout=60)
     assert child.returncode == 0, err
     assert out.splitlines()[-1] == ("state INTERRUPTED" if arguments else "state True")
+
+
+def test_worlds_of_one_scene_read_its_mesh_sequence_side_by_side(tmp_path: Path) -> None:
+    ball = tulle.make_shape("sphere", radius=0.2, resolution=16)
+    ball.write(tmp_path / "ball.obj")
+    with tulle.PointCacheWriter(tmp_path / "ball.pc2", ball.vertex_count) as cache:
+        for i in range(60):
+            cache.append(ball.positions + [0, 0, 2e-3 * i])
+    (tmp_path / "scene.yaml").write_text(
+        "time: {step: 0.01, frames: 10}\ncloth:\n  - mesh: {shape: rectangle, resolution: [2, 2]}\n    translate: [0, 0, 5]\n"
+        "obstacles:\n  - mesh: {file: ball.obj}\n    motion: {sequence: {cache: ball.pc2, fps: 60}}\n")
+    scene = tulle.Scene(tmp_path / "scene.yaml")
+    failures: list[int] = []
+
+    def run() -> None:
+        world = scene.build_world(threads=1)
+        for i in range(58):
+            world.step(1 / 60)
+            if abs(world.obstacles[0].positions[0, 2] - ball.positions[0, 2] - 2e-3 * (i + 1)) > 1e-6:
+                failures.append(i)
+
+    threads = [threading.Thread(target=run) for _ in range(12)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failures

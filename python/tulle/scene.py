@@ -127,7 +127,7 @@ class Scene:
                 for i in range(io.tulle_scene_get_obstacle_count(handle))}
 
     def build_world(self, threads: int = 0) -> World:
-        """A world with all objects of the scene, not started. Only one at a time may read the scene's mesh sequences."""
+        """A world with all objects of the scene, not started. Several worlds of a scene may step in different threads."""
         handle = self._use()
         built, error = ffi.new("tulle_scene_world *"), make_error_buffer()
         check(io.tulle_scene_build_world(handle, threads, ffi.NULL, built, error), error)
