@@ -25,7 +25,7 @@ struct scene_sequence {
     pose placement;
     double *kept[2]; /* placed positions */
     uint32_t kept_frame[2];
-    int next_kept; /* the slot to be replaced next */
+    int next_kept;              /* the slot to be replaced next */
     atomic_flag is_kept_in_use; /* a thread reads or replaces what is kept */
 };
 
