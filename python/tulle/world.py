@@ -169,7 +169,11 @@ class World(Unique):
                 raise ClosedError("the world was closed")
             self._flag[0] = b"0"
             former = self._clock.advance()  # before the call: Ctrl-C may come when it is done, and nothing runs after it
-            status = function(self._handle, *arguments, self._error)
+            try:
+                status = function(self._handle, *arguments, self._error)
+            except (TypeError, OverflowError):  # of an argument: nothing was called
+                self._clock.now = former
+                raise
             if status:
                 self._clock.now = former
             if is_main and _interrupted:
