@@ -127,8 +127,11 @@ def test_objects_come_and_go(world: tulle.World, ball: tulle.Mesh) -> None:
     world.step(STEP)
     world.remove(late)
     assert len(world.obstacles) == 1
-    with pytest.raises(tulle.InvalidArgumentError, match="removed"):
-        late.positions
+    cloth = world.add_cloth(tulle.make_shape("rectangle", resolution=3).transform(translation=(0, 0, 3)))
+    world.remove(cloth)
+    for read in (lambda: late.positions, lambda: late.is_present, lambda: cloth.is_asleep, lambda: cloth.fineness, lambda: cloth.mesh):
+        with pytest.raises(tulle.InvalidArgumentError, match="removed"):
+            read()
     world.step(STEP)
     with pytest.raises(tulle.IntersectingStartError):
         world.add_obstacle(tulle.make_shape("sphere", radius=0.1).transform(translation=(0, 0, world.cloths[0].positions[60, 2])))

@@ -26,6 +26,7 @@ class Object:
     """The world that it is part of."""
     _kind: int
     _name = ""
+    _is_removed = False
 
     def __init__(self, world: World, identity: Any, name: str = "") -> None:
         self.world, self._id = world, identity
@@ -46,6 +47,12 @@ class Object:
     def _is(self, identity: structs.ObjectId) -> bool:
         c = identity._c
         return (c.kind, c.index, c.generation) == (self._kind, self._id.index, self._id.generation)
+
+    def _ask(self, function: Any) -> Any:
+        """What a function that takes its id gives; the library gives 0 for one that was removed."""
+        if self._is_removed:
+            raise InvalidArgumentError(f"\"{self._name}\" was removed from its world")
+        return self.world._get(function, self._id[0])
 
     def _get_info(self) -> Any:
         info = self.world._get(core.tulle_object_get_info, self._object_id())
@@ -189,7 +196,7 @@ class Cloth(Object):
     @property
     def fineness(self) -> structs.Fineness:
         """How fine the mesh is beside the folds that the fabric makes."""
-        return structs.Fineness(ffi.new("tulle_fineness *", self.world._get(core.tulle_cloth_get_fineness, self._id[0])))
+        return structs.Fineness(ffi.new("tulle_fineness *", self._ask(core.tulle_cloth_get_fineness)))
 
     def set_material(self, material: Union[structs.Material, str, dict[str, Any]]) -> None:
         """Changes what it is made of from the next step on: a Material, a preset's name, or changes of cotton."""
@@ -214,7 +221,7 @@ class Cloth(Object):
     @property
     def is_asleep(self) -> bool:
         """Whether it sleeps (`sleep_speed` of the world)."""
-        return bool(self.world._get(core.tulle_cloth_is_asleep, self._id[0]))
+        return bool(self._ask(core.tulle_cloth_is_asleep))
 
     def wake(self) -> None:
         """Wakes it."""
@@ -237,7 +244,7 @@ class Obstacle(Object):
     @property
     def is_present(self) -> bool:
         """Whether it is in the scene at this time."""
-        return bool(self.world._get(core.tulle_obstacle_is_present, self._id[0]))
+        return bool(self._ask(core.tulle_obstacle_is_present))
 
     def set_next_transform(self, translation: ArrayLike = (0, 0, 0), rotation: ArrayLike = (1, 0, 0, 0),
                            travel: Union[structs.Travel, str] = structs.Travel.MOVE) -> None:
@@ -318,7 +325,7 @@ class Body(Obstacle):
     @property
     def is_asleep(self) -> bool:
         """Whether it sleeps."""
-        return bool(self.world._get(core.tulle_obstacle_is_asleep, self._id[0]))
+        return bool(self._ask(core.tulle_obstacle_is_asleep))
 
     def wake(self) -> None:
         """Wakes it and those that fell asleep with it."""

@@ -189,7 +189,10 @@ class World(Unique):
         self._asks = asks
 
     def interrupt(self) -> None:
-        """Asks the start or the step that another thread makes to stop: it raises InterruptedError, with the world as before."""
+        """Asks the start or the step that another thread makes to stop: it raises InterruptedError, with the world as before.
+
+        Between two steps nothing happens: ask again until the thread has ended.
+        """
         self._flag[0] = b"1"
 
     # ---- objects ----
@@ -315,6 +318,7 @@ class World(Unique):
         else:
             self._change(core.tulle_world_remove_obstacle, each._id[0])
             self._obstacles.remove(each)  # type: ignore[arg-type]
+        each._is_removed = True
 
     def attach(self, cloth: Cloth, vertices: ArrayLike, to: Union[Object, ArrayLike], **changes: Any) -> Attachment:
         """Attaches vertices of a cloth to an obstacle, a body, another cloth, or to points in space [m] (vertices, 3).
