@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python wheel test-python test-python-asan coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-notebooks coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -78,9 +78,15 @@ python:
 	@$(MAKE) --no-print-directory build-program
 	@"$$($(FIND_PYTHON) 'cffi, numpy')" python/generate.py include python/tulle
 
+# What turns worlds in notebooks, python/tulle/viewer.js: docs/guide/notebooks.md. Its packages come from npm, into build/viewer.
+viewer:
+	@$(INSTALL_PACKAGES) viewer
+	@sh python/viewer/build.sh
+
 # The package with the libraries and the program inside, and its sources, in build/wheel: pip install build/wheel/tulle-*.whl
 wheel:
-	@$(INSTALL_PACKAGES) build python wheel
+	@$(INSTALL_PACKAGES) build python wheel viewer
+	@sh python/viewer/build.sh --optional
 	@JOBS=$(JOBS) "$$($(FIND_PYTHON) 'cffi, build.__main__')" -m build --no-isolation --outdir build/wheel .
 
 # The package's types and tests, then those of the wheel in an environment of its own. PYTEST_OPTIONS='-k arrays' chooses.
@@ -91,6 +97,12 @@ test-python: python
 	@mypy --cache-dir build/mypy
 	@PYTHONPATH=python $(PYTEST)
 	@sh tools/test_wheel.sh
+
+# The viewer of notebooks in a browser: what it draws, keys, a page of an executed notebook, no request to anyone. A minute.
+test-notebooks: python
+	@$(INSTALL_PACKAGES) python-test notebook-test
+	@$(MAKE) --no-print-directory viewer
+	@PYTHONPATH=python sh python/viewer/test.sh
 
 # Random calls of the package with libraries under the address sanitizer; EXAMPLES sequences of them.
 EXAMPLES ?= 200
@@ -315,6 +327,8 @@ help:
 	@echo "make fuzz TARGET=obj SECONDS=60   fuzzes one target with libFuzzer (installs clang); fuzz-afl: with AFL++"
 	@echo "make fuzz-all SECONDS=600   all targets, which share the time"
 	@echo "make coverage     lines and branches of the libraries that the quick tests reach; fails below 95 % and 90 %"
+	@echo "make viewer       what turns worlds in notebooks (installs node and npm)"
+	@echo "make test-notebooks   the viewer in a browser (installs chromium)"
 	@echo "make docs         the book as a static site with search, build/site (installs mkdocs and doxygen)"
 	@echo "make test-docs    the same; every public name has its comment, every link leads somewhere"
 	@echo "make install      to PREFIX (default /usr/local)"

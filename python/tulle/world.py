@@ -123,6 +123,11 @@ class World:
             return "World(closed)"
         return f"World({len(self._cloths)} cloths, {len(self._obstacles)} obstacles, time={self.time:g} s)"
 
+    def _repr_html_(self) -> Optional[str]:
+        """For notebooks: `tulle.show`."""
+        from tulle.notebook import represent
+        return None if self._handle is None else represent(self)
+
     def _using(self) -> Any:
         """Holds the world for this thread."""
         if not self._lock.acquire(False):
