@@ -269,7 +269,7 @@ def _pack(film: _Film, colors: Optional[str], limit: int) -> Optional[str]:
     count = total
     if total > _SAMPLE and total * moving * 4 / 3 > limit:  # what a few frames take tells how many there may be
         one, few = len(pack(1)), len(pack(_SAMPLE))
-        count = min(total, max(1, int((limit - one) * (_SAMPLE - 1) / max(few - one, 1))))
+        count = min(total, max(1, 1 + int((limit - one) * (_SAMPLE - 1) / max(few - one, 1))))
     while True:
         text = pack(count)
         if len(text) <= limit:
