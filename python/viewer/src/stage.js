@@ -162,6 +162,7 @@ export class Stage {
     renderer.dispose();
     renderer.forceContextLoss();
     renderer.domElement.remove();
+    delete this.view.dataset.drawn;
   }
 
   resize() {
