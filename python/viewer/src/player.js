@@ -50,7 +50,7 @@ export class Player {
       last = now;
       const pause = (times.at(-1) / (film.frameCount - 1)) * 1.001; // the last frame is shown as long as others
       if (time > times.at(-1) + pause) {
-        if (STILL.matches) return this.pause(); // motion ends by itself where little of it is wanted
+        if (STILL.matches) return this.go(film.frameCount); // motion ends by itself where little of it is wanted
         time = 0;
       }
       let frame = time < times[this.frame] ? 0 : this.frame;
