@@ -63,7 +63,8 @@ paper-quick: build-paper
 build-paper:
 	@$(INSTALL_PACKAGES) build paper
 	@$(MAKE) --no-print-directory build-program
-	@cmake --build $(BUILD) -j $(JOBS) --target paper_measure
+	@cmake $(BUILD) >/dev/null
+	@cmake --build $(BUILD) -j $(JOBS) --target paper_measure tulle_python
 
 # The pictures of docs/pictures/paper, of what `make paper` left in DIR.
 DIR ?= reproduced
@@ -71,12 +72,13 @@ paper-pictures:
 	@$(INSTALL_PACKAGES) paper
 	@bash paper/pictures.sh $(DIR)
 
-# The Python package in this checkout: PYTHONPATH=python python3 -c 'import tulle'. docs/guide/python.md.
+# The Python package in this checkout: PYTHONPATH=build/release/python python3 -c 'import tulle'. docs/guide/python.md.
 FIND_PYTHON := sh paper/find_python.sh
 python:
 	@$(INSTALL_PACKAGES) build python
 	@$(MAKE) --no-print-directory build-program
-	@"$$($(FIND_PYTHON) 'cffi, numpy')" python/generate.py include python/tulle
+	@cmake $(BUILD) >/dev/null
+	@cmake --build $(BUILD) -j $(JOBS) --target tulle_python
 
 # What turns worlds in notebooks, python/tulle/viewer.js: docs/guide/notebooks.md. Its packages come from npm, into build/viewer.
 viewer:
@@ -94,8 +96,8 @@ PYTEST_OPTIONS ?=
 PYTEST = "$$($(FIND_PYTHON) 'cffi, pytest')" -m pytest -q -p no:cacheprovider $(PYTEST_OPTIONS)
 test-python: python
 	@$(INSTALL_PACKAGES) wheel python-test
-	@mypy --cache-dir build/mypy
-	@PYTHONPATH=python $(PYTEST)
+	@MYPYPATH=$(BUILD)/python mypy --cache-dir build/mypy -p tulle
+	@PYTHONPATH=$(BUILD)/python $(PYTEST)
 	@sh tools/test_wheel.sh
 
 # The viewer of notebooks in a browser: what it draws, keys, a page of an executed notebook, no request to anyone. A minute.
@@ -111,7 +113,7 @@ test-python-asan: python
 	@cmake --preset asan-ubsan
 	@cmake --build build/asan-ubsan -j $(JOBS) --target tulle_shared tulle_io_shared
 	@LD_PRELOAD="$$(cc -print-file-name=libasan.so) $$(cc -print-file-name=libubsan.so)" ASAN_OPTIONS=detect_leaks=0 \
-	UBSAN_OPTIONS=halt_on_error=1 TULLE_EXAMPLES=$(EXAMPLES) TULLE_LIBRARY_PATH=build/asan-ubsan PYTHONPATH=python PYTHONMALLOC=malloc \
+	UBSAN_OPTIONS=halt_on_error=1 TULLE_EXAMPLES=$(EXAMPLES) TULLE_LIBRARY_PATH=build/asan-ubsan PYTHONPATH=$(BUILD)/python PYTHONMALLOC=malloc \
 	$(PYTEST) python/tests/test_random_calls.py python/tests/test_arrays.py
 
 # Everything quick.

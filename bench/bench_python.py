@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What the Python package costs beside C: getters, steps, many worlds. Prints a table.
 
-usage: PYTHONPATH=python bench_python.py [--steps N]
+usage: PYTHONPATH=build/release/python bench_python.py [--steps N]
 
 A step's share is the time around `World.step` less `total_seconds` of its report, which is measured within the library.
 """
@@ -52,18 +52,21 @@ def measure_getters() -> None:
 
 
 def measure_steps(steps: int) -> None:
-    print("\nparticles  step [ms]  Python's share")
+    print("\nparticles  step [ms]  Python's share  positions [us]")
     for resolution in (10, 20, 40, 100):
         world = make_world(resolution)
-        outside, inside = [], []
+        outside, inside, copies = [], [], []
         for _ in range(steps):
             begin = time.perf_counter()
             report = world.step(STEP)
+            end = time.perf_counter()
             positions = world.cloths[0].positions
-            outside.append(time.perf_counter() - begin)
+            copies.append(time.perf_counter() - end)
+            outside.append(end - begin)
             inside.append(report.total_seconds)
         extra = statistics.median(a - b for a, b in zip(outside, inside))
-        print(f"{positions.shape[0]:9d}  {1e3 * statistics.median(outside):9.3f}  {extra / statistics.median(inside):13.2%}")
+        print(f"{positions.shape[0]:9d}  {1e3 * statistics.median(outside):9.3f}  {extra / statistics.median(inside):13.2%}"
+              f"  {1e6 * statistics.median(copies):14.1f}")
 
 
 def measure_worlds(steps: int) -> None:

@@ -37,13 +37,14 @@ needs() {
     paper)
         echo "python3        program:python3     needed"
         echo "python3-numpy  python:numpy        needed"
+        echo "python3-cffi   python:cffi,numpy   needed"
         echo "python3-matplotlib python:matplotlib needed"
         echo "ffmpeg         program:ffmpeg      optional"
         ;;
     python)
         echo "python3        program:python3     needed"
         echo "python3-cffi   python:cffi         needed"
-        echo "python3-numpy  python:numpy        needed"
+        echo "python3-numpy  python:cffi,numpy   needed"
         echo "python3-tqdm   python:cffi,tqdm    optional"
         echo "python3-yaml   python:cffi,yaml    optional"
         ;;

@@ -25,7 +25,7 @@ scene = tulle.Scene(sys.argv[1], changes)
 world = scene.build_world()
 for _ in range(2 * scene.steps_per_frame):
     world.step(scene.time_step)
-assert run.get_state_hash(-1) == world.state_hash
+assert run.get_frame(-1).state_hash == world.state_hash
 assert tulle.check_files("run")[-1]["intersections"] == 0
 is_viewer_inside = "srcdoc=" in world._repr_html_() and "data:image/png" not in world._repr_html_()
 assert is_viewer_inside == (sys.argv[2] == "with"), sys.argv[2]

@@ -65,13 +65,13 @@ def test_a_scene_steps_to_the_bits_of_the_program(tmp_path: Path) -> None:
     events: list[dict] = []
     run = tulle.simulate(SCENE, tmp_path / "run", overrides=SMALL, threads=2, progress=events.append)
     assert run.state == tulle.RunState.FINISHED and run.frame_count == 5
-    assert run.get_state_hash(-1) == world.state_hash and run.scene_hash == scene.hash
+    assert run.get_frame(-1).state_hash == world.state_hash and run.scene_hash == scene.hash
     assert [event["event"] for event in events][:1] == ["begin"] and events[-1]["event"] == "end"
     assert np.array_equal(run.find_body("cloth").read_positions(-1), world.cloths[0].positions.astype(np.float32))
     assert run.reports.size == world.step_count and run.reports["time"][-1] == world.time
     assert tulle.check_files(tmp_path / "run")[-1]["intersections"] == 0 and run.find_damage() == []
     again = tulle.simulate(SCENE, tmp_path / "run", overrides={**SMALL, "time.frames": 6}, resume=True, progress=False)
-    assert again.frame_count == 7 and again.get_state_hash(4) == run.get_state_hash(4)
+    assert again.frame_count == 7 and again.get_frame(4).state_hash == run.get_frame(4).state_hash
     with pytest.raises(tulle.ProgramError, match="--resume") as caught:
         tulle.simulate(SCENE, tmp_path / "run", overrides=SMALL, progress=False)
     assert caught.value.exit_code == 2
@@ -85,7 +85,7 @@ def test_a_run_that_python_writes(tmp_path: Path, world: tulle.World) -> None:
             writer.write_report(world.step(STEP))
             writer.write_frame()
     run = tulle.Run(tmp_path / "mine")
-    assert run.frame_count == 4 and run.state == tulle.RunState.FINISHED and run.get_state_hash(3) == world.state_hash
+    assert run.frame_count == 4 and run.state == tulle.RunState.FINISHED and run.get_frame(3).state_hash == world.state_hash
     assert [body.name for body in run.bodies] == ["sheet", "ball"] and run.outcome.steps == 3
     with pytest.raises(RuntimeError, match="enough"), tulle.RunWriter(tmp_path / "other", world, STEP):
         raise RuntimeError("enough")

@@ -18,7 +18,7 @@ from tulle.notebook import View, show
 from tulle.objects import Attachment, Body, Cloth, Object, Obstacle
 from tulle.plots import plot_report
 from tulle.program import check_files, convert, detect_files, find_program, render, run_program, simulate
-from tulle.run import PointCache, PointCacheWriter, Run, RunBody, RunWriter
+from tulle.run import PointCache, PointCacheWriter, Run, RunBody, RunFrame, RunWriter
 from tulle.scene import Scene
 from tulle.structs import *  # noqa: F403
-from tulle.world import World, list_materials, make_material, replay, step_worlds
+from tulle.world import STAGES, World, list_materials, make_material, replay, step_worlds

@@ -15,8 +15,8 @@ try:
 except ModuleNotFoundError as missing:
     if missing.name != "tulle._bindings":
         raise
-    raise ImportError("tulle: the package was not built: _bindings.py is missing. In a checkout, `make python` makes it; "
-                      "`make wheel` makes a package to install") from missing
+    raise ImportError("tulle: these are the sources of the package. In a checkout, `make python` builds it in "
+                      "build/release/python; `make wheel` makes a package to install") from missing
 
 ffi: Any = _ffi
 
@@ -26,7 +26,7 @@ def _list_directories() -> list[Path]:
     chosen = os.environ.get("TULLE_LIBRARY_PATH")
     if chosen:
         return [Path(directory) for directory in chosen.split(os.pathsep) if directory]
-    return [PACKAGE / "lib", PACKAGE.parents[1] / "build" / "release"]
+    return [PACKAGE / "lib", PACKAGE.parents[1]]  # of a wheel, of a build directory
 
 
 def _find_libraries() -> tuple[str, str]:
@@ -48,8 +48,8 @@ def _load() -> tuple[Any, Any]:
         core = ffi.dlopen(paths[0], ffi.RTLD_NOW | ffi.RTLD_GLOBAL)
         return core, ffi.dlopen(paths[1], ffi.RTLD_NOW)
     except OSError as failure:
-        raise ImportError(f"tulle: the libraries cannot be loaded: {failure}. They are looked for in the package, in "
-                          "build/release of a checkout and where the system has its libraries; the environment variable "
+        raise ImportError(f"tulle: the libraries cannot be loaded: {failure}. They are looked for in the package, "
+                          "beside it and where the system has its libraries; the environment variable "
                           "TULLE_LIBRARY_PATH names another directory") from failure
 
 

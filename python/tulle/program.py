@@ -33,10 +33,9 @@ Progress = Callable[[dict[str, Any]], None]
 
 
 def find_program() -> str:
-    """The path of the program: that of the environment variable TULLE, of the package, of a checkout, or on PATH."""
+    """The path of the program: that of the environment variable TULLE, of the package, of its build directory, or on PATH."""
     chosen = os.environ.get("TULLE")
-    places = [Path(chosen)] if chosen else [_library.PACKAGE / "bin" / "tulle",
-                                            _library.PACKAGE.parents[1] / "build" / "release" / "tulle"]
+    places = [Path(chosen)] if chosen else [_library.PACKAGE / "bin" / "tulle", _library.PACKAGE.parents[1] / "tulle"]
     for place in places:
         if place.is_file() and os.access(place, os.X_OK):
             return str(place)

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import os
 import threading
+from dataclasses import dataclass
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -41,6 +42,20 @@ class _Handle:
             if self.pointer is not None:
                 ffi.release(self.pointer)
                 self.pointer = None
+
+
+@dataclass(frozen=True)
+class RunFrame:
+    """A frame of a run."""
+
+    number: int
+    """From 0, which is the start."""
+    time: float
+    """[s]."""
+    step: int
+    """Steps done."""
+    state_hash: int
+    """Hash of the world's state."""
 
 
 class RunBody:
@@ -152,20 +167,18 @@ class Run:
         """The body of that name; None: there is none."""
         return next((body for body in self.bodies if body.name == name), None)
 
-    def _read_frame(self, frame: int) -> tuple[float, int, int]:
-        time, step, state = ffi.new("double *"), ffi.new("uint64_t *"), ffi.new("uint64_t *")
-        with self._handle as reader:
-            io.tulle_run_reader_get_frame(reader, self._number(frame), time, step, state)
-        return time[0], step[0], state[0]
-
-    def get_state_hash(self, frame: int) -> int:
-        """Hash of the world's state at a frame."""
-        return self._read_frame(frame)[2]
-
     @property
-    def times(self) -> Doubles:
-        """[s] of each frame."""
-        return np.array([self._read_frame(frame)[0] for frame in range(self.frame_count)])
+    def frames(self) -> list[RunFrame]:
+        """What there is to know of each frame beside its positions."""
+        return [self.get_frame(frame) for frame in range(self.frame_count)]
+
+    def get_frame(self, frame: int) -> RunFrame:
+        """What there is to know of a frame, from 0; negative ones count from the end."""
+        time, step, state = ffi.new("double *"), ffi.new("uint64_t *"), ffi.new("uint64_t *")
+        number = self._number(frame)
+        with self._handle as reader:
+            io.tulle_run_reader_get_frame(reader, number, time, step, state)
+        return RunFrame(number, time[0], step[0], state[0])
 
     @property
     def reports(self) -> NDArray[Any]:

@@ -18,6 +18,8 @@ from tulle.objects import Attachment, Body, Cloth, Object, Obstacle
 
 Frames = Union[ArrayLike, Callable[[int], ArrayLike]]
 _MAIN_THREAD = threading.main_thread().ident
+STAGES: tuple[str, ...] = tuple(decode(core.tulle_stage_name(i)) for i in range(structs.STAGE_COUNT))
+"""The names of the stages of a step, in the order in which a step runs them and reports tell their seconds."""
 _NOT_STEPPED = 99  # no status
 _INTERRUPTED = int(structs.Status.INTERRUPTED)
 

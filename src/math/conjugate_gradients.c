@@ -71,14 +71,14 @@ void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex,
     }
 }
 
-/* P^-1 of each vertex; sums b . P^-1 b. */
+/* P^-1 of each vertex, where it is not there; sums b . P^-1 b. */
 static void invert_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     solver *const work = context;
     double sum = 0.0;
     for (size_t vertex = begin; vertex < end; vertex++) {
         double *const inverse = work->inverse + BLOCK_NUMBERS * vertex;
-        invert_block_of(work->problem, vertex, inverse);
+        if (!work->problem->has_inverse) invert_block_of(work->problem, vertex, inverse);
         vec3 const b = vec3_load(work->problem->right_hand_side, vertex);
         sum += vec3_dot(b, block_multiply(inverse, b));
     }
@@ -168,7 +168,8 @@ tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *prob
     size_t const count = problem->vertex_count, inverse_size = BLOCK_NUMBERS * count;
     solver work = {.problem = problem,
                    .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK),
-                   .inverse = ARENA_NEW(scratch, double, inverse_size)};
+                   .inverse = problem->inverse ? problem->inverse
+                                               : ARENA_NEW(scratch, double, inverse_size)};
     work.partials = ARENA_NEW(scratch, double, work.chunk_count);
     bool const has_memory = work.inverse && work.partials;
     if (has_memory) *norm = sqrt(run_pass(&work, invert_diagonal));
@@ -186,7 +187,7 @@ tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *proble
     work.direction = ARENA_NEW(scratch, double, 3 * count);
     work.product = ARENA_NEW(scratch, double, 3 * count);
     work.preconditioned = ARENA_NEW(scratch, double, 3 * count);
-    work.inverse = ARENA_NEW(scratch, double, inverse_size);
+    work.inverse = problem->inverse ? problem->inverse : ARENA_NEW(scratch, double, inverse_size);
     work.partials = ARENA_NEW(scratch, double, work.chunk_count);
     if (!work.residual || !work.direction || !work.product || !work.preconditioned ||
         !work.inverse || !work.partials) {

@@ -19,6 +19,9 @@ typedef struct conjugate_gradients_problem {
     const double *diagonal;        /* 9 * vertex_count: diagonal blocks of A (symmetric), inverted
                                       inside as the preconditioner P; a block that is not positive
                                       definite is replaced by its positive diagonal, or by 1 */
+    double *inverse;               /* P^-1 is put here, BLOCK_NUMBERS * vertex_count; null: into
+                                      scratch */
+    bool has_inverse;              /* it is there, of this diagonal */
     const uint8_t *is_fixed;       /* vertex_count, null: none. Fixed entries of x stay as given */
     const uint8_t *is_idle; /* vertex_count: fixed, and the product at them is of no use; null: none
                              */

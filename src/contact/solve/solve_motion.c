@@ -67,6 +67,8 @@ typedef struct motion_solve {
     double *u;
     solve_report *report;
     double *right_hand_side, *diagonal; /* of the round */
+    double *inverse;                    /* of the diagonal, where has_inverse says so */
+    bool has_inverse;
     uint8_t *is_fixed;
     contact_row **hard_rows;
     size_t hard_count;
@@ -189,6 +191,7 @@ static void prepare_round(motion_solve *solve, bool is_first) {
         solve->hard_rows[solve->hard_count++] = row;
     }
     fix_locked(scene, right_hand_side, solve->diagonal);
+    solve->has_inverse = solve->has_inverse && is_first && solve->hard_count == 0;
 }
 
 /* Moves u along one direction of rigid translations, as far as is best: each free cloth and body by
@@ -295,7 +298,7 @@ static tulle_status translate_cloths(motion_solve *solve) {
 
 /* Lowers a tolerance to this share of the net impulse. That of the first solve of its kind counts;
  * a solve of no iterations from the velocities of the start measures it. */
-static tulle_status bound_by_net(motion_solve *solve, const conjugate_gradients_problem *problem,
+static tulle_status bound_by_net(motion_solve *solve, conjugate_gradients_problem *problem,
                                  double share, double *net, double *tolerance) {
     const contact_scene *const scene = solve->scene;
     if (!(*net >= 0.0)) {
@@ -312,6 +315,7 @@ static tulle_status bound_by_net(motion_solve *solve, const conjugate_gradients_
             conjugate_gradients_solve(&measure, start, scene->scratch, &result);
         arena_release(scene->scratch, mark);
         if (status != TULLE_OK) return status;
+        problem->has_inverse = true;
         if (!(solve->reference > 0.0)) solve->reference = result.reference; /* no cloth can move */
         double const least =
             fmax(LEAST_NET * solve->reference, LEAST_NET_OF_ALL * result.reference);
@@ -331,6 +335,8 @@ static tulle_status solve_linear(motion_solve *solve) {
         .apply_context = solve,
         .right_hand_side = solve->right_hand_side,
         .diagonal = solve->diagonal,
+        .inverse = solve->inverse,
+        .has_inverse = solve->has_inverse,
         .is_fixed = solve->is_fixed,
         .is_idle = scene->body_count == 0 ? solve->matrix.is_idle : NULL, /* else longer */
         .tolerance = settings->cg_tolerance,
@@ -411,11 +417,13 @@ static tulle_status measure_reference(motion_solve *solve) {
         .vertex_count = scene->cloth_vertex_count,
         .right_hand_side = impulse,
         .diagonal = solve->diagonal, /* no row is in it yet */
+        .inverse = solve->inverse,
         .is_fixed = solve->is_fixed,
         .threads = scene->threads,
     };
     double of_momentum = 0.0;
     tulle_status status = conjugate_gradients_measure(&problem, scene->scratch, &solve->reference);
+    solve->has_inverse = problem.has_inverse = status == TULLE_OK;
     problem.right_hand_side = system->right_hand_side;
     if (status == TULLE_OK)
         status = conjugate_gradients_measure(&problem, scene->scratch, &of_momentum);
@@ -440,6 +448,7 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
     arena_mark const mark = arena_get_mark(scratch);
     size_t const cloth_count = scene->cloth_vertex_count, count = get_solved_count(scene);
     size_t const row_most = list->rows.count + system->spring_count;
+    size_t const inverse_size = BLOCK_NUMBERS * count;
     motion_solve solve = {.scene = scene,
                           .system = system,
                           .list = list,
@@ -447,6 +456,7 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                           .report = report,
                           .right_hand_side = ARENA_NEW(scratch, double, 3 * count),
                           .diagonal = ARENA_NEW(scratch, double, 9 * count),
+                          .inverse = ARENA_NEW(scratch, double, inverse_size),
                           .is_fixed = ARENA_NEW(scratch, uint8_t, count),
                           .hard_rows = ARENA_NEW(scratch, contact_row *, row_most),
                           .matrix = *system->matrix,
@@ -462,8 +472,9 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
         solve.matrix.values =
             ARENA_NEW(scratch, double, BLOCK_NUMBERS * system->matrix->block_count);
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-    if (solve.right_hand_side && solve.diagonal && solve.is_fixed && solve.hard_rows &&
-        solve.rows_apart && solve.sums && solve.phases.residual && scalars && solve.matrix.values) {
+    if (solve.right_hand_side && solve.diagonal && solve.inverse && solve.is_fixed &&
+        solve.hard_rows && solve.rows_apart && solve.sums && solve.phases.residual && scalars &&
+        solve.matrix.values) {
         for (size_t k = 0; k < system->matrix->scalar_count; k++)
             scalars[k] = block_matrix_get_scalar(system->matrix, k);
         solve.matrix.scalar_sums = scalars;

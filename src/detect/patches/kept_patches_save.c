@@ -2,9 +2,9 @@
  *
  * The bytes are a header, one record for each label, used or not, and the triangles of all patches,
  * label by label, in the order in which they joined. Loading makes all else again from these and so
- * checks it: bytes that do not describe discs of this topology are refused. Numbers have this
- * machine's order of bytes, as in the rest of a checkpoint; a header in another order is refused.
- */
+ * checks it: bytes that do not describe discs of this topology are refused. Patches that are there
+ * already were checked when they were made, and stay. Numbers have this machine's order of bytes,
+ * as in the rest of a checkpoint; a header in another order is refused. */
 #include "detect/patches/kept_patches_parts.h"
 
 #include <float.h>
@@ -64,15 +64,37 @@ size_t kept_patches_save(const kept_patches *patches, void *bytes) {
     return byte_count;
 }
 
+/* Whether the patches are the saved ones already, and have no more dead triangles among theirs than
+ * the saved schedule counts. */
+static bool are_as_saved(const kept_patches *patches, const saved_header *header,
+                         const unsigned char *bytes) {
+    const unsigned char *const records = bytes + sizeof *header;
+    const unsigned char *triangles = records + header->patch_count * sizeof(saved_patch);
+    uint64_t left = header->kept_triangle_count;
+    bool is_same = patches->patches.count == header->patch_count &&
+                   patches->triangles.count >= left &&
+                   patches->triangles.count - left <= header->schedule.dead_triangle_count &&
+                   patches->rules.has_certificate == (header->has_certificate == 1);
+    for (size_t i = 0; i < header->patch_count && is_same; i++) {
+        const kept_patch *const patch = &patches->patches.data[i];
+        saved_patch saved;
+        memcpy(&saved, records + i * sizeof saved, sizeof saved);
+        size_t const size = patch->triangle_count * sizeof(uint32_t);
+        double const axis[3] = {patch->axis.x, patch->axis.y, patch->axis.z};
+        is_same = saved.triangle_count == patch->triangle_count && saved.triangle_count <= left &&
+                  memcmp(saved.axis, axis, sizeof axis) == 0 &&
+                  (size == 0 ||
+                   memcmp(triangles, patches->triangles.data + patch->triangle_begin, size) == 0);
+        triangles += size;
+        left -= patch->triangle_count;
+    }
+    return is_same && left == 0;
+}
+
 tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t size) {
     const topology *const topo = patches->topo;
-    drop_patches(patches);
-    patches->schedule = (patch_schedule){0};
-    patches->rules = (patch_rules){0};
-    if (size == 0) return TULLE_OK;
-    saved_header header;
-    if (size < sizeof header) return TULLE_ERROR_INVALID_ARGUMENT;
-    memcpy(&header, bytes, sizeof header);
+    saved_header header = {0};
+    if (size >= sizeof header) memcpy(&header, bytes, sizeof header);
 
     /* The counts fit the topology and the number of bytes, the rest what an update may leave. */
     bool const has_size = header.magic == SAVED_MAGIC &&
@@ -86,17 +108,23 @@ tulle_status kept_patches_load(kept_patches *patches, const void *bytes, size_t 
                            header.reach >= 0.0 && header.reach <= DBL_MAX &&
                            header.cone <= CONE_PAPER && header.has_certificate <= 1 &&
                            header.grows_anew <= 1 && header.keeps_all <= 1;
-    if (!has_size || !has_rules ||
-        !schedule_is_possible(&header.schedule, topo->triangle_count, header.kept_triangle_count))
-        return TULLE_ERROR_INVALID_ARGUMENT;
+    bool const is_good =
+        has_size && has_rules &&
+        schedule_is_possible(&header.schedule, topo->triangle_count, header.kept_triangle_count);
+    bool const are_there = is_good && are_as_saved(patches, &header, bytes);
+    if (!are_there) drop_patches(patches);
+    patches->schedule = (patch_schedule){0};
+    patches->rules = (patch_rules){0};
+    if (!is_good) return size == 0 ? TULLE_OK : TULLE_ERROR_INVALID_ARGUMENT;
 
     /* Records stand one after the other, and so do the triangles of their patches. These are copied
      * for their alignment. */
-    tulle_status status = reserve_growth(patches);
+    tulle_status status = are_there ? TULLE_OK : reserve_growth(patches);
+    uint64_t const patch_count = are_there ? 0 : header.patch_count;
     const unsigned char *record = (const unsigned char *)bytes + sizeof header;
     const unsigned char *triangles = record + header.patch_count * sizeof(saved_patch);
-    uint64_t left = header.kept_triangle_count;
-    for (uint64_t i = 0; i < header.patch_count && status == TULLE_OK; i++) {
+    uint64_t left = are_there ? 0 : header.kept_triangle_count;
+    for (uint64_t i = 0; i < patch_count && status == TULLE_OK; i++) {
         saved_patch saved;
         memcpy(&saved, record, sizeof saved);
         vec3 const axis = vec3_make(saved.axis[0], saved.axis[1], saved.axis[2]);

@@ -1,70 +1,123 @@
 /* math/kernels/multiply_kernel.c - the product adds the columns of each block times one entry of x,
- * in vectors of four lanes whose last lane is ignored. */
+ * in vectors of four lanes whose last lane is ignored. What counts is how often memory is read: a
+ * block is read in two pieces, from which the columns are put together. */
 #include "math/multiply_kernel.h"
 
-/* Four doubles, loaded from any address of a double. */
+#ifdef __AVX512F__
+#include <immintrin.h>
+#endif
+
+#define MULTIPLY_INLINE static inline __attribute__((always_inline))
+
+/* Two and four doubles, at any address of a double. */
+typedef double lanes2 __attribute__((vector_size(16), aligned(8), may_alias));
 typedef double lanes4 __attribute__((vector_size(32), aligned(8), may_alias));
 
-/* sum_k s_k x_k over the scalars of a row; even and odd entries in two sums, so that additions need
- * not wait for one another. Columns ascend, so only the last entry can be that of the last vertex,
- * whose x is in last_entry. */
-static inline __attribute__((always_inline)) lanes4 add_scalars(const block_matrix *matrix,
-                                                                size_t row, const double *x,
-                                                                const double *last_entry,
-                                                                bool has_sums) {
-    lanes4 even = {0}, odd = {0};
-    size_t k = matrix->scalar_begin[row];
-    size_t const end = matrix->scalar_begin[row + 1];
+/* Entry of x for a column that is not the last one: its three numbers and the next. */
+MULTIPLY_INLINE lanes4 load_entry(const double *x, uint32_t column) {
+    return *(const lanes4 *)(x + 3 * (size_t)column);
+}
+
+MULTIPLY_INLINE double get_scalar(const block_matrix *matrix, size_t index, bool has_sums) {
+    return has_sums ? matrix->scalar_sums[index] : block_matrix_get_scalar(matrix, index);
+}
+
+/* The scalars of a row times their entries of x. Even and odd ones have sums of their own, so that
+ * additions need not wait for one another. */
+typedef struct scalar_sums {
+    lanes4 even, odd;
+} scalar_sums;
+
+/* Adds scalars, two at a time, up to the last or the last but one. Returns where it stopped. */
+MULTIPLY_INLINE size_t add_pairs(const block_matrix *matrix, size_t begin, size_t end,
+                                 const double *x, bool has_sums, scalar_sums *result) {
     const uint32_t *const columns = matrix->scalar_columns;
-    const double *const sums = matrix->scalar_sums;
-    bool const has_last = k < end && columns[end - 1] == matrix->row_count - 1;
+    size_t k = begin;
+#ifdef __AVX512F__
+    if (has_sums) { /* both sums in one register */
+        __m512i const places = _mm512_setr_epi64(0, 0, 0, 0, 1, 1, 1, 1);
+        __m512d sums = _mm512_setzero_pd();
+#pragma GCC unroll 2
+        for (; k + 2 <= end; k += 2) {
+            __m512d const first = _mm512_castpd256_pd512((__m256d)load_entry(x, columns[k]));
+            __m512d const entries =
+                _mm512_insertf64x4(first, (__m256d)load_entry(x, columns[k + 1]), 1);
+            __m512d const pair = _mm512_castpd128_pd512(_mm_loadu_pd(matrix->scalar_sums + k));
+            sums = _mm512_add_pd(sums, _mm512_mul_pd(_mm512_permutexvar_pd(places, pair), entries));
+        }
+        result->even = (lanes4)_mm512_castpd512_pd256(sums);
+        result->odd = (lanes4)_mm512_extractf64x4_pd(sums, 1);
+        return k;
+    }
+#endif
+    lanes4 even = {0}, odd = {0};
+#pragma GCC unroll 2
+    for (; k + 2 <= end; k += 2) {
+        even += get_scalar(matrix, k, has_sums) * load_entry(x, columns[k]);
+        odd += get_scalar(matrix, k + 1, has_sums) * load_entry(x, columns[k + 1]);
+    }
+    *result = (scalar_sums){even, odd};
+    return k;
+}
+
+/* sum_k s_k x_k over the scalars of a row. Columns ascend, so only the last one can be that of the
+ * last vertex, whose x is in last_entry. */
+MULTIPLY_INLINE lanes4 add_scalars(const block_matrix *matrix, size_t begin, size_t end,
+                                   const double *x, lanes4 last_entry, bool has_sums) {
+    const uint32_t *const columns = matrix->scalar_columns;
+    bool const has_last = begin < end && columns[end - 1] == matrix->row_count - 1;
     size_t const plain_end = has_last ? end - 1 : end;
-    for (; k < plain_end; k++) {
-        double const value = has_sums ? sums[k] : block_matrix_get_scalar(matrix, k);
-        even += value * *(const lanes4 *)(x + 3 * (size_t)columns[k]);
-        if (++k == plain_end) break;
-        double const next = has_sums ? sums[k] : block_matrix_get_scalar(matrix, k);
-        odd += next * *(const lanes4 *)(x + 3 * (size_t)columns[k]);
+    scalar_sums sums;
+    size_t const left = add_pairs(matrix, begin, plain_end, x, has_sums, &sums);
+    if (left < plain_end) {
+        sums.even += get_scalar(matrix, left, has_sums) * load_entry(x, columns[left]);
+        if (has_last) sums.odd += get_scalar(matrix, end - 1, has_sums) * last_entry;
+    } else if (has_last) {
+        sums.even += get_scalar(matrix, end - 1, has_sums) * last_entry;
     }
-    if (has_last) {
-        lanes4 const product =
-            block_matrix_get_scalar(matrix, end - 1) * *(const lanes4 *)last_entry;
-        if ((end - 1 - matrix->scalar_begin[row]) % 2 == 0)
-            even += product;
+    return sums.even + sums.odd;
+}
+
+MULTIPLY_INLINE void multiply(const multiply_task *task, size_t begin, size_t end, bool has_sums) {
+    block_matrix const own = *task->matrix, *const matrix = &own;
+    const double *const x = task->x;
+    double *const result = task->result;
+    /* Four numbers are read for each vertex, its three and the next. The last vertex has no next
+     * one. */
+    size_t const last = matrix->row_count - 1;
+    lanes4 const last_entry = {x[3 * last], x[3 * last + 1], x[3 * last + 2], 0.0};
+    size_t k = matrix->row_begin[begin], s = matrix->scalar_begin[begin];
+    for (size_t row = begin; row < end; row++) {
+        lanes4 sum0 = {0}, sum1 = {0}, sum2 = {0};
+        size_t const block_end = matrix->row_begin[row + 1];
+#pragma GCC unroll 4
+        for (; k < block_end; k++) {
+            const double *const block = matrix->values + BLOCK_NUMBERS * k;
+            const double *const entry = x + 3 * (size_t)matrix->columns[k];
+            lanes4 const low = *(const lanes4 *)block;
+            lanes2 const rest = *(const lanes2 *)(block + 4);
+            lanes4 const high = __builtin_shufflevector(rest, rest, 0, 1, -1, -1);
+            sum0 += low * entry[0];
+            sum1 += __builtin_shufflevector(low, high, 1, 3, 4, 4) * entry[1];
+            sum2 += __builtin_shufflevector(low, high, 2, 4, 5, 5) * entry[2];
+        }
+        size_t const scalar_end = matrix->scalar_begin[row + 1];
+        lanes4 const scalars = add_scalars(matrix, s, scalar_end, x, last_entry, has_sums);
+        s = scalar_end;
+        lanes4 const sum = (sum0 + sum1) + (sum2 + scalars);
+        if (row + 1 < end)
+            *(lanes4 *)(result + 3 * row) = sum; /* the next row puts its first number right */
         else
-            odd += product;
+            for (size_t i = 0; i < 3; i++) result[3 * row + i] = sum[i];
     }
-    return even + odd;
 }
 
 void TULLE_KERNEL(multiply_rows)(void *context, size_t begin, size_t end, size_t chunk,
                                  int worker) {
     (void)chunk, (void)worker;
     const multiply_task *const task = context;
-    const block_matrix *const matrix = task->matrix;
-    const double *const x = task->x;
-    const double *const values = matrix->values;
-    /* Four numbers are read for each vertex, its three and the next. The last vertex has no next
-     * one. */
-    size_t const last = matrix->row_count - 1;
-    double const last_entry[4] = {x[3 * last], x[3 * last + 1], x[3 * last + 2], 0.0};
-    for (size_t row = begin; row < end; row++) {
-        lanes4 sum0 = {0}, sum1 = {0}, sum2 = {0};
-        const uint32_t *const columns = matrix->columns + matrix->row_begin[row];
-        const double *const blocks = values + BLOCK_NUMBERS * (size_t)matrix->row_begin[row];
-        size_t const count = matrix->row_begin[row + 1] - matrix->row_begin[row];
-#pragma GCC unroll 4
-        for (size_t k = 0; k < count; k++) {
-            const double *const block = blocks + BLOCK_NUMBERS * k;
-            const double *const entry = x + 3 * (size_t)columns[k];
-            lanes4 const middle = *(const lanes4 *)(block + 1), high = *(const lanes4 *)(block + 2);
-            sum0 += *(const lanes4 *)block * entry[0];
-            sum1 += __builtin_shufflevector(middle, middle, 0, 2, 3, 3) * entry[1];
-            sum2 += __builtin_shufflevector(high, high, 0, 2, 3, 3) * entry[2];
-        }
-        lanes4 const scalars = matrix->scalar_sums ? add_scalars(matrix, row, x, last_entry, true)
-                                                   : add_scalars(matrix, row, x, last_entry, false);
-        lanes4 const sum = (sum0 + sum1) + (sum2 + scalars);
-        for (size_t i = 0; i < 3; i++) task->result[3 * row + i] = sum[i];
-    }
+    if (task->matrix->scalar_sums)
+        multiply(task, begin, end, true);
+    else
+        multiply(task, begin, end, false);
 }

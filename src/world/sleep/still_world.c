@@ -18,12 +18,6 @@ static bool keys_are_still(const world_motion *motion, double from, double to) {
     return count == 0 || to <= motion->keys[0].time || from >= motion->keys[count - 1].time;
 }
 
-static bool velocities_are_zero(const tulle_world *world, const surface_range *range) {
-    for (size_t i = 3 * (size_t)range->vertex_begin; i < 3 * (size_t)range->vertex_end; i++)
-        if (world->now.velocities[i] != 0.0) return false;
-    return true;
-}
-
 /* Whether an obstacle, or a body, comes, goes or moves in no way. */
 static bool obstacle_is_still(const tulle_world *world, size_t index, double end) {
     const world_motion_state *const now = &world->now;
@@ -46,7 +40,9 @@ static bool obstacle_is_still(const tulle_world *world, size_t index, double end
     }
     bool const is_on_keys = obstacle->drive != TULLE_DRIVE_RIGID;
     if (is_on_keys && !keys_are_still(&obstacle->motion, now->time, end)) return false;
-    return velocities_are_zero(world, range);
+    for (size_t i = 3 * (size_t)range->vertex_begin; i < 3 * (size_t)range->vertex_end; i++)
+        if (now->velocities[i] != 0.0) return false;
+    return true;
 }
 
 /* Whether a cloth sleeps on, held as it is. */

@@ -95,6 +95,7 @@ static uint64_t hash_labels(uint64_t hash, const patch_scene *scene, const uint3
     return hash;
 }
 
+/* Loads the patches where there are none, and then over themselves, where they stay. */
 static kept_patches *reload(kept_patches *patches, patch_scene *scene) {
     size_t const size = kept_patches_save(patches, NULL);
     assert_true(size > 0);
@@ -108,10 +109,80 @@ static kept_patches *reload(kept_patches *patches, patch_scene *scene) {
                         scene->triangle_count * sizeof(uint32_t));
     assert_int_equal(kept_patches_get_labels(again).label_count,
                      kept_patches_get_labels(patches).label_count);
-    assert_int_equal(kept_patches_save(again, NULL), size);
+    uint64_t const version = kept_patches_get_labels(again).version;
+    assert_int_equal(kept_patches_load(again, bytes + 1, size), TULLE_OK);
+    assert_true(kept_patches_get_labels(again).version == version);
+    unsigned char *const same = malloc(size);
+    assert_non_null(same);
+    assert_int_equal(kept_patches_save(again, same), size);
+    assert_memory_equal(same, bytes + 1, size);
+    free(same);
     free(bytes);
     kept_patches_destroy(patches);
     return again;
+}
+
+/* A state is loaded again and again while the patches go on, some steps or none: they are what they
+ * were made of alone, and what is kept does not grow. */
+static void going_back_leads_to_the_same_patches(void **state) {
+    (void)state;
+    enum { LATE = 5, ROUNDS = 40 };
+    uint64_t seed = 31;
+    patch_scene scene;
+    patch_scene_make(&scene, PATCH_SHEET, 20, &seed);
+    kept_patches *const patches = create(&scene), *const other = create(&scene);
+    patch_rules rules = make_rules(60.0, false, 0.0);
+    rules.keeps_all = true;
+    size_t const coordinates = 3 * scene.vertex_count, bytes = coordinates * sizeof(double);
+    double *const base = malloc(bytes), *const paths = malloc((LATE + 1) * bytes);
+    assert_true(base && paths);
+    memcpy(base, scene.x0, bytes);
+    size_t stayed = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        double const violence = round < 20 ? 0.002 : 0.06;
+        for (int i = 0; i <= LATE; i++) {
+            memcpy(scene.x0, base, bytes);
+            patch_scene_move(&scene, violence, 0.3 * violence, &seed);
+            memcpy(paths + (size_t)i * coordinates, scene.x1, bytes);
+        }
+        memcpy(scene.x0, base, bytes);
+        memcpy(scene.x1, base, bytes);
+        update(patches, &scene, &rules, 1);
+        size_t const size = kept_patches_save(patches, NULL);
+        unsigned char *const saved = malloc(size);
+        assert_non_null(saved);
+        kept_patches_save(patches, saved);
+        unsigned char *ends[3] = {NULL};
+        size_t sizes[3] = {0};
+        for (int time = 0; time < 3; time++) {
+            /* gone on; loaded over what has gone on; loaded where there is something else */
+            kept_patches *const own = time == 2 ? other : patches;
+            uint64_t const version = kept_patches_get_labels(own).version;
+            if (time > 0) assert_int_equal(kept_patches_load(own, saved, size), TULLE_OK);
+            stayed += time == 1 && kept_patches_get_labels(own).version == version;
+            for (size_t i = 0; i < LATE; i++) {
+                memcpy(scene.x0, paths + i * coordinates, bytes);
+                memcpy(scene.x1, paths + (i + 1) * coordinates, bytes);
+                update(own, &scene, &rules, 1);
+            }
+            assert_patches_are_discs(&scene, kept_patches_get_labels(own).labels);
+            sizes[time] = kept_patches_save(own, NULL);
+            ends[time] = malloc(sizes[time]);
+            assert_non_null(ends[time]);
+            kept_patches_save(own, ends[time]);
+            assert_int_equal(sizes[time], sizes[0]);
+            assert_memory_equal(ends[time], ends[0], sizes[0]);
+        }
+        for (int time = 0; time < 3; time++) free(ends[time]);
+        free(saved);
+    }
+    print_message("%d of %d loads left the patches where they were\n", (int)stayed, ROUNDS);
+    assert_true(stayed > ROUNDS / 4 && stayed < ROUNDS);
+    free(base);
+    free(paths);
+    kept_patches_destroy(patches);
+    kept_patches_destroy(other);
+    patch_scene_destroy(&scene);
 }
 
 static long_run run_long(int threads, int reload_every, bool is_checked) {
@@ -272,7 +343,7 @@ static void they_switch_themselves_off(void **state) {
     patch_scene_destroy(&scene);
 }
 
-/* Bytes that do not fit are refused, and leave no patches. */
+/* Bytes that do not fit are refused, and leave no patches, whether these were the same or not. */
 static void damaged_bytes_are_refused(void **state) {
     (void)state;
     uint64_t seed = 27;
@@ -363,6 +434,7 @@ int main(void) {
         cmocka_unit_test(cones_alone_do_not_see_the_helix),
         cmocka_unit_test(what_fails_is_noticed),
         cmocka_unit_test(they_switch_themselves_off),
+        cmocka_unit_test(going_back_leads_to_the_same_patches),
         cmocka_unit_test(damaged_bytes_are_refused),
         cmocka_unit_test(want_of_memory_leaves_no_patches),
     };
