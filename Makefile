@@ -80,10 +80,11 @@ python:
 	@cmake $(BUILD) >/dev/null
 	@cmake --build $(BUILD) -j $(JOBS) --target tulle_python
 
-# What turns worlds in notebooks, python/tulle/viewer.js: docs/guide/notebooks.md. Its packages come from npm, into build/viewer.
-viewer:
+# What turns worlds in notebooks, viewer.js of the package: docs/guide/notebooks.md. Its packages come from npm, into build/viewer.
+viewer: python
 	@$(INSTALL_PACKAGES) viewer
 	@sh python/viewer/build.sh
+	@cp python/tulle/viewer.js $(BUILD)/python/tulle
 
 # The package with the libraries and the program inside, and its sources, in build/wheel: pip install build/wheel/tulle-*.whl
 wheel:
@@ -101,10 +102,9 @@ test-python: python
 	@sh tools/test_wheel.sh
 
 # The viewer of notebooks in a browser: what it draws, keys, a page of an executed notebook, no request to anyone. A minute.
-test-notebooks: python
+test-notebooks: viewer
 	@$(INSTALL_PACKAGES) python-test notebook-test
-	@$(MAKE) --no-print-directory viewer
-	@PYTHONPATH=python sh python/viewer/test.sh
+	@PYTHONPATH=$(BUILD)/python sh python/viewer/test.sh
 
 # Random calls of the package with libraries under the address sanitizer; EXAMPLES sequences of them.
 EXAMPLES ?= 200

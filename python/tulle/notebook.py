@@ -1,8 +1,9 @@
 """Worlds, runs and meshes in the cells of a notebook, to turn and to play: `show`.
 
-What is shown is one self-contained piece of HTML: a frame with the viewer (python/viewer: JavaScript, bundled with three.js into
-viewer.js) and the data. It asks no server for anything, and works in a saved notebook and in a page made of one. Positions are
-rounded to 1/65535 of the box in which a body moves. Where the package has no viewer.js, a ray traced picture is shown.
+What is shown is one self-contained piece of HTML: a frame with the viewer (python/viewer: JavaScript, bundled with three.js
+into viewer.js) and the data. It asks no server for anything, and works in a saved notebook and in a page made of one.
+Positions are rounded to 1/65535 of the box in which a body moves. Where the package has no viewer.js, a ray traced picture is
+shown.
 """
 from __future__ import annotations
 
@@ -178,8 +179,8 @@ def _film_object(each: Object, colors: Optional[str]) -> _Body:
         obstacle = each
         body.is_present = lambda frame: obstacle.is_present
     elif isinstance(each, Cloth) and colors is not None:
-        cloth = each
-        body.read_values = lambda frame, positions: _read_strain(cloth) if colors == "strain" else _measure(cloth.contact_forces)
+        cloth, is_strain = each, colors == "strain"
+        body.read_values = lambda frame, positions: _read_strain(cloth) if is_strain else _measure(cloth.contact_forces)
     return body
 
 
@@ -201,18 +202,21 @@ def _film_run(run: Run, frames: Any) -> _Film:
         numbers = numbers[frames]
     elif frames is not None:
         numbers = [run._number(int(frame)) for frame in np.atleast_1d(np.asarray(frames)).tolist()]
-    times = run.times
+    times = [run.get_frame(number).time for number in numbers]
     bodies = [_Body(each.name, "obstacle" if each.is_obstacle else "cloth", each.mesh.triangles, each.vertex_count,
                     each.read_positions, each.is_static, each.is_present, None if each.is_obstacle else each.mesh.positions)
               for each in run.bodies]
-    return _Film(f"Run {os.path.basename(os.path.normpath(run.path))}", bodies, numbers, [float(times[number]) for number in numbers])
+    return _Film(f"Run {os.path.basename(os.path.normpath(run.path))}", bodies, numbers, times)
 
 
 def _film_mesh(mesh: Mesh, frames: Optional[ArrayLike]) -> _Film:
     mesh._view()  # refuses arrays of the wrong shape
-    if mesh.triangle_count and int(mesh.triangles.max()) >= mesh.vertex_count:
-        raise InvalidArgumentError(f"the mesh has a triangle with vertex {int(mesh.triangles.max())}, and {mesh.vertex_count} vertices")
-    tracks = [mesh.positions] if frames is None else [to_doubles(each, 3, "frames", mesh.vertex_count) for each in np.asarray(frames)]
+    last = int(mesh.triangles.max()) if mesh.triangle_count else -1
+    if last >= mesh.vertex_count:
+        raise InvalidArgumentError(f"the mesh has a triangle with vertex {last}, and {mesh.vertex_count} vertices")
+    tracks = [mesh.positions]
+    if frames is not None:
+        tracks = [to_doubles(each, 3, "frames", mesh.vertex_count) for each in np.asarray(frames)]
     kind = "mesh" if frames is None else "cloth"
     body = _Body("mesh", kind, mesh.triangles, mesh.vertex_count, lambda frame: tracks[frame], rest=mesh.positions)
     return _Film(f"Mesh of {mesh.triangle_count} triangles", [body], list(range(len(tracks))))
@@ -275,8 +279,8 @@ def _pack(film: _Film, colors: Optional[str], limit: int) -> Optional[str]:
         if len(text) <= limit:
             return text
         if count == 1:
-            film.notes.append(f"This is a picture: one frame alone takes {len(text) / 1e6:.3g} MB, and the limit is {limit / 1e6:g} MB; "
-                              "megabytes= raises it.")
+            film.notes.append(f"This is a picture: one frame alone takes {len(text) / 1e6:.3g} MB, and the limit is "
+                              f"{limit / 1e6:g} MB; megabytes= raises it.")
             return None
         count = max(1, min(count - 1, int(0.97 * count * limit / len(text))))
 
@@ -310,8 +314,9 @@ def _pack_frames(film: _Film, colors: Optional[str], places: list[int], notes: l
         low = track.min(axis=(0, 1)) if body.vertex_count else np.zeros(3)
         step = (track.max(axis=(0, 1)) - low) / _STEPS if body.vertex_count else np.zeros(3)
         steps = np.rint((track - low) / np.where(step > 0, step, 1)).astype(np.uint16)
-        headers.append({"name": body.name, "kind": body.kind, "vertexCount": body.vertex_count, "triangleCount": len(body.triangles),
-                        "frameCount": len(track), "low": low.tolist(), "step": step.tolist(), "hasValues": bool(values[i]),
+        headers.append({"name": body.name, "kind": body.kind, "vertexCount": body.vertex_count,
+                        "triangleCount": len(body.triangles), "frameCount": len(track), "low": low.tolist(),
+                        "step": step.tolist(), "hasValues": bool(values[i]),
                         "present": None if all(present[i]) else present[i]})
         parts += [_to_planes(np.asarray(body.triangles, np.uint32)[None]), _to_planes(steps)]
         if values[i] and scale is not None:
@@ -410,8 +415,8 @@ def _show_picture(thing: Thing, film: _Film, width: Optional[int], height: int) 
         picture = f"<p>{about}</p>"
         film.notes.append(f"There is no picture: {problem}")
     markup = f"<figure>{picture}<figcaption>{html.escape(' '.join(film.notes))}</figcaption></figure>"
-    page = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{html.escape(film.title)}</title></head><body>{markup}</body></html>\n'
-    return View(markup, page, film.about)
+    head = f'<head><meta charset="utf-8"><title>{html.escape(film.title)}</title></head>'
+    return View(markup, f'<!doctype html>\n<html lang="en">{head}<body>{markup}</body></html>\n', film.about)
 
 
 def encode_png(pixels: NDArray[np.uint8]) -> bytes:

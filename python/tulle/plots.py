@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tulle import structs
-from tulle._library import core, ffi
+from tulle._library import ffi
 from tulle.errors import InvalidArgumentError
 from tulle.run import Run
+from tulle.world import STAGES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,8 +23,8 @@ def plot_report(run_or_reports: Reports, *, title: Optional[str] = None, width: 
     """Plots what each step did over simulated time: how long its stages took, contacts, the smallest gap, energies, solves and
     the largest stretch. Needs matplotlib.
 
-    run_or_reports: a Run, its `reports`, or reports that `World.step` gave. width: [inches]. Gives the figure, which a notebook shows where it is
-    the last value of a cell; `savefig` writes it.
+    run_or_reports: a Run, its `reports`, or reports that `World.step` gave. width: [inches]. Gives the figure, which a
+    notebook shows where it is the last value of a cell; `savefig` writes it.
     """
     reports = _collect(run_or_reports)
     if not reports.size:
@@ -34,7 +35,7 @@ def plot_report(run_or_reports: Reports, *, title: Optional[str] = None, width: 
     import matplotlib.pyplot as plt
     figure = plt.figure(figsize=(width, 1.45 * width), layout="constrained")
     panels = figure.subplots(6, 1, sharex=True, gridspec_kw={"height_ratios": [2, 1, 1, 1, 1, 1]})
-    figure.suptitle(title, parse_math=False)
+    figure.suptitle(title.replace("$", r"\$"))
     for draw, axes in zip((_draw_times, _draw_contacts, _draw_gaps, _draw_energies, _draw_solves, _draw_stretch), panels):
         draw(axes, reports, reports["time"])
         axes.grid(color="#dddddd", linewidth=0.6)
@@ -66,26 +67,27 @@ def _add_legend(axes: Any, handles: Any = None) -> None:
 
 def _draw_times(axes: Any, reports: NDArray[Any], time: NDArray[Any]) -> None:
     stages = reports["stage_seconds"]
-    names = [ffi.string(core.tulle_stage_name(i)).decode() for i in range(stages.shape[1])]
     rest = np.maximum(reports["total_seconds"] - stages.sum(axis=1), 0)
     colors = [f"C{i}" for i in range(stages.shape[1])] + ["#d0d0d0"]
-    axes.stackplot(time, *(1e3 * stages.T), 1e3 * rest, labels=[*names, "other"], colors=colors, linewidth=0)
+    axes.stackplot(time, *(1e3 * stages.T), 1e3 * rest, labels=[*STAGES, "other"], colors=colors, linewidth=0)
     mark = 1.04e3 * reports["total_seconds"].max()
-    for name, column, marker, color in (("impact zones", "rescue_impact_zones", "^", "#d08000"),
-                                        ("pieces scaled", "rescue_component_scalings", "o", "#8030a0"),
-                                        ("time shortened", "rescue_global_scalings", "s", "#d02020"), ("pinched", "pinched", "x", "#000000")):
+    marks = (("impact zones", "rescue_impact_zones", "^", "#d08000"),
+             ("pieces scaled", "rescue_component_scalings", "o", "#8030a0"),
+             ("time shortened", "rescue_global_scalings", "s", "#d02020"), ("pinched", "pinched", "x", "#000000"))
+    for name, column, marker, color in marks:
         steps = reports[column] > 0
         if steps.any():
-            axes.plot(time[steps], np.full(steps.sum(), mark), marker, color=color, markersize=4, label=f"{name}: {steps.sum()} steps")
+            label = f"{name}: {steps.sum()} steps"
+            axes.plot(time[steps], np.full(steps.sum(), mark), marker, color=color, markersize=4, label=label)
     axes.set_ylabel("step time [ms]")
     axes.set_ylim(bottom=0)
     _add_legend(axes)
 
 
 def _draw_contacts(axes: Any, reports: NDArray[Any], time: NDArray[Any]) -> None:
-    for column, name, color in (("contacts", "all", "#222222"), ("stick_contacts", "stick", "#1b6ab3"), ("slip_contacts", "slip", "#e8642c"),
-                                ("new_contacts", "new", "#c9a200"), ("hard_contacts", "hard", "#5b2a62")):
-        axes.plot(time, reports[column], color=color, linewidth=1.6 if name == "all" else 1.2, label=name)
+    axes.plot(time, reports["contacts"], color="#222222", linewidth=1.6, label="all")
+    for name, color in (("stick", "#1b6ab3"), ("slip", "#e8642c"), ("new", "#c9a200"), ("hard", "#5b2a62")):
+        axes.plot(time, reports[f"{name}_contacts"], color=color, linewidth=1.2, label=name)
     axes.set_ylabel("contacts")
     axes.set_ylim(bottom=0)
     _add_legend(axes)

@@ -13,6 +13,10 @@ import tulle
 ROOT = Path(__file__).resolve().parents[3]
 
 
+def write_page(path: Path, body: str) -> None:
+    path.write_text(f'<!doctype html><html lang="en"><title>{path.stem}</title><body>{body}</body></html>', encoding="utf-8")
+
+
 def write_views(place: Path) -> None:
     world = tulle.World(threads=1)
     sheet = tulle.make_shape("rectangle", size=(1, 1), resolution=21).transform(translation=(0, 0, 0.32))
@@ -29,11 +33,11 @@ def write_views(place: Path) -> None:
         strain = tulle.show(run, colors="strain")
         strain.write(place / "strain.html")
         tulle.show(run, megabytes=0.04).write(place / "thinned.html")
-        cells = "".join(f"<p>a cell</p>{each}" for each in (run._repr_html_(), strain.html, tulle.show(world, width=300, height=250).html))
-    (place / "cells.html").write_text(f'<!doctype html><html lang="en"><title>cells</title><body>{cells}</body></html>', encoding="utf-8")
+        views = (run._repr_html_(), strain.html, tulle.show(world, width=300, height=250).html)
+    write_page(place / "cells.html", "".join(f"<p>a cell</p>{each}" for each in views))
     # More views than a browser has WebGL contexts.
     ball = tulle.show(tulle.make_shape("sphere", radius=0.3, resolution=4), height=300).html
-    (place / "many.html").write_text(f'<!doctype html><html lang="en"><title>many</title><body>{ball * 24}</body></html>', encoding="utf-8")
+    write_page(place / "many.html", ball * 24)
     # A box has edges, and all of it is in the view; a motion of a mesh has no times.
     tulle.show(tulle.make_shape("box")).write(place / "box.html")
     frames = [sheet.positions + (0, 0, 0.1 * np.sin(k)) for k in range(5)]
