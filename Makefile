@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-notebooks coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-notebooks coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -282,6 +282,13 @@ test-docs: docs
 	@python3 tools/check_links.py
 	@sh tools/check_site.sh build/site
 
+# Sweeps under a Slurm of two nodes on this machine and on Dask clusters, with nodes and workers that die: docs/guide/sweeps.md. Some
+# minutes. Slurm's part needs root, and skips without it.
+test-sweep:
+	@$(INSTALL_PACKAGES) build slurm
+	@$(MAKE) --no-print-directory build-program
+	@PYTHONPATH=python TULLE=$(CURDIR)/$(BUILD)/tulle TULLE_TEST_CLUSTERS=1 "$$(sh paper/find_python.sh 'yaml, numpy, pytest')" -m pytest -p no:cacheprovider -v -rs python/tests/test_sweep*.py
+
 install: all
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 
@@ -333,6 +340,7 @@ help:
 	@echo "make test-notebooks   the viewer in a browser (installs chromium)"
 	@echo "make docs         the book as a static site with search, build/site (installs mkdocs and doxygen)"
 	@echo "make test-docs    the same; every public name has its comment, every link leads somewhere"
+	@echo "make test-sweep   sweeps under Slurm and on Dask, with nodes that die (installs them; some minutes)"
 	@echo "make install      to PREFIX (default /usr/local)"
 	@echo "make format       lay out the code; check-format, layers, sizes: check the rules of the house"
 	@echo "make clean        remove build/"

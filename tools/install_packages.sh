@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
 # usage: install_packages.sh ROLE...      ROLE: build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate,
-#                                 clang, ubsan, msan, fuzz, musl, m32, portability, docs
+#                                 clang, ubsan, msan, fuzz, musl, m32, portability, docs, slurm
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -122,8 +122,17 @@ needs() {
         echo "mkdocs-material file:/usr/share/mkdocs/themes/material/mkdocs_theme.yml needed"
         echo "doxygen        program:doxygen     needed"
         ;;
+    slurm)
+        echo "python3        program:python3     needed"
+        echo "python3-yaml   python:yaml         needed"
+        echo "python3-numpy  python:numpy        needed"
+        echo "python3-pytest python:pytest       needed"
+        echo "python3-distributed python:distributed optional"
+        echo "munge          file:/usr/sbin/munged optional"
+        echo "slurm-wlm      program:sbatch      optional"
+        ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability and docs" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs and slurm" >&2
         exit 2
         ;;
     esac

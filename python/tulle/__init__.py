@@ -9,16 +9,22 @@
 
 All quantities are in SI units: metres, kilograms, seconds, radians. docs/guide/python.md tells the rest.
 """
-from tulle._arrays import StateArray
-from tulle._library import version as __version__
-from tulle.detector import Detection, Detector, Judge, Verdict
-from tulle.errors import *  # noqa: F403
-from tulle.mesh import Mesh, make_shape
-from tulle.notebook import View, show
-from tulle.objects import Attachment, Body, Cloth, Object, Obstacle
-from tulle.plots import plot_report
-from tulle.program import check_files, convert, detect_files, find_program, render, run_program, simulate
-from tulle.run import PointCache, PointCacheWriter, Run, RunBody, RunFrame, RunWriter
-from tulle.scene import Scene
-from tulle.structs import *  # noqa: F403
-from tulle.world import STAGES, World, list_materials, make_material, replay, step_worlds
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tulle._names import *  # noqa: F403
+else:
+    # The libraries are loaded when a name is asked for: `python -m tulle.sweep` needs none of them.
+    def __getattr__(name):
+        if name.startswith("__") and name not in ("__all__", "__version__"):
+            raise AttributeError(name)
+        import importlib
+        _names = importlib.import_module("tulle._names")
+        public = {key: value for key, value in vars(_names).items() if not key.startswith("_")}
+        globals().update(public, __all__=sorted(public), __version__=_names.__version__)
+        if name not in globals():
+            raise AttributeError(f"module 'tulle' has no attribute '{name}'")
+        return globals()[name]
+
+    def __dir__():
+        return sorted({*globals(), *__getattr__("__all__")})

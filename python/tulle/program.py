@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import signal
 import struct
 import subprocess
@@ -16,13 +15,12 @@ import tempfile
 import threading
 import zlib
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tulle import _library
+from tulle import _find_program
 from tulle.errors import ParseError, ProgramError
 from tulle.mesh import PathLike
 from tulle.run import Run, RunWriter
@@ -34,16 +32,10 @@ Progress = Callable[[dict[str, Any]], None]
 
 def find_program() -> str:
     """The path of the program: that of the environment variable TULLE, of the package, of its build directory, or on PATH."""
-    chosen = os.environ.get("TULLE")
-    places = [Path(chosen)] if chosen else [_library.PACKAGE / "bin" / "tulle", _library.PACKAGE.parents[1] / "tulle"]
-    for place in places:
-        if place.is_file() and os.access(place, os.X_OK):
-            return str(place)
-    found = None if chosen else shutil.which("tulle")
-    if found is None:
-        raise ProgramError(f"the program tulle is not at {' or '.join(str(place) for place in places)}"
-                           f"{'' if chosen else ', nor on PATH'}; the environment variable TULLE says where it is")
-    return found
+    try:
+        return str(_find_program.find_program())
+    except FileNotFoundError as failure:
+        raise ProgramError(str(failure)) from None
 
 
 def run_program(*arguments: Union[str, PathLike], on_line: Optional[Callable[[str], None]] = None,
