@@ -61,13 +61,36 @@ def test_a_stale_array_cannot_be_read(world: tulle.World) -> None:
              lambda: positions.tolist(), lambda: list(positions), lambda: repr(positions), lambda: row * 2, lambda: half[0],
              lambda: positions.copy(), lambda: np.array_equal(positions, kept), lambda: pickle.dumps(positions),
              lambda: positions.reshape(-1), lambda: np.stack([positions]), lambda: f"{positions}", lambda: positions == kept,
-             lambda: positions.astype(np.float32), lambda: copy.deepcopy(positions), lambda: positions.T + 1, lambda: np.dot(positions, kept.T)]
+             lambda: positions.astype(np.float32), lambda: copy.deepcopy(positions), lambda: positions.T + 1, lambda: np.dot(positions, kept.T),
+             lambda: np.asarray(positions), lambda: np.array(positions), lambda: np.array([positions, kept]), lambda: positions.flat,
+             lambda: kept.__setitem__(slice(None), positions), lambda: np.full(kept.shape, positions), lambda: np.eye(144).dot(positions),
+             lambda: list(np.nditer(positions)), lambda: positions.data, lambda: positions.view(np.ndarray), lambda: positions.ctypes,
+             lambda: copy.copy(positions), lambda: np.random.default_rng(1).permutation(positions), lambda: half.T[0], lambda: 0.5 in positions,
+             lambda: tulle.Mesh([positions[0]], np.zeros((0, 3), int)), lambda: float(row[0])]
     for read in reads:
         with pytest.raises(tulle.StaleError, match="copy"):
             read()
     assert not np.array_equal(kept, world.cloths[0].positions)
     with pytest.raises(tulle.StaleError):
         world.obstacles[0].set_next_positions(positions)
+
+
+def test_an_array_of_a_state_does_what_an_array_does(world: tulle.World) -> None:
+    world.step(STEP)
+    guarded, velocities = world.cloths[0].positions, world.cloths[0].velocities
+    plain, filled = np.array(guarded), np.zeros(guarded.shape)
+    filled[:] = guarded
+    filled[3] += guarded[3]
+    assert np.array_equal(filled[4:], plain[4:]) and type(np.asarray(guarded)) is np.ndarray
+    for name in ("shape", "dtype", "ndim", "size", "nbytes", "strides", "itemsize"):
+        assert getattr(guarded, name) == getattr(plain, name)
+    for compute in (lambda a: a.T, lambda a: 1 - a, lambda a: a @ np.eye(3), lambda a: a[a[:, 2] > 0.4], lambda a: a.mean(axis=0), lambda a: a[3, 1],
+                    lambda a: a > 0, lambda a: np.asarray(a, np.float32), lambda a: np.einsum("ij,ij->i", a, velocities), lambda a: list(zip(a, a))[5][0],
+                    lambda a: np.linalg.norm(a, axis=1), lambda a: np.stack([a, a]), lambda a: a.reshape(-1), lambda a: [float(x) for x in a[:, 2]],
+                    lambda a: max(a[:, 0]), lambda a: f"{a[3, 1]:.4f} {a} {len(a)}", lambda a: 0.123 in a, lambda a: a.tobytes(), lambda a: bool(a[0, 0])):
+        assert np.array_equal(compute(guarded), compute(plain))  # type: ignore[no-untyped-call]
+    with pytest.raises(AttributeError):
+        guarded.no_such_thing
 
 
 def test_arrays_of_a_state_are_read_only(world: tulle.World) -> None:
@@ -77,6 +100,9 @@ def test_arrays_of_a_state_are_read_only(world: tulle.World) -> None:
         positions[0] = 0
     with pytest.raises(ValueError, match="read-only"):
         positions += 1
+    for protected in (positions, np.asarray(positions)):
+        with pytest.raises(ValueError, match="WRITEABLE"):
+            protected.flags.writeable = True
     with pytest.raises(ValueError, match="read-only"):
         world.cloths[0].triangles[0] = 0
     assert pickle.loads(pickle.dumps(positions)).tolist() == positions.tolist()

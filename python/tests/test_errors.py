@@ -49,6 +49,21 @@ def test_what_is_wrong_is_told(make, kind, words: str) -> None:
         make()
 
 
+@pytest.mark.parametrize(("use", "words"), [
+    (lambda world: world.add_cloth(None), "mesh should be a Mesh, not a NoneType"),
+    (lambda world: world.add_cloth(world.cloths[0]), "its `mesh` is one"),
+    (lambda world: world.add_obstacle("ball.obj"), "not a str"),
+    (lambda world: world.find_mesh_overlaps([[0, 1, 2]]), "not a list"),
+    (lambda world: tulle.Judge().find_intersections(world.cloths), "body 0 should be a Mesh, not a Cloth: its `mesh` is one"),
+    (lambda world: world.remove("sheet"), "not a str"),
+    (lambda world: world.find_object(3), "not by a int"),
+    (lambda world: world.attach("sheet", [0], [[0, 0, 0]]), "not a str"),
+    (lambda world: world.set_law(world.cloths[0], None), "not a NoneType")])
+def test_other_types_are_told(world: tulle.World, use, words: str) -> None:
+    with pytest.raises(TypeError, match=words):
+        use(world)
+
+
 def test_places_in_files(tmp_path) -> None:
     path = tmp_path / "scene.yaml"
     path.write_text("cloth:\n  - mesh: {shape: rectangle, resolution: [4, -4]}\n    materiel: silk\n")

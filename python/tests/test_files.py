@@ -18,6 +18,15 @@ SMALL = {"time.frames": 4, "cloth[0].mesh.resolution": [12, 12]}
 SCENE = ROOT / "scenes" / "sphere.yaml"
 
 
+def test_numbers_of_numpy_in_overrides() -> None:
+    plain = tulle.Scene(SCENE, {"time.frames": 7, "cloth[0].mesh.resolution": [9, 12], "gravity": [0.0, 0.0, -1.5]})
+    numpy = tulle.Scene(SCENE, {"time.frames": np.int64(7), "cloth[0].mesh.resolution": np.array([9, 12]),
+                                "gravity": [np.float32(0), 0, np.float64(-1.5)]})
+    assert numpy.frame_count == 7 and numpy.hash == plain.hash
+    with pytest.raises(TypeError, match="takes no set"):
+        tulle.Scene(SCENE, {"time.frames": {7}})
+
+
 @pytest.mark.parametrize("ending", ["obj", "ply", "vtp", "stl"])
 def test_meshes_come_back(tmp_path: Path, sheet: tulle.Mesh, ending: str) -> None:
     path = tmp_path / f"sheet.{ending}"

@@ -18,7 +18,9 @@ else:
     def __getattr__(name):
         if name.startswith("__") and name not in ("__all__", "__version__"):
             raise AttributeError(name)
-        import importlib
+        import importlib.util
+        if importlib.util.find_spec(f"tulle.{name}"):
+            return importlib.import_module(f"tulle.{name}")
         _names = importlib.import_module("tulle._names")
         public = {key: value for key, value in vars(_names).items() if not key.startswith("_")}
         globals().update(public, __all__=sorted(public), __version__=_names.__version__)

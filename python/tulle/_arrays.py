@@ -4,7 +4,7 @@ from __future__ import annotations
 from typing import Any, Optional
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from tulle._library import ffi
 from tulle.errors import InvalidArgumentError, StaleError
@@ -83,39 +83,48 @@ def copy_from(pointer: Any, count: int, dtype: Any, columns: int = 1) -> NDArray
 
 
 class Clock:
-    """Counts the states that a world has had."""
+    """Numbers the states of a world; no two have the same number."""
 
-    __slots__ = ("now",)
+    __slots__ = ("now", "_last")
 
     def __init__(self) -> None:
-        self.now = 0
+        self.now = self._last = 0
+
+    def advance(self) -> int:
+        """Goes on to a number that no state has had. Gives the former, to put back into `now` where the state stays."""
+        former, self._last = self.now, self._last + 1
+        self.now = self._last
+        return former
 
 
-class StateArray(np.ndarray):  # type: ignore[type-arg]
+class StateArray(np.lib.mixins.NDArrayOperatorsMixin):
     """Numbers of one state of a world, such as the positions of a cloth; read only.
 
-    Once the world has gone on, reading it raises StaleError, so that nobody computes with an old state by mistake. Ask the
-    object again for those of the new state, or keep the old ones with `.copy()` or `np.array(...)` in time. What is
-    computed from it is an ordinary array.
+    It does all that a numpy array does. Once the world has gone on, reading it raises StaleError, so that nobody computes
+    with an old state by mistake; parts of it, such as `positions[:, 2]` and `positions.T`, do so as well. Ask the object again for those
+    of the new state, or keep the old ones with `.copy()` or `np.array(...)` in time. What is computed from it is an ordinary array.
     """
 
-    _clock: Optional[Clock] = None
-    _made = 0
+    # It holds an array rather than being one: numpy reads an array, of a subclass too, without asking it.
+    __slots__ = ("_array", "_clock", "_made")
 
-    def __array_finalize__(self, source: Any) -> None:
-        if source is not None:
-            self._clock = getattr(source, "_clock", None)
-            self._made = getattr(source, "_made", 0)
-
-    def _check(self) -> None:
-        clock = self._clock
-        if clock is not None and clock.now != self._made:
-            raise StaleError("the array is of a state that the world has left: ask the object for it again after each step, "
-                             "or keep it with .copy() before the next one")
+    def __init__(self, array: NDArray[Any], clock: Clock, made: int) -> None:
+        self._array, self._clock, self._made = array, clock, made
 
     def _plain(self) -> NDArray[Any]:
-        self._check()
-        return self.view(np.ndarray)
+        """The ordinary array, of this state."""
+        if self._clock.now != self._made:
+            raise StaleError("the array is of a state that the world has left: ask the object for it again after each step, "
+                             "or keep it with .copy() before the next one")
+        return self._array
+
+    def _guard(self, part: Any) -> Any:
+        """Guards a view of the array as itself."""
+        return StateArray(part, self._clock, self._made) if isinstance(part, np.ndarray) and part.base is not None else part
+
+    def __array__(self, dtype: DTypeLike = None, copy: Optional[bool] = None) -> NDArray[Any]:
+        array = self._plain()
+        return np.array(array, dtype) if copy or (dtype is not None and dtype != array.dtype) else array.view()
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **others: Any) -> Any:
         return getattr(ufunc, method)(*_strip(inputs), **_strip(others))
@@ -123,26 +132,40 @@ class StateArray(np.ndarray):  # type: ignore[type-arg]
     def __array_function__(self, function: Any, types: Any, arguments: Any, others: Any) -> Any:
         return function(*_strip(arguments), **_strip(others))
 
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(f"a StateArray has no {name}")
+        return self._guard(getattr(self._array if name in ("shape", "dtype", "ndim", "size", "nbytes") else self._plain(), name))
+
+    def __dir__(self) -> list[str]:
+        return dir(self._array)
+
     def __getitem__(self, key: Any) -> Any:
-        self._check()
-        return super().__getitem__(key)
+        return self._guard(self._plain()[_strip(key)])
 
-    def __eq__(self, other: Any) -> Any:  # numpy would turn the error into a warning
-        return self._plain() == _strip(other)
+    def __setitem__(self, key: Any, value: Any) -> None:
+        self._plain()[key] = value  # which numpy refuses
 
-    def __ne__(self, other: Any) -> Any:
-        return self._plain() != _strip(other)
-
-    __hash__ = None
+    def __len__(self) -> int:
+        return len(self._array)
 
     def __iter__(self) -> Any:
         return iter(self._plain())
 
-    def __array__(self, *arguments: Any, **others: Any) -> Any:
-        return np.array(self._plain(), *arguments, **others)
+    def __contains__(self, value: Any) -> bool:
+        return value in self._plain()
 
-    def __reduce__(self) -> Any:
-        return np.array(self._plain()).__reduce__()
+    def __bool__(self) -> bool:
+        return bool(self._plain())
+
+    def __float__(self) -> float:
+        return float(self._plain())
+
+    def __int__(self) -> int:
+        return int(self._plain())
+
+    def __format__(self, form: str) -> str:
+        return format(self._plain(), form)
 
     def __repr__(self) -> str:
         return repr(self._plain())
@@ -150,50 +173,22 @@ class StateArray(np.ndarray):  # type: ignore[type-arg]
     def __str__(self) -> str:
         return str(self._plain())
 
-    def __deepcopy__(self, memo: Any) -> NDArray[Any]:  # type: ignore[override]
-        return self.copy()
-
-    def copy(self, order: Any = "C") -> NDArray[Any]:  # type: ignore[override]
-        """An ordinary array with the same numbers, to keep."""
-        return self._plain().copy(order)
-
-    def __float__(self) -> float:
-        return float(self._plain())
-
-
-def _guard_methods() -> None:
-    """Lets the methods of an array that read its numbers refuse a stale one, too."""
-    def make(name: str) -> Any:
-        def method(self: StateArray, *arguments: Any, **others: Any) -> Any:
-            return getattr(self._plain(), name)(*arguments, **others)
-        method.__name__ = name
-        method.__doc__ = getattr(np.ndarray, name).__doc__
-        return method
-
-    for name in ("all", "any", "argmax", "argmin", "argsort", "astype", "choose", "clip", "compress", "cumprod", "cumsum",
-                 "dot", "dump", "dumps", "flatten", "item", "max", "mean", "min", "nonzero", "prod", "ptp", "ravel", "repeat",
-                 "reshape", "round", "std", "sum", "take", "tobytes", "tofile", "tolist", "trace", "transpose", "var"):
-        if hasattr(np.ndarray, name):
-            setattr(StateArray, name, make(name))
-
-
-_guard_methods()
+    def __reduce__(self) -> Any:
+        return self._plain().copy().__reduce__()
 
 
 def _strip(value: Any) -> Any:
     """Ordinary arrays in place of those of a state, within lists, tuples and dictionaries, too."""
     if isinstance(value, StateArray):
         return value._plain()
-    if isinstance(value, (list, tuple)):
-        return type(value)(_strip(part) for part in value) if type(value) in (list, tuple) else value
-    if isinstance(value, dict):
+    if type(value) in (list, tuple):
+        return type(value)(_strip(part) for part in value)
+    if type(value) is dict:
         return {key: _strip(part) for key, part in value.items()}
     return value
 
 
-def make_state_array(array: NDArray[Any], clock: Clock) -> StateArray:
-    """Guards an array that nobody else holds."""
+def make_state_array(array: NDArray[Any], clock: Clock, made: int) -> StateArray:
+    """Guards an array that nobody else holds, of the state with the number `made`."""
     array.flags.writeable = False
-    guarded = array.view(StateArray)
-    guarded._clock, guarded._made = clock, clock.now
-    return guarded
+    return StateArray(array.view(), clock, made)  # a view, which cannot be made writeable again

@@ -35,7 +35,7 @@ def _find_libraries() -> tuple[str, str]:
     for directory in _list_directories():
         if all((directory / name).exists() for name in names):
             return str(directory / names[0]), str(directory / names[1])
-    if "TULLE_LIBRARY_PATH" in os.environ:
+    if os.environ.get("TULLE_LIBRARY_PATH"):
         raise ImportError(f"tulle: TULLE_LIBRARY_PATH names no directory with {names[0]} and {names[1]}: "
                           f"{os.environ['TULLE_LIBRARY_PATH']}")
     return names
@@ -68,7 +68,10 @@ def _check_structs() -> None:
 
 
 core, io = _load()
-_check_structs()
+try:
+    _check_structs()
+except ffi.error as failure:
+    raise ImportError(f"tulle: the package does not fit the library: {failure}. Make both from the same sources") from None
 
 version: str = ffi.string(core.tulle_version()).decode()
 """Version of the library: MAJOR.MINOR.PATCH."""

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from tulle import structs
 from tulle._arrays import Indices, copy_from, point_to, to_doubles, to_indices
+from tulle._handles import Unique, take_turn
 from tulle._library import core, ffi
-from tulle.errors import BusyError, ClosedError, InvalidArgumentError, check, make_error_buffer, make_exception
-from tulle.mesh import Mesh
+from tulle.errors import ClosedError, InvalidArgumentError, check, make_error_buffer, make_exception
+from tulle.mesh import Mesh, view_mesh
 
 _INTERRUPTED = int(structs.Status.INTERRUPTED)
 
@@ -30,7 +31,7 @@ class Detection:
     """What the call did."""
 
 
-class Detector:
+class Detector(Unique):
     """Finds every pair of a vertex and a triangle, and of two edges, that comes within its separation in a motion.
 
     >>> detector = Detector(mesh.triangles, mesh.vertex_count, thickness=1e-3)
@@ -64,6 +65,15 @@ class Detector:
         self._handle, self._lock = handle[0], threading.Lock()
         self._vertex_count, self._triangle_count = vertex_count, rows.shape[0]
 
+    def _using(self) -> threading.Lock:
+        """The lock, for `with`."""
+        return take_turn(self._lock, "the detector")
+
+    def _open(self) -> Any:
+        if self._handle is None:
+            raise ClosedError("the detector was closed")
+        return self._handle
+
     def find_events(self, start: ArrayLike, end: ArrayLike) -> Detection:
         """All events of the motion from `start` to `end`, (vertices, 3) [m] each."""
         return self._find(core.tulle_detector_find_events, start, end)
@@ -93,40 +103,27 @@ class Detector:
     def _find(self, function: Any, start: ArrayLike, end: ArrayLike, *others: Any) -> Detection:
         rows = [to_doubles(values, 3, name, self._vertex_count) for values, name in ((start, "start"), (end, "end"))]
         result = ffi.new("tulle_detect_result *")
-        if not self._lock.acquire(False):
-            raise BusyError("the detector is in use by another thread, or by the call that calls back")
-        try:
-            if self._handle is None:
-                raise ClosedError("the detector was closed")
-            status = function(self._handle, *(point_to(row, "double *") for row in rows), *others, result, self._error)
+        with self._using():
+            status = function(self._open(), *(point_to(row, "double *") for row in rows), *others, result, self._error)
             if status and not (status == _INTERRUPTED and others):  # a receiver may ask to stop
                 raise make_exception(status, self._error)
             events = copy_from(result.events, 0 if result.events == ffi.NULL else result.event_count, structs.DETECT_EVENT)
-        finally:
-            self._lock.release()
         return Detection(events, result.earliest_time, structs.DetectStatistics(result.statistics, result))
 
     @property
     def patches(self) -> Optional[Indices]:
         """The patches in use after the last call: a label for each triangle, 0 for an isolated one; None: there are none."""
-        if not self._lock.acquire(False):
-            raise BusyError("the detector is in use by another thread, or by the call that calls back")
-        try:
-            if self._handle is None:
-                raise ClosedError("the detector was closed")
-            labels = core.tulle_detector_get_patches(self._handle)
+        with self._using():
+            labels = core.tulle_detector_get_patches(self._open())
             return None if labels == ffi.NULL else copy_from(labels, self._triangle_count, np.uint32)
-        finally:
-            self._lock.release()
 
     def close(self) -> None:
         """Releases the detector."""
         if self._handle is not None:
-            if not self._lock.acquire(False):
-                raise BusyError("the detector is in use by another thread, or by the call that calls back")
-            handle, self._handle = self._handle, None
-            core.tulle_detector_destroy(handle)
-            self._lock.release()
+            with self._using():
+                handle, self._handle = self._handle, None
+                if handle is not None:
+                    core.tulle_detector_destroy(handle)
 
     def __enter__(self) -> Detector:
         return self
@@ -175,7 +172,7 @@ class Judge:
         bodies = [(mesh, 0) for mesh in cloths] + [(mesh, 1) for mesh in obstacles]
         made = ffi.new("tulle_check_body[]", len(bodies) or 1)
         for i, (mesh, is_obstacle) in enumerate(bodies):
-            made[i].mesh, made[i].is_obstacle = mesh._view(), is_obstacle
+            made[i].mesh, made[i].is_obstacle = view_mesh(mesh, f"body {i}"), is_obstacle
         result, error = ffi.new("tulle_check_result *"), make_error_buffer()
         check(core.tulle_check_intersections(made, len(bodies), self.threads, result, error), error)
         try:

@@ -137,6 +137,14 @@ class Mesh:
         return represent(self)
 
 
+def view_mesh(mesh: Mesh, what: str = "mesh") -> Any:
+    """A mesh that a caller gives, for a call of the library; it must outlive the call."""
+    if not isinstance(mesh, Mesh):
+        hint = ": its `mesh` is one" if hasattr(mesh, "mesh") else ""
+        raise TypeError(f"{what} should be a Mesh, not a {type(mesh).__name__}{hint}")
+    return mesh._view()
+
+
 def _take(mesh: Any) -> Mesh:
     """A mesh of the library as one of Python; releases the former."""
     try:

@@ -101,6 +101,8 @@ class Object:
         raise InvalidArgumentError(f"\"{self._name}\" was removed from its world, or the world has not started")
 
     def _read(self, name: str) -> StateArray:
+        clock = self.world._clock
+        made = clock.now  # before it is read: should another thread step meanwhile, the array is stale, not wrong
         if name in ("positions", "velocities"):
             kind = "cloth" if isinstance(self, Cloth) else "obstacle"
             array = self._read_borrowed(getattr(core, f"tulle_{kind}_get_{name}"))
@@ -108,8 +110,8 @@ class Object:
             rows = self._triangle_count if name == "strains" else self._vertex_count
             array = np.empty((rows, 3))
             self._copy_values(structs.Values[name.upper()], array)
-        made = self._arrays[name] = make_state_array(array, self.world._clock)
-        return made
+        guarded = self._arrays[name] = make_state_array(array, clock, made)
+        return guarded
 
     @property
     def positions(self) -> StateArray:
@@ -151,7 +153,7 @@ class Object:
         rows = self._triangle_count if kind == structs.Values.STRAINS else self._vertex_count
         if out is None:
             out = np.empty((rows, 3), dtype)
-        if not isinstance(out, np.ndarray) or isinstance(out, StateArray) or out.shape != (rows, 3):
+        if not isinstance(out, np.ndarray) or out.shape != (rows, 3):
             raise InvalidArgumentError(f"out should be an array of shape ({rows}, 3), not {getattr(out, 'shape', type(out))}")
         if out.dtype not in _TARGET_TYPES:
             raise InvalidArgumentError(f"out should hold float64 or float32, not {out.dtype}")

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from tulle import structs
 from tulle._arrays import Doubles, copy_from, point_to, to_doubles
+from tulle._handles import Unique, take_turn
 from tulle._library import ffi, io
 from tulle._structs import decode
-from tulle.errors import BusyError, ClosedError, InvalidArgumentError, check, make_error_buffer
+from tulle.errors import ClosedError, InvalidArgumentError, check, make_error_buffer
 from tulle.mesh import Mesh, PathLike, copy_view, encode_path
 from tulle.objects import Body, Cloth, Obstacle
 from tulle.world import World
@@ -23,25 +24,24 @@ class _Handle:
     """A handle of the library that one thread at a time may use."""
 
     def __init__(self, pointer: Any, release: Any, what: str) -> None:
-        self.pointer, self.what, self._lock = ffi.gc(pointer, release), what, threading.Lock()
+        self._pointer, self._what, self._lock = ffi.gc(pointer, release), what, threading.Lock()
 
-    def __enter__(self) -> Any:
-        if not self._lock.acquire(False):
-            raise BusyError(f"{self.what} is in use by another thread")
-        if self.pointer is None:
-            self._lock.release()
-            raise ClosedError(f"{self.what} was closed")
-        return self.pointer
+    def using(self) -> threading.Lock:
+        """The lock, for `with`."""
+        return take_turn(self._lock, self._what)
 
-    def __exit__(self, *unused: object) -> None:
-        self._lock.release()
+    def get(self) -> Any:
+        """What to hand to the library; the lock is held."""
+        if self._pointer is None:
+            raise ClosedError(f"{self._what} was closed")
+        return self._pointer
 
     def close(self) -> None:
         """Releases it; nothing happens where it is closed."""
         with self._lock:
-            if self.pointer is not None:
-                ffi.release(self.pointer)
-                self.pointer = None
+            if self._pointer is not None:
+                ffi.release(self._pointer)
+                self._pointer = None
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,8 @@ class RunBody:
         """Its mesh where it starts."""
         if self._mesh is None:
             view, error = ffi.new("tulle_mesh_view *"), make_error_buffer()
-            with self._run._handle as reader:
-                check(io.tulle_run_reader_get_mesh(reader, self.index, view, error), error)
+            with self._run._handle.using():
+                check(io.tulle_run_reader_get_mesh(self._run._handle.get(), self.index, view, error), error)
                 self._mesh = copy_view(view)
         return self._mesh
 
@@ -91,15 +91,16 @@ class RunBody:
             raise InvalidArgumentError(f"out should be a writeable array of float64 without gaps, of shape ({self.vertex_count}, 3)")
         error = make_error_buffer()
         number = self._run._number(frame)
-        with self._run._handle as reader:
-            check(io.tulle_run_reader_read_positions(reader, number, self.index, point_to(out, "double *"), error), error)
+        with self._run._handle.using():
+            check(io.tulle_run_reader_read_positions(self._run._handle.get(), number, self.index, point_to(out, "double *"), error),
+                  error)
         return out
 
     def is_present(self, frame: int) -> bool:
         """Whether it is in the scene at a frame."""
         number = self._run._number(frame)
-        with self._run._handle as reader:
-            return bool(io.tulle_run_reader_is_present(reader, number, self.index))
+        with self._run._handle.using():
+            return bool(io.tulle_run_reader_is_present(self._run._handle.get(), number, self.index))
 
     def __repr__(self) -> str:
         return f"RunBody(\"{self.name}\")"
@@ -120,8 +121,8 @@ class Run:
         check(io.tulle_run_reader_open(encode_path(directory), made, error), error)
         self._handle = _Handle(made[0], io.tulle_run_reader_close, "the run")
         self.path = os.fspath(directory)
-        with self._handle as reader:
-            info = io.tulle_run_reader_get_info(reader)
+        with self._handle.using():
+            info = io.tulle_run_reader_get_info(self._handle.get())
             self.version = decode(info.version)
             self.scene_path = decode(info.scene_path)
             self.scene_text = decode(info.scene_text)
@@ -176,36 +177,36 @@ class Run:
         """What there is to know of a frame, from 0; negative ones count from the end."""
         time, step, state = ffi.new("double *"), ffi.new("uint64_t *"), ffi.new("uint64_t *")
         number = self._number(frame)
-        with self._handle as reader:
-            io.tulle_run_reader_get_frame(reader, number, time, step, state)
+        with self._handle.using():
+            io.tulle_run_reader_get_frame(self._handle.get(), number, time, step, state)
         return RunFrame(number, time[0], step[0], state[0])
 
     @property
     def reports(self) -> NDArray[Any]:
         """STEP_REPORT records: what each step did."""
         given, count, error = ffi.new("const tulle_step_report **"), ffi.new("size_t *"), make_error_buffer()
-        with self._handle as reader:
-            check(io.tulle_run_reader_get_reports(reader, given, count, error), error)
+        with self._handle.using():
+            check(io.tulle_run_reader_get_reports(self._handle.get(), given, count, error), error)
             return copy_from(given[0], count[0], structs.STEP_REPORT)
 
     def get_lags(self, frame: int) -> NDArray[Any]:
         """RUN_LAG records: the obstacles that lag behind their frames at a frame."""
         given, count = ffi.new("const tulle_run_lag **"), ffi.new("size_t *")
         number = self._number(frame)
-        with self._handle as reader:
-            io.tulle_run_reader_get_lags(reader, number, given, count)
+        with self._handle.using():
+            io.tulle_run_reader_get_lags(self._handle.get(), number, given, count)
             return copy_from(given[0], count[0], structs.RUN_LAG)
 
     def find_damage(self) -> list[tuple[str, Optional[int], str]]:
         """What is not as the run wrote it: file, first damaged frame or None, message. Reads all of the run."""
         given, count, error = ffi.new("const tulle_run_damage **"), ffi.new("size_t *"), make_error_buffer()
-        with self._handle as reader:
-            check(io.tulle_run_reader_find_damage(reader, given, count, error), error)
+        with self._handle.using():
+            check(io.tulle_run_reader_find_damage(self._handle.get(), given, count, error), error)
             return [(decode(each.file), None if each.frame < 0 else each.frame, decode(each.message))
                     for each in given[0][0:count[0]]] if count[0] else []
 
 
-class RunWriter:
+class RunWriter(Unique):
     """Writes what a world does to a run directory, which the program, `Run` and other tools read.
 
     >>> with RunWriter("out/mine", world, time_step=1 / 90) as writer:
@@ -239,15 +240,14 @@ class RunWriter:
         made, error = ffi.new("tulle_run_writer **"), make_error_buffer()
         existing = structs.RunExisting.REPLACE if replace else structs.RunExisting.REFUSE
         check(io.tulle_run_create(definition, int(existing), made, error), error)
-        self._writer, self._error = made[0], error
+        self._writer, self._error, self._lock = made[0], error, threading.Lock()
         self._outcome = ffi.new("tulle_run_outcome *")
-        self._message = ""
         self.write_frame()
 
     def write_frame(self) -> None:
         """Appends the present state as a frame. Raises DiskFullError, FileError; the frames before are whole then."""
         world, frame = self._world, ffi.new("tulle_run_frame *")
-        arrays = [[each.positions for each in self._objects], [each.velocities for each in self._objects]]
+        arrays = [[np.asarray(each.positions) for each in self._objects], [np.asarray(each.velocities) for each in self._objects]]
         rows = [ffi.new("double *[]", [point_to(array, "double *") for array in each] or [ffi.NULL]) for each in arrays]
         present = ffi.new("int[]", [int(isinstance(each, Cloth) or each.is_present) for each in self._objects] or [0])
         dynamic = [each for each in self._objects if isinstance(each, Body)]
@@ -256,25 +256,32 @@ class RunWriter:
             transforms[i] = body.transform._c[0]
         frame.time, frame.step, frame.state_hash = world.time, world.step_count, world.state_hash
         frame.positions, frame.velocities, frame.is_present, frame.transforms = rows[0], rows[1], present, transforms
-        check(io.tulle_run_write_frame(self._use(), frame, self._error), self._error)
+        with self._using():
+            check(io.tulle_run_write_frame(self._get(), frame, self._error), self._error)
 
     def write_report(self, report: structs.StepReport) -> None:
         """Appends what a step did."""
         whole = report._c if ffi.typeof(report._c).kind == "pointer" else ffi.addressof(report._c)
-        check(io.tulle_run_write_report(self._use(), whole, self._error), self._error)
-        io.tulle_run_outcome_add(self._outcome, whole)
-        io.tulle_run_set_outcome(self._use(), self._outcome)
+        with self._using():
+            check(io.tulle_run_write_report(self._get(), whole, self._error), self._error)
+            io.tulle_run_outcome_add(self._outcome, whole)
+            io.tulle_run_set_outcome(self._get(), self._outcome)
 
-    def _use(self) -> Any:
+    def _using(self) -> threading.Lock:
+        """The lock, for `with`."""
+        return take_turn(self._lock, "the run")
+
+    def _get(self) -> Any:
         if self._writer is None:
             raise ClosedError("the run was closed")
         return self._writer
 
     def close(self, state: structs.RunState = structs.RunState.FINISHED, message: str = "") -> None:
         """Ends the run as `state`."""
-        if self._writer is not None:
+        with self._using():
             writer, self._writer = self._writer, None
-            check(io.tulle_run_close(writer, int(state), message.encode() or ffi.NULL, self._error), self._error)
+            if writer is not None:
+                check(io.tulle_run_close(writer, int(state), message.encode() or ffi.NULL, self._error), self._error)
 
     def __enter__(self) -> RunWriter:
         return self
@@ -309,8 +316,9 @@ class PointCache:
         if not -self.frame_count <= frame < self.frame_count:
             raise IndexError(f"there is no frame {frame}; the cache has {self.frame_count}")
         positions, error = np.empty((self.vertex_count, 3)), make_error_buffer()
-        with self._handle as cache:
-            check(io.tulle_pc2_read_frame(cache, frame % self.frame_count, point_to(positions, "double *"), error), error)
+        with self._handle.using():
+            check(io.tulle_pc2_read_frame(self._handle.get(), frame % self.frame_count, point_to(positions, "double *"), error),
+                  error)
         return positions
 
     def close(self) -> None:
@@ -318,27 +326,29 @@ class PointCache:
         self._handle.close()
 
 
-class PointCacheWriter:
+class PointCacheWriter(Unique):
     """A PC2 file that is written frame by frame; it is valid after each."""
 
     def __init__(self, path: PathLike, vertex_count: int, resume_frame_count: int = 0) -> None:
         """Opens the file; `resume_frame_count` keeps that many frames of one that is there."""
         made, error = ffi.new("tulle_pc2_writer **"), make_error_buffer()
         check(io.tulle_pc2_writer_open(encode_path(path), vertex_count, resume_frame_count, made, error), error)
-        self._writer, self._error, self._vertex_count = made[0], error, vertex_count
+        self._writer, self._error, self._vertex_count, self._lock = made[0], error, vertex_count, threading.Lock()
 
     def append(self, positions: ArrayLike) -> None:
         """Appends a frame: (vertices, 3) [m], rounded to floats."""
-        if self._writer is None:
-            raise ClosedError("the point cache was closed")
         rows = to_doubles(positions, 3, "positions", self._vertex_count)
-        check(io.tulle_pc2_writer_append(self._writer, point_to(rows, "double *"), self._error), self._error)
+        with take_turn(self._lock, "the point cache"):
+            if self._writer is None:
+                raise ClosedError("the point cache was closed")
+            check(io.tulle_pc2_writer_append(self._writer, point_to(rows, "double *"), self._error), self._error)
 
     def close(self) -> None:
         """Flushes the file to disk and releases it. Raises FileError, DiskFullError."""
-        if self._writer is not None:
+        with take_turn(self._lock, "the point cache"):
             writer, self._writer = self._writer, None
-            check(io.tulle_pc2_writer_close(writer, self._error), self._error)
+            if writer is not None:
+                check(io.tulle_pc2_writer_close(writer, self._error), self._error)
 
     def __enter__(self) -> PointCacheWriter:
         return self

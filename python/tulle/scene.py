@@ -5,6 +5,8 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, Optional, Union
 
+import numpy as np
+
 from tulle._library import ffi, io
 from tulle._structs import decode
 from tulle.errors import ClosedError, Error, check, make_error_buffer, make_exception
@@ -16,11 +18,19 @@ Overrides = Union[Mapping[str, Any], Sequence[str]]
 
 
 def format_overrides(overrides: Overrides) -> list[str]:
-    """"path=value" texts, as `tulle run --set` takes them; values that are not text become JSON, which is YAML."""
+    """"path=value" texts, as `tulle run --set` takes them; values that are not text become JSON, which is YAML.
+
+    Numbers and arrays of numpy are such values, too.
+    """
+    def to_plain(value: Any) -> Any:
+        if isinstance(value, (np.generic, np.ndarray)):
+            return value.tolist()
+        raise TypeError(f"a scene takes no {type(value).__name__}, as {value!r}")
+
     if isinstance(overrides, str):
         raise TypeError("overrides should be a dictionary, or a list of \"path=value\"")
     if isinstance(overrides, Mapping):
-        return [f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in overrides.items()]
+        return [f"{key}={value if isinstance(value, str) else json.dumps(value, default=to_plain)}" for key, value in overrides.items()]
     return list(overrides)
 
 

@@ -2,7 +2,10 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
+from itertools import compress
+from operator import methodcaller
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -10,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from tulle import structs
 from tulle._arrays import Clock, copy_from, point_to, to_doubles, to_indices, to_vector
+from tulle._handles import Unique, take_turn
 from tulle._library import core, ffi
 from tulle._structs import decode, refuse_unknown
 from tulle.errors import (BusyError, ClosedError, Error, InvalidArgumentError, make_error_buffer, make_exception)
-from tulle.mesh import Mesh, PathLike
+from tulle.mesh import Mesh, PathLike, view_mesh
 from tulle.objects import Attachment, Body, Cloth, Object, Obstacle
 
 Frames = Union[ArrayLike, Callable[[int], ArrayLike]]
@@ -21,20 +25,22 @@ _MAIN_THREAD = threading.main_thread().ident
 STAGES: tuple[str, ...] = tuple(decode(core.tulle_stage_name(i)) for i in range(structs.STAGE_COUNT))
 """The names of the stages of a step, in the order in which a step runs them and reports tell their seconds."""
 _NOT_STEPPED = 99  # no status
-_INTERRUPTED = int(structs.Status.INTERRUPTED)
+_try_to_acquire, _release = methodcaller("acquire", False), methodcaller("release")
 
 
 class _Callbacks:
-    """What a world calls back: an exception of one ends the step, and is raised by it."""
+    """What a world calls back: an exception of one ends the call of the library, and is raised by it."""
 
-    def __init__(self) -> None:
+    def __init__(self, flag: Any) -> None:
         self.failure: Optional[BaseException] = None
         self.kept: list[Any] = []  # cffi's handles, which the library holds
+        self._flag = flag
 
     def note(self, kind: Any, failure: BaseException, trace: Any) -> None:
         """For cffi's onerror."""
         if self.failure is None:
             self.failure = failure
+        self._flag[0] = b"1"  # not every callback can tell the library that it failed
 
     def take(self) -> Optional[BaseException]:
         """The exception of a callback since the last call."""
@@ -42,7 +48,7 @@ class _Callbacks:
         return failure
 
 
-class World:
+class World(Unique):
     """A world of cloth and obstacles.
 
     >>> world = World(gravity=(0, 0, -9.81))
@@ -58,7 +64,7 @@ class World:
 
     One thread at a time may use a world; another one that tries meanwhile gets BusyError. Different worlds may run in
     different threads at once: steps release the interpreter. Ctrl-C ends a step of the main thread; the world is then as it
-    was before the step.
+    was before the step or, where the step was just done, as after it: `step_count` tells.
     """
 
     _handle: Any = None
@@ -79,10 +85,10 @@ class World:
         self._lock = threading.Lock()
         self._error = make_error_buffer()
         self._clock = Clock()
-        self._callbacks = _Callbacks()
         self._cloths: list[Cloth] = []
         self._obstacles: list[Obstacle] = []
-        self._flag = ffi.new("char[2]", b"0")  # "1" asks a step in another thread to stop
+        self._flag = ffi.new("char[2]", b"0")  # "1" asks a step to stop
+        self._callbacks = _Callbacks(self._flag)
         self._is_started = False
         self._recording: Any = None
         self._asks: Any = None
@@ -102,7 +108,7 @@ class World:
             return
         with self._using():
             handle, self._handle = self._handle, None
-            self._clock.now += 1
+            self._clock.advance()
             self._destroy(handle)
             if self._recording is not None:
                 self._recording.close()
@@ -123,6 +129,8 @@ class World:
     def __repr__(self) -> str:
         if self._handle is None:
             return "World(closed)"
+        if self._lock.locked():
+            return "World(in use)"
         return f"World({len(self._cloths)} cloths, {len(self._obstacles)} obstacles, time={self.time:g} s)"
 
     def _repr_html_(self) -> Optional[str]:
@@ -130,46 +138,48 @@ class World:
         from tulle.notebook import represent
         return None if self._handle is None else represent(self)
 
-    def _using(self) -> Any:
-        """Holds the world for this thread."""
-        if not self._lock.acquire(False):
-            raise BusyError("the world is in use by another thread, or by the call that calls back: use one thread at a time")
-        return _Release(self._lock)
+    def _using(self) -> threading.Lock:
+        """The lock, for `with`."""
+        return take_turn(self._lock, "the world")
 
     def _get(self, function: Any, *arguments: Any) -> Any:
         """What a function that takes the world gives."""
-        if not self._lock.acquire(False):
-            raise BusyError("the world is in use by another thread, or by the call that calls back: use one thread at a time")
-        try:
+        with self._using():
             if self._handle is None:
                 raise ClosedError("the world was closed")
             return function(self._handle, *arguments)
-        finally:
-            self._lock.release()
 
     def _call(self, function: Any, *arguments: Any) -> None:
         """Calls a function that takes the world first and an error last; raises what it says, or what a callback raised."""
         with self._using():
             if self._handle is None:
                 raise ClosedError("the world was closed")
-            status = function(self._handle, *arguments, self._error)
-            failure = self._callbacks.take()
-            if status == _INTERRUPTED and _interrupted:
-                raise _interrupted.pop()
-            if status:
-                raise failure if failure is not None else make_exception(status, self._error)
+            self._check(function(self._handle, *arguments, self._error))
+
+    def _check(self, status: int) -> None:
+        """Raises what a callback raised during a call of the library, else what its status says."""
+        failure = self._callbacks.take()
+        if failure is not None:
+            raise failure
+        if status:
+            raise make_exception(status, self._error)
 
     def _change(self, function: Any, *arguments: Any) -> None:
         """As _call, for what may take long and changes the state: arrays given before are stale then."""
         is_main = threading.get_ident() == _MAIN_THREAD
-        if self._asks is not (_ask_python if is_main else _ask_flag):
-            with self._using():
+        with self._using():
+            if self._asks is not (_ask_python if is_main else _ask_flag):
                 self._ask_by(_ask_python if is_main else _ask_flag)
-        self._flag[0] = b"0"
-        self._call(function, *arguments)
-        self._clock.now += 1
-        if is_main and _interrupted:  # Ctrl-C came when it was done
-            raise _interrupted.pop()
+            if self._handle is None:
+                raise ClosedError("the world was closed")
+            self._flag[0] = b"0"
+            former = self._clock.advance()  # before the call: Ctrl-C may come when it is done, and nothing runs after it
+            status = function(self._handle, *arguments, self._error)
+            if status:
+                self._clock.now = former
+            if is_main and _interrupted:
+                raise _interrupted.pop()
+            self._check(status)
 
     def _ask_by(self, asks: Any) -> None:
         """What the library asks within long calls whether to stop: in the main thread the interpreter, for the sake of
@@ -202,6 +212,8 @@ class World:
 
     def find_object(self, name: Union[str, structs.ObjectId]) -> Optional[Object]:
         """The object of that name, or that a query found; None: there is none."""
+        if not isinstance(name, (str, structs.ObjectId)):
+            raise TypeError(f"an object is found by its name or its id, not by a {type(name).__name__}")
         for each in self.objects:
             if each.name == name if isinstance(name, str) else each._is(name):
                 return each
@@ -214,6 +226,7 @@ class World:
         mesh: an oriented manifold, at its place. material: a Material, the name of a preset such as "silk", or changes of
         cotton. changes: fields of ClothDef by name, as `pins=[Pin([0, 39])]` or `rest_positions=...`.
         """
+        view = view_mesh(mesh)
         keep: list[Any] = []
         definition = structs.ClothDef.make(settings, changes, "add_cloth")
         if isinstance(material, str):
@@ -228,12 +241,14 @@ class World:
                 raise InvalidArgumentError(f"{field} should have {rows} rows, one for each "
                                            f"{'vertex' if rows == count else 'triangle'}, not shape {np.shape(value)}")
         made = definition.to_c(keep)
-        made.mesh = mesh._view()
+        made.mesh = view
         identity = ffi.new("tulle_cloth_id *")
-        self._change(core.tulle_world_add_cloth, made, identity)
-        cloth = Cloth(self, identity)
-        self._cloths.append(cloth)
-        return cloth
+        try:
+            self._change(core.tulle_world_add_cloth, made, identity)
+        finally:
+            if identity.generation:  # also where Ctrl-C came when it was done
+                self._cloths.append(Cloth(self, identity))
+        return self._cloths[-1]
 
     def add_obstacle(self, mesh: Mesh, settings: Optional[structs.ObstacleDef] = None, *, frames: Optional[Frames] = None,
                      body: Union[structs.BodyDef, dict[str, Any], None] = None, **changes: Any) -> Obstacle:
@@ -244,6 +259,7 @@ class World:
         them. body: a BodyDef, or its fields, as `body={"density": 700}`. changes: fields of ObstacleDef by name, as
         `friction=0.5` or `drive="rigid"`.
         """
+        view = view_mesh(mesh)
         keep: list[Any] = []
         frame_count = changes.pop("frame_count", None)
         definition = structs.ObstacleDef.make(settings, changes, "add_obstacle")
@@ -251,16 +267,18 @@ class World:
             definition.body = structs.BodyDef.make(body, {}, "body")
             definition.body.is_dynamic = True
         made = definition.to_c(keep)
-        made.mesh = mesh._view()
+        made.mesh = view
         if frames is not None:
             made.read_frame, made.frame_count = self._make_reader(frames, mesh.vertex_count, frame_count)
         elif frame_count is not None:
             raise TypeError("add_obstacle has a frame_count, but no frames")
         identity = ffi.new("tulle_obstacle_id *")
-        self._change(core.tulle_world_add_obstacle, made, identity)
-        obstacle = (Body if made.body.is_dynamic else Obstacle)(self, identity)
-        self._obstacles.append(obstacle)
-        return obstacle
+        try:
+            self._change(core.tulle_world_add_obstacle, made, identity)
+        finally:
+            if identity.generation:
+                self._obstacles.append((Body if made.body.is_dynamic else Obstacle)(self, identity))
+        return self._obstacles[-1]
 
     def _make_reader(self, frames: Frames, vertex_count: int, frame_count: Optional[int]) -> tuple[Any, int]:
         """A tulle_frame_reader over an array or a function, and how many frames it has."""
@@ -291,8 +309,7 @@ class World:
 
     def remove(self, each: Object) -> None:
         """Removes a cloth, an obstacle or a body, before the start or later. What stays keeps its state to the bit."""
-        if each.world is not self:
-            raise InvalidArgumentError("the object is of another world")
+        self._own(each)
         if isinstance(each, Cloth):
             self._change(core.tulle_world_remove_cloth, each._id[0])
             self._cloths.remove(each)
@@ -305,11 +322,11 @@ class World:
 
         changes: fields of AttachmentDef by name, as `stiffness=1e4` or `max_distance=0.02`.
         """
+        self._own(cloth)
         points = None if isinstance(to, Object) else to_doubles(to, 3, "to", int(np.size(vertices)))
         values: dict[str, Any] = {"vertices": to_indices(vertices, 1, "vertices"), **({} if points is None else {"points": points}), **changes}
         keep: list[Any] = []
         made = structs.AttachmentDef.make(None, values, "attach").to_c(keep)
-        self._own(cloth)
         made.cloth = cloth._id[0]
         if isinstance(to, Object):
             self._own(to)
@@ -322,6 +339,8 @@ class World:
         return Attachment(self, int(identity[0]), cloth)
 
     def _own(self, each: Object) -> None:
+        if not isinstance(each, Object):
+            raise TypeError(f"a cloth, an obstacle or a body is needed, not a {type(each).__name__}")
         if each.world is not self:
             raise InvalidArgumentError(f"\"{each.name}\" is of another world")
 
@@ -346,7 +365,10 @@ class World:
         self._call(core.tulle_world_set_material_law, a.encode(), b.encode(), made)
 
     def set_pair_filter(self, collides: Optional[Callable[[Object, Object], bool]]) -> None:
-        """Before the start: asks `collides(a, b)` once for each pair of objects that may meet. None: asks no more."""
+        """Before the start: asks `collides(a, b)` once for each pair of objects that may meet. None: asks no more.
+
+        It must not use the world. The call that asks raises what it raises; the pair then collides.
+        """
         if collides is None:
             self._call(core.tulle_world_set_pair_filter, ffi.NULL, ffi.NULL)
             return
@@ -563,7 +585,7 @@ class World:
 
     def find_mesh_overlaps(self, mesh: Mesh, *, mask: int = 0) -> list[tuple[Object, int, int]]:
         """All pairs of a triangle of the world and one of `mesh` that have a point in common: object, its triangle, mesh's."""
-        return self._find_triangles(core.tulle_world_find_mesh_overlaps, mesh._view(), mask)
+        return self._find_triangles(core.tulle_world_find_mesh_overlaps, view_mesh(mesh), mask)
 
     def _find_triangles(self, function: Any, *arguments: Any) -> list[tuple[Object, int, int]]:
         capacity = 256
@@ -577,21 +599,6 @@ class World:
         objects = {(each._kind, each._id.index, each._id.generation): each for each in self.objects}
         return [(objects[one.object.kind, one.object.index, one.object.generation], one.triangle, one.other)
                 for one in room[0:found.count]]
-
-
-class _Release:
-    """Gives a lock back at the end of a `with`."""
-
-    __slots__ = ("lock",)
-
-    def __init__(self, lock: threading.Lock) -> None:
-        self.lock = lock
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, *unused: object) -> None:
-        self.lock.release()
 
 
 def _see_signals(flag: Any) -> int:
@@ -637,41 +644,48 @@ def step_worlds(worlds: Sequence[World], time_step: float, threads: int = 0) -> 
     count = len(worlds)
     handles, statuses = ffi.new("tulle_world *[]", count or 1), ffi.new("tulle_status[]", count or 1)
     reports, error = ffi.new("tulle_step_report[]", count or 1), make_error_buffer()
-    held: list[World] = []
+    locks, taken = [world._lock for world in worlds], []  # type: ignore[var-annotated]
+    release = map(_release, compress(locks, taken))
     try:
+        taken.extend(map(_try_to_acquire, locks))  # one call of the interpreter, as the release: Ctrl-C leaves none locked
         for i, world in enumerate(worlds):
-            if not world._lock.acquire(False):
+            if not taken[i]:
                 raise BusyError(f"world {i} is in use, or is given twice")
-            held.append(world)
             if world._handle is None:
                 raise ClosedError(f"world {i} was closed")
             handles[i] = world._handle
-        for world in held:
+        former = []
+        for world in worlds:
             world._ask_by(_ask_flag)
             world._flag[0] = b"0"
+            former.append(world._clock.advance())
         batch = ffi.new("tulle_world_batch *", {"worlds": handles, "count": count, "threads": threads, "reports": reports,
                                                 "statuses": statuses})
         for i in range(count):
             statuses[i] = _NOT_STEPPED
         status = core.tulle_worlds_step(batch, time_step, error)
         if status and (not count or statuses[0] == _NOT_STEPPED):
+            for world, number in zip(worlds, former):
+                world._clock.now = number
             raise make_exception(status, error)
         out: list[Union[structs.StepReport, Error]] = []
-        for i, world in enumerate(held):
+        failures: list[BaseException] = []
+        for i, world in enumerate(worlds):
+            failure = world._callbacks.take()
+            if failure is not None and not isinstance(failure, Error):
+                failures.append(failure)
             if statuses[i]:
-                failure = world._callbacks.take()
-                if failure is not None and not isinstance(failure, Error):
-                    raise failure
-                out.append(failure or make_exception(statuses[i], error))
+                world._clock.now = former[i]
+                out.append(failure if isinstance(failure, Error) else make_exception(statuses[i], error))
                 error = make_error_buffer()  # the message was that of the first
             else:
-                world._clock.now += 1
                 world._is_started = True
                 out.append(structs.StepReport(reports[i], reports))
+        if failures:
+            raise failures[0]
         return out
     finally:
-        for world in held:
-            world._lock.release()
+        deque(release, 0)
 
 
 def replay(path: PathLike, threads: int = 0) -> structs.ReplayReport:
