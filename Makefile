@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python wheel test-python test-python-asan coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
+.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-notebooks coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -80,9 +80,16 @@ python:
 	@cmake $(BUILD) >/dev/null
 	@cmake --build $(BUILD) -j $(JOBS) --target tulle_python
 
+# What turns worlds in notebooks, viewer.js of the package: docs/guide/notebooks.md. Its packages come from npm, into build/viewer.
+viewer: python
+	@$(INSTALL_PACKAGES) viewer
+	@sh python/viewer/build.sh
+	@cp python/tulle/viewer.js $(BUILD)/python/tulle
+
 # The package with the libraries and the program inside, and its sources, in build/wheel: pip install build/wheel/tulle-*.whl
 wheel:
-	@$(INSTALL_PACKAGES) build python wheel
+	@$(INSTALL_PACKAGES) build python wheel viewer
+	@sh python/viewer/build.sh --optional
 	@JOBS=$(JOBS) "$$($(FIND_PYTHON) 'cffi, build.__main__')" -m build --no-isolation --outdir build/wheel .
 
 # The package's types and tests, then those of the wheel in an environment of its own. PYTEST_OPTIONS='-k arrays' chooses.
@@ -93,6 +100,11 @@ test-python: python
 	@MYPYPATH=$(BUILD)/python mypy --cache-dir build/mypy -p tulle
 	@PYTHONPATH=$(BUILD)/python $(PYTEST)
 	@sh tools/test_wheel.sh
+
+# The viewer of notebooks in a browser: what it draws, keys, a page of an executed notebook, no request to anyone. A minute.
+test-notebooks: viewer
+	@$(INSTALL_PACKAGES) python-test notebook-test
+	@PYTHONPATH=$(BUILD)/python sh python/viewer/test.sh
 
 # Random calls of the package with libraries under the address sanitizer; EXAMPLES sequences of them.
 EXAMPLES ?= 200
@@ -324,6 +336,8 @@ help:
 	@echo "make fuzz TARGET=obj SECONDS=60   fuzzes one target with libFuzzer (installs clang); fuzz-afl: with AFL++"
 	@echo "make fuzz-all SECONDS=600   all targets, which share the time"
 	@echo "make coverage     lines and branches of the libraries that the quick tests reach; fails below 95 % and 90 %"
+	@echo "make viewer       what turns worlds in notebooks (installs node and npm)"
+	@echo "make test-notebooks   the viewer in a browser (installs chromium)"
 	@echo "make docs         the book as a static site with search, build/site (installs mkdocs and doxygen)"
 	@echo "make test-docs    the same; every public name has its comment, every link leads somewhere"
 	@echo "make test-sweep   sweeps under Slurm and on Dask, with nodes that die (installs them; some minutes)"

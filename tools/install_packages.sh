@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, paper, python, wheel, python-test, bench, peers, mutate, clang, ubsan, msan,
-#                                 fuzz, musl, m32, portability, docs, slurm
+# usage: install_packages.sh ROLE...      ROLE: build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate,
+#                                 clang, ubsan, msan, fuzz, musl, m32, portability, docs, slurm
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -48,6 +48,10 @@ needs() {
         echo "python3-tqdm   python:cffi,tqdm    optional"
         echo "python3-yaml   python:cffi,yaml    optional"
         ;;
+    viewer)
+        echo "nodejs         program:node        optional"
+        echo "npm            program:npm         optional"
+        ;;
     wheel)
         echo "python3-build  python:cffi,build.__main__ needed"
         echo "python3-setuptools python:cffi,setuptools needed"
@@ -58,7 +62,16 @@ needs() {
         echo "python3-pytest python:cffi,pytest  needed"
         echo "python3-hypothesis python:cffi,hypothesis needed"
         echo "python3-matplotlib python:cffi,matplotlib optional"
+        echo "python3-nbformat python:cffi,nbformat optional"
+        echo "python3-nbclient python:cffi,nbclient optional"
+        echo "python3-ipykernel python:cffi,ipykernel optional"
         echo "mypy           program:mypy        needed"
+        ;;
+    notebook-test)
+        echo "nodejs         program:node        needed"
+        echo "npm            program:npm         needed"
+        echo "chromium       program:chromium    needed"
+        echo "python3-nbconvert python:cffi,nbconvert optional"
         ;;
     bench)
         echo "valgrind       program:valgrind    optional"
@@ -119,7 +132,7 @@ needs() {
         echo "slurm-wlm      program:sbatch      optional"
         ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, wheel, python-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs and slurm" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs and slurm" >&2
         exit 2
         ;;
     esac

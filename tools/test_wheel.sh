@@ -12,7 +12,9 @@ root=$PWD
 cd "$place"
 unset PYTHONPATH TULLE TULLE_LIBRARY_PATH
 "$place/venv/bin/python" "$root/examples/hello_cloth.py"
-"$place/venv/bin/python" - "$root/scenes/sphere.yaml" <<'END'
+viewer=without
+[ ! -e "$root/python/tulle/viewer.js" ] || viewer=with
+"$place/venv/bin/python" - "$root/scenes/sphere.yaml" $viewer <<'END'
 import sys
 import tulle
 
@@ -25,5 +27,7 @@ for _ in range(2 * scene.steps_per_frame):
     world.step(scene.time_step)
 assert run.get_frame(-1).state_hash == world.state_hash
 assert tulle.check_files("run")[-1]["intersections"] == 0
-print("the wheel works:", tulle.__version__)
+is_viewer_inside = "srcdoc=" in world._repr_html_() and "data:image/png" not in world._repr_html_()
+assert is_viewer_inside == (sys.argv[2] == "with"), sys.argv[2]
+print("the wheel works:", tulle.__version__, sys.argv[2], "the viewer of notebooks")
 END

@@ -5,7 +5,9 @@ from tulle.detector import Detection, Detector, Judge, Verdict
 from tulle.errors import *  # noqa: F403
 from tulle.fit import Fit, fit_material
 from tulle.mesh import Mesh, make_shape
+from tulle.notebook import View, show
 from tulle.objects import Attachment, Body, Cloth, Object, Obstacle
+from tulle.plots import plot_report
 from tulle.program import check_files, convert, detect_files, find_program, render, run_program, simulate
 from tulle.run import PointCache, PointCacheWriter, Run, RunBody, RunFrame, RunWriter
 from tulle.scene import Scene

@@ -131,6 +131,11 @@ class Mesh:
     def __repr__(self) -> str:
         return f"Mesh({self.vertex_count} vertices, {self.triangle_count} triangles)"
 
+    def _repr_html_(self) -> str:
+        """For notebooks: `tulle.show`."""
+        from tulle.notebook import represent
+        return represent(self)
+
 
 def view_mesh(mesh: Mesh, what: str = "mesh") -> Any:
     """A mesh that a caller gives, for a call of the library; it must outlive the call."""

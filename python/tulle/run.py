@@ -153,6 +153,11 @@ class Run:
     def __repr__(self) -> str:
         return f"Run({self.path!r}, {self.frame_count} frames, {self.state.name.lower()})"
 
+    def _repr_html_(self) -> Optional[str]:
+        """For notebooks: `tulle.show`."""
+        from tulle.notebook import represent
+        return None if self._handle.pointer is None else represent(self)
+
     def _number(self, frame: int) -> int:
         number = frame + self.frame_count if frame < 0 else frame
         if not 0 <= number < self.frame_count:

@@ -133,6 +133,11 @@ class World(Unique):
             return "World(in use)"
         return f"World({len(self._cloths)} cloths, {len(self._obstacles)} obstacles, time={self.time:g} s)"
 
+    def _repr_html_(self) -> Optional[str]:
+        """For notebooks: `tulle.show`."""
+        from tulle.notebook import represent
+        return None if self._handle is None else represent(self)
+
     def _using(self) -> threading.Lock:
         """The lock, for `with`."""
         return take_turn(self._lock, "the world")
