@@ -36,6 +36,11 @@ class _Handle:
             raise ClosedError(f"{self._what} was closed")
         return self._pointer
 
+    @property
+    def is_closed(self) -> bool:
+        """Whether it was released."""
+        return self._pointer is None
+
     def close(self) -> None:
         """Releases it; nothing happens where it is closed."""
         with self._lock:
@@ -156,7 +161,7 @@ class Run:
     def _repr_html_(self) -> Optional[str]:
         """For notebooks: `tulle.show`."""
         from tulle.notebook import represent
-        return None if self._handle.pointer is None else represent(self)
+        return None if self._handle.is_closed else represent(self)
 
     def _number(self, frame: int) -> int:
         number = frame + self.frame_count if frame < 0 else frame
