@@ -1,4 +1,7 @@
-"""Builds libtulle, libtulle_io and the program with CMake and puts them into the package."""
+"""Builds libtulle, libtulle_io and the program with CMake and puts them into the package.
+
+The environment variable TULLE_BUILD names a build directory whose libraries and program are taken instead.
+"""
 from __future__ import annotations
 
 import os
@@ -32,10 +35,11 @@ class BuildWithLibraries(build_py):
 
     def run(self) -> None:
         super().run()
-        package, build = Path(self.build_lib).resolve() / "tulle", ROOT / "build" / "wheel-build"
+        package, built = Path(self.build_lib).resolve() / "tulle", os.environ.get("TULLE_BUILD")
+        build = Path(built) if built else ROOT / "build" / "wheel-build"
         jobs = os.environ.get("JOBS") or str(os.cpu_count() or 1)
         configure = ["cmake", "-S", str(ROOT), "-B", str(build), "-DCMAKE_BUILD_TYPE=Release", "-DTULLE_BUILD_TESTS=OFF"]
-        for command in (configure, ["cmake", "--build", str(build), "-j", jobs, "--target", *TARGETS]):
+        for command in () if built else (configure, ["cmake", "--build", str(build), "-j", jobs, "--target", *TARGETS]):
             subprocess.run(command, check=True)
         for name, folder in FILES.items():
             (package / folder).mkdir(exist_ok=True)

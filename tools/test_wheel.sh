@@ -3,6 +3,8 @@
 set -eu
 python=$(sh paper/find_python.sh 'cffi, build.__main__')
 rm -rf build/wheel
+# The libraries are those of build/release, unless TULLE_BUILD is set and empty: then they are built from the sdist.
+export TULLE_BUILD="${TULLE_BUILD-$PWD/build/release}"
 make --no-print-directory wheel >build/wheel.log 2>&1 || { tail -30 build/wheel.log; exit 1; }
 place=$(mktemp -d)
 trap 'rm -rf "$place"' EXIT
