@@ -160,6 +160,7 @@ except KeyboardInterrupt:
 
 @pytest.mark.parametrize(("script", "arguments"), [(INTERRUPTED, [str(SCENE)]), (STEPPING, [])])
 def test_ctrl_c(tmp_path: Path, script: str, arguments: list) -> None:
+    script = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n" + script  # a shell's background ignores it
     child = subprocess.Popen([sys.executable, "-c", script, *arguments, *([str(tmp_path / "run")] if arguments else [])],
                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert child.stdout is not None
