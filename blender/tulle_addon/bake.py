@@ -1,0 +1,430 @@
+"""Bake, cancel, free, and the way by a program on another machine.
+
+`Bake` is a bake that is under way, whoever waits for it: a timer in the window, or a loop where a script calls the operator.
+"""
+import atexit
+import os
+import time
+from typing import Any, Iterator, List, Optional
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import caches, export, program, selection
+from .meshes import Refusal
+
+SLICE = 0.1  # [s] that the window waits for at most, while the scene is exported and caches grow
+LEFT_FILE = "left.csv"
+CHANGED = "cannot be resumed: its scene has another hash"
+
+current: Optional["Bake"] = None
+
+
+def find_folder(scene) -> str:
+    if scene.tulle.folder.startswith("//") and not bpy.data.is_saved:
+        raise Refusal("Save the file first: the folder %s lies beside it" % scene.tulle.folder)
+    return os.path.abspath(bpy.path.abspath(scene.tulle.folder))
+
+
+class Bake:
+    """Export, run, caches. `advance` does a little of it; `state` becomes FINISHED, CANCELLED, FAILED or CHANGED at the end."""
+
+    def __init__(self, context, restarts: bool = False):
+        self.scene_name = context.scene.name
+        self.folder = find_folder(context.scene)
+        self.restarts = restarts
+        self.process: Optional[program.Process] = None
+        self.caches: Optional[caches.Caches] = None
+        self.is_cancelled = False
+        self.wanted = context.scene.frame_end - context.scene.frame_start + 1
+        self.words: List[str] = []
+        self.state = ""
+        program.find_program()
+        self._export = export.Export(context, self.folder)
+        self._exporting: Optional[Iterator[float]] = self._export.run()
+        self.tell("EXPORTING", 0.0, "Reading the scene", "")
+
+    def tell(self, state: str, share: Optional[float], status: str, report: Optional[str] = None) -> None:
+        self.state = state
+        scene = bpy.data.scenes.get(self.scene_name)
+        if scene is None:
+            return
+        scene.tulle.state, scene.tulle.status = state, status
+        if share is not None:
+            scene.tulle.progress = 100.0 * share
+        if report is not None:
+            scene.tulle.report = report
+
+    @property
+    def is_over(self) -> bool:
+        return self.state in ("FINISHED", "CANCELLED", "FAILED", "CHANGED")
+
+    def cancel(self) -> None:
+        """What is baked stays; a second call does not wait for the end of the step."""
+        self.is_cancelled = True
+        if self.process:
+            self.process.interrupt()
+
+    def advance(self, context) -> None:
+        try:
+            if self._exporting is not None:
+                self._advance_export()
+            elif self.process is not None:
+                self._advance_run(context)
+        except Refusal as refusal:
+            self.fail(context, str(refusal), refusal.objects)
+        except OSError as error:
+            self.fail(context, "The files of the bake could not be written or read: %s" % error, [])
+
+    def _advance_export(self) -> None:
+        end = time.monotonic() + SLICE
+        while self._exporting is not None and time.monotonic() < end:
+            if self.is_cancelled:
+                self._exporting.close()
+                self._exporting = None
+                self.tell("CANCELLED", 0.0, "Cancelled")
+                return
+            try:
+                self.tell("EXPORTING", 0.1 * next(self._exporting), "Reading the scene")
+            except StopIteration:
+                self._exporting = None
+                self.start()
+
+    def start(self) -> None:
+        """Starts the program, which goes on where it can."""
+        scene = bpy.data.scenes[self.scene_name]
+        left = os.path.join(self.folder, LEFT_FILE)
+        if os.path.exists(left):
+            os.remove(left)
+        has_run = os.path.exists(os.path.join(self.folder, export.RUN_FOLDER, "run.json"))
+        arguments = ["run", export.SCENE_FILE, "-o", export.RUN_FOLDER, "--progress", "json", "--list-left", LEFT_FILE]
+        arguments += ["--force" if self.restarts and has_run else "--resume"]
+        if scene.tulle.threads > 0:
+            arguments += ["-t", str(scene.tulle.threads)]
+        self.words = list(self._export.notes)
+        self.process = program.Process(arguments, self.folder)
+        self.tell("RUNNING", 0.1, "Starting")
+
+    def _advance_run(self, context) -> None:
+        assert self.process is not None
+        code = self.process.get_code()
+        for event in self.process.poll():
+            self.hear(event)
+        if self.caches is not None:
+            self.grow(context)
+        elif os.path.exists(os.path.join(self.folder, export.RUN_FOLDER, "frames.csv")) and self.has_begun:
+            self.caches = caches.Caches(self.folder)
+        if code is not None:
+            self.finish(context, code)
+
+    has_begun = False
+
+    def hear(self, event: dict) -> None:
+        kind = event["event"]
+        if kind == "checkpoint":
+            self.has_begun = True  # files of the run are there, and cut back to where it goes on
+        elif kind == "step":
+            self.has_begun = True
+            share = event["step"] / max(1, event["steps"])
+            left = event["rest_seconds"]
+            rest = "" if left is None else ", %s left" % ("%d min" % round(left / 60) if left > 90 else "%d s" % round(left))
+            self.tell("RUNNING", 0.1 + 0.9 * share, "Frame %d of %d%s" % (event["frame"], event["frames"], rest))
+        elif kind == "substep":
+            self.tell("RUNNING", None, "A hard step: %d %% after %d s" % (100 * event["share"], event["seconds"]))
+        elif kind == "untangle":
+            self.tell("RUNNING", None, "Untangling: %d of %d intersections left" % (event["left"], event["intersections"]))
+        elif kind == "message":
+            self.words.append(event["message"])
+
+    def grow(self, context) -> None:
+        """Takes over frames that are whole, and shows them."""
+        assert self.caches is not None
+        end, fresh = time.monotonic() + SLICE, 0
+        while time.monotonic() < end:
+            taken = self.caches.update(1)
+            if taken == 0:
+                break
+            fresh += taken
+        scene = bpy.data.scenes.get(self.scene_name)
+        if fresh and scene is not None:
+            self.caches.show(scene)
+
+    def finish(self, context, code: int) -> None:
+        assert self.process is not None
+        words = self.process.words
+        self.process = None
+        if code == 2 and any(CHANGED in line for line in words):
+            self.tell("CHANGED", None, "The scene has changed since it was baked", "Bake anew to replace the frames that are there.")
+            return
+        if os.path.exists(os.path.join(self.folder, export.RUN_FOLDER, "run.json")) and (code != 2 or self.has_begun):
+            self.take_over()
+        frames = self.caches.frame_count if self.caches else 0
+        if code == 0:
+            self.tell("FINISHED", 1.0, "%d frames" % frames, "\n".join(self.words + words))
+        elif code == 130 or (self.is_cancelled and code < 0):
+            self.tell("CANCELLED", None, "Cancelled after %d frames; Bake goes on from there" % frames, "\n".join(self.words))
+        else:
+            self.words += words or ["tulle ended with code %d" % code]
+            self.fail(context, "\n".join(words) or self.words[-1], [], code)
+
+    def take_over(self) -> None:
+        """All frames that are there, and the modifiers."""
+        if self.caches is None:
+            self.caches = caches.Caches(self.folder)
+        self.caches.update()
+        self.caches.show(bpy.data.scenes[self.scene_name])
+
+    def fail(self, context, words: str, objects: List[str], code: int = 0) -> None:
+        """Tells why, and selects what the words name."""
+        if self.process:
+            self.process.interrupt()
+            self.process.wait(30)
+            self.process = None
+        self._exporting = None
+        picks = selection.Picks()
+        links = caches.read_json(os.path.join(self.folder, export.LINK_FILE))
+        if code and links:
+            is_start = selection.read_left(os.path.join(self.folder, LEFT_FILE), picks)
+            if is_start:
+                words += "\nMove the parts that are selected apart, press Untangle, or set At the Start to Untangle."
+            else:
+                selection.read_words(words, links, picks)
+            selection.select_bodies(context, links, picks) if picks.list_bodies() else None
+        elif objects:
+            selection.select(context, {name: (set(), set()) for name in objects if name in context.view_layer.objects})
+        self.tell("FAILED", None, "Not baked" if not self.caches else "Stopped after %d frames" % self.caches.frame_count, words)
+
+
+def report_end(operator, bake: Bake, scene) -> None:
+    level = {"FINISHED": "INFO", "CANCELLED": "WARNING"}.get(bake.state, "ERROR")
+    words = scene.tulle.status + (": " + scene.tulle.report if bake.state in ("FAILED", "CHANGED") else "")
+    operator.report({level}, words)
+
+
+def begin(operator, context, restarts: bool) -> Optional[Bake]:
+    """A new bake, or none with the reason told."""
+    global current
+    if current is not None:
+        operator.report({"ERROR"}, "A bake is under way")
+        return None
+    try:
+        current = Bake(context, restarts)
+    except Refusal as refusal:
+        context.scene.tulle.state, context.scene.tulle.status, context.scene.tulle.report = "FAILED", "Not baked", str(refusal)
+        operator.report({"ERROR"}, str(refusal))
+    return current
+
+
+class TULLE_OT_bake(bpy.types.Operator):
+    """Simulates the frames of the scene. A bake that was cancelled goes on where it ended"""
+
+    bl_idname = "tulle.bake"
+    bl_label = "Bake"
+    restart: bpy.props.BoolProperty(name="Anew", description="Replace what is baked of another scene", default=False, options={"SKIP_SAVE"})
+
+    @classmethod
+    def poll(cls, context):
+        return current is None
+
+    def execute(self, context):
+        """Waits until all is done: for scripts."""
+        global current
+        bake = begin(self, context, self.restart)
+        if bake is None:
+            return {"CANCELLED"}
+        try:
+            while not bake.is_over:
+                bake.advance(context)
+                if bake.process is not None:
+                    time.sleep(0.01)
+        except KeyboardInterrupt:
+            bake.cancel()
+            raise
+        finally:
+            current = None
+        report_end(self, bake, context.scene)
+        return {"FINISHED"} if bake.state == "FINISHED" else {"CANCELLED"}
+
+    def invoke(self, context, event):
+        if bpy.app.background or begin(self, context, self.restart) is None:
+            return self.execute(context) if bpy.app.background else {"CANCELLED"}
+        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        global current
+        bake = current
+        if bake is None:
+            return self.end(context, None)
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        bake.advance(context)
+        redraw(context)
+        if not bake.is_over:
+            return {"PASS_THROUGH"}
+        current = None
+        report_end(self, bake, context.scene)
+        result = self.end(context, bake)
+        if bake.state == "CHANGED":
+            bpy.ops.tulle.bake_anew("INVOKE_DEFAULT")
+        return result
+
+    def end(self, context, bake: Optional[Bake]):
+        context.window_manager.event_timer_remove(self._timer)
+        redraw(context)
+        return {"FINISHED"} if bake is not None and bake.state == "FINISHED" else {"CANCELLED"}
+
+    def cancel(self, context):
+        stop()
+
+
+class TULLE_OT_bake_anew(bpy.types.Operator):
+    """Replaces the frames that are there by a bake from the start"""
+
+    bl_idname = "tulle.bake_anew"
+    bl_label = "Bake Anew"
+
+    @classmethod
+    def poll(cls, context):
+        return current is None
+
+    def invoke(self, context, event):
+        return context.window_manager.invoke_confirm(self, event)
+
+    def execute(self, context):
+        mode = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
+        bpy.ops.tulle.bake(mode, restart=True)
+        return {"FINISHED"}
+
+
+class TULLE_OT_cancel(bpy.types.Operator):
+    """Ends the bake; what is baked stays, and Bake goes on from there"""
+
+    bl_idname = "tulle.cancel"
+    bl_label = "Cancel"
+
+    @classmethod
+    def poll(cls, context):
+        return current is not None
+
+    def execute(self, context):
+        if current is not None:
+            current.cancel()
+            current.tell(current.state, None, "Ending the step")
+        return {"FINISHED"}
+
+
+class TULLE_OT_free(bpy.types.Operator):
+    """Removes the caches, what was run, and the modifiers that show it"""
+
+    bl_idname = "tulle.free"
+    bl_label = "Free"
+
+    @classmethod
+    def poll(cls, context):
+        return current is None
+
+    def invoke(self, context, event):
+        return context.window_manager.invoke_confirm(self, event)
+
+    def execute(self, context):
+        try:
+            folder = find_folder(context.scene)
+        except Refusal as refusal:
+            self.report({"ERROR"}, str(refusal))
+            return {"CANCELLED"}
+        for obj in context.scene.objects:
+            if obj.tulle.role in ("CLOTH", "BODY") or caches.find_modifier(obj) is not None:
+                caches.remove_modifier(obj)
+        caches.remove_files(folder)
+        settings = context.scene.tulle
+        settings.state, settings.status, settings.report, settings.progress = "", "", "", 0.0
+        return {"FINISHED"}
+
+
+class TULLE_OT_export(bpy.types.Operator):
+    """Writes the folder for a program on another machine: there, run `tulle run scene.yaml -o run` in it"""
+
+    bl_idname = "tulle.export"
+    bl_label = "Export Folder"
+
+    @classmethod
+    def poll(cls, context):
+        return current is None
+
+    def execute(self, context):
+        try:
+            folder = find_folder(context.scene)
+            exported = export.Export(context, folder)
+            for _ in exported.run():
+                pass
+        except (Refusal, OSError) as refusal:
+            self.report({"ERROR"}, str(refusal))
+            return {"CANCELLED"}
+        context.scene.tulle.report = "\n".join(exported.notes)
+        context.scene.tulle.status = "Exported to %s; run there: tulle run scene.yaml -o run" % folder
+        self.report({"INFO"}, context.scene.tulle.status)
+        return {"FINISHED"}
+
+
+class TULLE_OT_import(bpy.types.Operator):
+    """Shows the frames that the folder holds, also those of a run on another machine"""
+
+    bl_idname = "tulle.import_results"
+    bl_label = "Import Results"
+
+    @classmethod
+    def poll(cls, context):
+        return current is None
+
+    def execute(self, context):
+        try:
+            found = caches.Caches(find_folder(context.scene))
+            found.update()
+            found.show(context.scene)
+        except (Refusal, OSError) as refusal:
+            self.report({"ERROR"}, str(refusal))
+            return {"CANCELLED"}
+        context.scene.tulle.status, context.scene.tulle.report = "%d frames" % found.frame_count, ""
+        return {"FINISHED"}
+
+
+def redraw(context) -> None:
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type in ("VIEW_3D", "PROPERTIES"):
+                area.tag_redraw()
+
+
+def stop() -> None:
+    """Ends a bake that nobody waits for any more: the file or Blender is closed. The next bake goes on from its last checkpoint."""
+    global current
+    if current is not None:
+        bake, current = current, None
+        bake.cancel()
+        if bake.process is not None:
+            bake.process.wait(60)
+
+
+@persistent
+def stop_before_load(*_: Any) -> None:
+    stop()
+
+
+CLASSES = (TULLE_OT_bake, TULLE_OT_bake_anew, TULLE_OT_cancel, TULLE_OT_free, TULLE_OT_export, TULLE_OT_import)
+
+
+def register() -> None:
+    for each in CLASSES:
+        bpy.utils.register_class(each)
+    bpy.app.handlers.load_pre.append(stop_before_load)
+    atexit.register(stop)
+
+
+def unregister() -> None:
+    stop()
+    atexit.unregister(stop)
+    bpy.app.handlers.load_pre.remove(stop_before_load)
+    for each in reversed(CLASSES):
+        bpy.utils.unregister_class(each)
