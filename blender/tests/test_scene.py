@@ -30,7 +30,7 @@ class Scenes(SceneTest):
         other = rig.data.edit_bones.new("arm")
         other.head, other.tail, other.parent = (0, 0, 0), (0.5, 0, 0), bone
         bpy.ops.object.mode_set(mode="OBJECT")
-        for name, chosen in ((bone.name if False else rig.data.bones[0].name, lambda x: x <= 0), ("arm", lambda x: x > 0)):
+        for name, chosen in ((rig.data.bones[0].name, lambda x: x <= 0), ("arm", lambda x: x > 0)):
             group = tube.vertex_groups.new(name=name)
             group.add([v.index for v in tube.data.vertices if chosen(v.co.x)], 1.0, "REPLACE")
         tube.modifiers.new("Armature", "ARMATURE").object = rig
@@ -49,7 +49,7 @@ class Scenes(SceneTest):
         self.assertEqual(said["obstacles"][0]["motion"]["sequence"]["cache"], "meshes/tube.pc2")
         self.assertEqual(said["cloth"][0]["attach"][0]["to"], "tube")
         self.judge()
-        self.compare(sheet, "sheet", 1e-12)
+        self.compare(sheet, "sheet")
         frames = self.list_frames("tube")
         for number in range(self.frames + 1):
             self.assertLess(np.abs(self.see(tube, 10 + number) - frames[number]).max(), 1e-6)
@@ -150,7 +150,7 @@ class Scenes(SceneTest):
         frames = self.list_frames("sheet")
         self.assertAlmostEqual(float(np.ptp(frames[0][:, 0])), 1.0, 5)
         self.assertLess(float(np.ptp(frames[-1][:, 0])), 0.95)  # it draws together
-        self.compare(sheet, "sheet", 1e-12)
+        self.compare(sheet, "sheet")
 
     def test_rest_by_uv(self):
         sheet = self.add_sheet()
@@ -184,7 +184,6 @@ class Scenes(SceneTest):
         self.add_sheet()
         self.bake_all()
         corners = meshes.read_obj_faces(self.path("meshes", "many.obj"))
-        self.assertEqual(len(corners), 2 * 1280 // 1 if len(corners) == 2560 else len(corners))
         one = len(bpy.data.objects["a"].data.polygons)
         self.assertEqual(len(corners), 2 * one)
         self.judge()
@@ -215,6 +214,22 @@ class Scenes(SceneTest):
         self.assertAlmostEqual(wind["gust_strength"], 2)
         self.assertAlmostEqual(wind["gust_length"], 0.7, 5)
         self.assertIn("'twist' (vortex) is not taken over", self.scene.tulle.report)
+
+    def test_faces_without_area(self):
+        """An obstacle without them is the same obstacle; those that open later are refused and selected."""
+        self.add_sheet(place=(0, 0, 1))
+        points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0), (3, 0, 0)]
+        ground = self.add_mesh("ground", points, [(1, 3, 4), (0, 1, 2)], role="OBSTACLE")
+        self.bake_all()
+        self.assertEqual(len(meshes.read_obj_faces(self.path("meshes", "ground.obj"))), 1)
+        ground.shape_key_add(name="Basis")
+        key = ground.shape_key_add(name="open")
+        key.data[4].co.y = 0.5
+        for frame, value in ((10, 0.0), (15, 1.0)):
+            key.value = value
+            key.keyframe_insert("value", frame=frame)
+        self.refuse("has zero area")
+        self.assertEqual(self.get_selected(ground), [0])
 
     def test_hidden_obstacle_counts(self):
         self.add_sheet()

@@ -245,11 +245,10 @@ def add_key(obj, places: np.ndarray, own: np.ndarray) -> None:
 def write_other(graph, obj, path: str, scale: float) -> Dict[str, Any]:
     evaluated = obj.evaluated_get(graph)
     mesh = evaluated.to_mesh()
-    used, corners = np.unique(meshes.read_triangles(mesh).corners, return_inverse=True)
     matrix = meshes.get_matrix(evaluated.matrix_world)
-    places = meshes.to_world(meshes.read_positions(mesh), matrix, scale)[used]
+    places, corners = meshes.to_world(meshes.read_positions(mesh), matrix, scale), meshes.read_triangles(mesh).corners
     evaluated.to_mesh_clear()
-    corners = corners.reshape(-1, 3)
+    corners = corners[meshes.measure_heights(places, corners) >= export.NO_AREA]
     meshes.write_obj(path, places, corners[:, ::-1] if meshes.is_mirrored(matrix) else corners)
     return {"mesh": {"file": os.path.basename(path)}}
 

@@ -21,6 +21,9 @@ SCENE_FILE, LINK_FILE, MESH_FOLDER, RUN_FOLDER, CACHE_FOLDER = "scene.yaml", "bl
 LARGEST_STEP = 1 / 90  # [s]
 # A scene file holds 200,000 values; a rigid motion beyond this many keyframes in all is written as a point cache.
 MOST_KEYFRAMES = 15000
+# Heights over longest edges: below the first the program takes a triangle for one without area; below the second it has none in a frame but
+# for the rounding of floats.
+NO_AREA, NO_AREA_LATER = 2e-9, 1e-5
 USUAL_GRAVITY = 9.81  # [m/s^2]
 
 
@@ -77,6 +80,7 @@ class Part:
     keeps_shape: bool = True  # its local positions are those of the start in every frame so far
     pins: Optional[np.ndarray] = None  # pinned vertices as they are written
     pins_keep_shape: bool = True
+    thin: Optional[np.ndarray] = None  # triangles of an obstacle without area in every frame so far
     writer: Optional[meshes.Pc2Writer] = None
 
     @property
@@ -208,7 +212,7 @@ class Export:
         return found
 
     def begin_part(self, part: Part, pieces) -> None:
-        """The first frame: triangles, which vertices are loose, the mesh file."""
+        """The first frame: triangles, which vertices are loose, where they are."""
         name = part.obj.name
         part.counts = tuple(len(positions) for positions, _, _ in pieces)
         corners, offset = [], 0
@@ -232,15 +236,12 @@ class Export:
                 raise Refusal("'%s' is scaled to nothing" % name, [name])
             if part.pins is not None:
                 part.pins = self.number_as_written(part, part.pins)
-        elif self.last > self.first:
+        else:
+            part.thin = np.flatnonzero(meshes.measure_heights(part.world, part.corners) < NO_AREA)
             part.writer = meshes.Pc2Writer(self.get_path(part.name + ".pc2"), len(part.used))
             part.writer.append(part.world)
-        uvs = part.own.uvs if part.own else None
-        if part.role == "CLOTH" and part.obj.tulle.rest == "UV":
-            if uvs is None:
-                raise Refusal("'%s' has no UV map, which is to be its shape at rest" % name, [name])
-            uvs = uvs[:, ::-1] if part.is_turned else uvs
-        meshes.write_obj(self.get_path(part.name + ".obj"), part.world, part.corners, uvs)
+        if part.role == "CLOTH" and part.obj.tulle.rest == "UV" and part.own.uvs is None:
+            raise Refusal("'%s' has no UV map, which is to be its shape at rest" % name, [name])
 
     def number_as_written(self, part: Part, chosen: np.ndarray) -> np.ndarray:
         """Numbers of vertices in the mesh file; loose ones are left out."""
@@ -267,7 +268,9 @@ class Export:
             return
         if part.keeps_shape:
             part.keeps_shape = len(pieces) == 1 and part.own is not None and bool(np.array_equal(pieces[0][0], part.local))
-        part.writer.append(self.place(part, pieces))
+        places = self.place(part, pieces)
+        part.writer.append(places)
+        part.thin = part.thin[meshes.measure_heights(places, part.corners[part.thin]) < NO_AREA_LATER]
 
     def get_path(self, name: str) -> str:
         return os.path.join(self.folder, MESH_FOLDER, name)
@@ -324,6 +327,10 @@ class Export:
 
     def make_cloth(self, part: Part) -> Dict[str, Any]:
         settings = part.obj.tulle
+        uvs = part.own.uvs
+        if uvs is not None and part.is_turned:
+            uvs = uvs[:, ::-1]
+        meshes.write_obj(self.get_path(part.name + ".obj"), part.world, part.corners, uvs)
         cloth: Dict[str, Any] = {"name": part.name, "mesh": self.name_file(part), "material": {"preset": settings.fabric}}
         if settings.use_friction:
             # A dynamic coefficient is at most the static one; presets say "same".
@@ -403,6 +410,12 @@ class Export:
     def make_obstacle(self, part: Part) -> Dict[str, Any]:
         settings = part.obj.tulle
         said: Dict[str, Any] = {"name": part.name, "mesh": self.name_file(part)}
+        corners = part.corners
+        if part.thin is not None and len(part.thin) > 0:
+            corners = np.delete(corners, part.thin, axis=0)
+            if len(corners) == 0:
+                raise Refusal("'%s' has no face with an area" % part.obj.name, [part.obj.name])
+        meshes.write_obj(self.get_path(part.name + ".obj"), part.world, corners)
         if settings.use_friction:
             said["friction"] = settings.friction
         if part.role == "BODY":
@@ -439,7 +452,7 @@ class Export:
             loose = np.setdiff1d(np.arange(sum(part.counts)), part.used)
             bodies.append({
                 "object": part.obj.name, "name": part.name, "role": part.role, "vertices": sum(part.counts),
-                "loose": loose.tolist(), "own_triangles": len(part.own.corners) if part.own else 0,
+                "loose": loose.tolist(), "thin": [] if part.thin is None else part.thin.tolist(), "own_triangles": len(part.own.corners) if part.own else 0,
                 "loose_places": part.local[loose].astype(float).tolist() if part.is_simulated else [],
                 "matrices": [matrix.tolist() for matrix in part.matrices] if part.is_simulated else [],
             })  # fmt: skip

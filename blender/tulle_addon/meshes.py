@@ -87,6 +87,14 @@ def read_triangles(mesh, wants_uvs: bool = False) -> Triangles:
     return Triangles(len(mesh.vertices), corners.reshape(-1, 3), polygons, uvs, loose_edges)
 
 
+def measure_heights(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Of each triangle the height over its longest edge, as a share of that edge; 0: it has no area."""
+    a, b, c = (places[corners[:, k]].astype(np.float64) for k in range(3))
+    longest2 = np.max([((b - a) ** 2).sum(1), ((c - b) ** 2).sum(1), ((a - c) ** 2).sum(1)], axis=0)
+    doubled_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return np.divide(doubled_area, longest2, out=np.zeros(len(corners)), where=longest2 > 0)
+
+
 def read_integers(mesh, name: str, count: int) -> Optional[np.ndarray]:
     attribute = mesh.attributes.get(name)
     if attribute is None or len(attribute.data) != count:

@@ -51,13 +51,14 @@ def read_words(words: str, links: Dict[str, Any], picks: Picks) -> None:
     quoted = [name for name in re.findall(r"'([^']+)'", words) if name in names]
     if subject is None and quoted:
         subject = quoted[0]
-    for kind, numbers, rest in re.findall(r"\b(triangle|vertex|vertices|triangles) (\d+(?:(?: \(line \d+\))?(?:(?:, | and )\d+)*)?)([^;]{0,80})", words):
-        owner = re.match(r"(?: \([^)]*\))? of '([^']+)'", rest)
-        body = owner[1] if owner and owner[1] in names else subject
-        if body is None:
-            continue
-        for number in re.findall(r"\d+", re.sub(r"\(line \d+\)", "", numbers)):
-            picks.add("triangle" if kind.startswith("triangle") else "vertex", body, int(number))
+    for found in re.finditer(r"\b(triangles?|vertex|vertices) (\d+(?: \(line \d+\))?(?:(?:, | and )\d+)*)", words):
+        behind = re.match(r" of '([^']+)'| \([^)]*\) of '([^']+)'", words[found.end() :])
+        before = re.search(r" of '([^']+)' \($", words[: found.start()])
+        owners = [name for match in (behind, before) if match for name in match.groups() if name in names]
+        body = owners[0] if owners else subject
+        if body is not None:
+            for number in re.findall(r"\d+", re.sub(r"\(line \d+\)", "", found[2])):
+                picks.add("triangle" if found[1].startswith("triangle") else "vertex", body, int(number))
 
 
 def find_originals(context, obj, frame: Optional[int], is_shown: bool = False) -> Tuple[np.ndarray, np.ndarray]:
@@ -101,7 +102,8 @@ def select_bodies(context, links: Dict[str, Any], picks: Picks) -> List[str]:
         if obj.type == "MESH" and obj.library is None and obj.data.library is None:
             of_triangles, of_vertices = find_originals(context, obj, links["frame_start"], is_shown=link["role"] == "OBSTACLE")
             used = np.setdiff1d(np.arange(link["vertices"]), np.array(link["loose"], np.int64))
-            faces = {int(of_triangles[t]) for t in picks.triangles.get(link["name"], ()) if t < min(link["own_triangles"], len(of_triangles))}
+            of_triangles = np.delete(of_triangles[: link["own_triangles"]], [t for t in link["thin"] if t < link["own_triangles"]])
+            faces = {int(of_triangles[t]) for t in picks.triangles.get(link["name"], ()) if t < len(of_triangles)}
             vertices = {int(of_vertices[used[v]]) for v in picks.vertices.get(link["name"], ()) if v < len(used) and used[v] < len(of_vertices)}
         chosen[obj.name] = (faces - {-1}, vertices - {-1})
     context.scene.frame_set(links["frame_start"])
