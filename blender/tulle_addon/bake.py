@@ -29,14 +29,17 @@ def find_folder(scene) -> str:
 class Bake:
     """Export, run, caches. `advance` does a little of it; `state` becomes FINISHED, CANCELLED, FAILED or CHANGED at the end."""
 
-    def __init__(self, context, restarts: bool = False):
+    def __init__(self, context, restarts: bool = False, follows: bool = False):
+        self.follows = follows and context.scene.tulle.follow  # the view goes to the last whole frame
+        self.usual_frame = context.scene.frame_current
         self.scene_name = context.scene.name
         self.folder = find_folder(context.scene)
         self.restarts = restarts
         self.process: Optional[program.Process] = None
         self.caches: Optional[caches.Caches] = None
         self.is_cancelled = False
-        self.wanted = context.scene.frame_end - context.scene.frame_start + 1
+        self.has_begun = False  # files of the run are there, and cut back to where it goes on
+        self.first = context.scene.frame_start
         self.words: List[str] = []
         self.state = ""
         program.find_program()
@@ -117,18 +120,16 @@ class Bake:
         if code is not None:
             self.finish(context, code)
 
-    has_begun = False
-
     def hear(self, event: dict) -> None:
         kind = event["event"]
         if kind == "checkpoint":
-            self.has_begun = True  # files of the run are there, and cut back to where it goes on
+            self.has_begun = True
         elif kind == "step":
             self.has_begun = True
             share = event["step"] / max(1, event["steps"])
             left = event["rest_seconds"]
             rest = "" if left is None else ", %s left" % ("%d min" % round(left / 60) if left > 90 else "%d s" % round(left))
-            self.tell("RUNNING", 0.1 + 0.9 * share, "Frame %d of %d%s" % (event["frame"], event["frames"], rest))
+            self.tell("RUNNING", 0.1 + 0.9 * share, "Frame %d of %d%s" % (self.first + event["frame"], self.first + event["frames"], rest))
         elif kind == "substep":
             self.tell("RUNNING", None, "A hard step: %d %% after %d s" % (100 * event["share"], event["seconds"]))
         elif kind == "untangle":
@@ -148,11 +149,15 @@ class Bake:
         scene = bpy.data.scenes.get(self.scene_name)
         if fresh and scene is not None:
             self.caches.show(scene)
+            if self.follows:
+                scene.frame_set(self.caches.frame_start + self.caches.frame_count - 1)
 
     def finish(self, context, code: int) -> None:
         assert self.process is not None
         words = self.process.words
         self.process = None
+        if self.follows:
+            bpy.data.scenes[self.scene_name].frame_set(self.usual_frame)
         if code == 2 and any(CHANGED in line for line in words):
             self.tell("CHANGED", None, "The scene has changed since it was baked", "Bake anew to replace the frames that are there.")
             return
@@ -201,14 +206,14 @@ def report_end(operator, bake: Bake, scene) -> None:
     operator.report({level}, words)
 
 
-def begin(operator, context, restarts: bool) -> Optional[Bake]:
+def begin(operator, context, restarts: bool, follows: bool = False) -> Optional[Bake]:
     """A new bake, or none with the reason told."""
     global current
     if current is not None:
         operator.report({"ERROR"}, "A bake is under way")
         return None
     try:
-        current = Bake(context, restarts)
+        current = Bake(context, restarts, follows)
     except Refusal as refusal:
         context.scene.tulle.state, context.scene.tulle.status, context.scene.tulle.report = "FAILED", "Not baked", str(refusal)
         operator.report({"ERROR"}, str(refusal))
@@ -246,8 +251,10 @@ class TULLE_OT_bake(bpy.types.Operator):
         return {"FINISHED"} if bake.state == "FINISHED" else {"CANCELLED"}
 
     def invoke(self, context, event):
-        if bpy.app.background or begin(self, context, self.restart) is None:
-            return self.execute(context) if bpy.app.background else {"CANCELLED"}
+        if bpy.app.background:
+            return self.execute(context)
+        if begin(self, context, self.restart, follows=True) is None:
+            return {"CANCELLED"}
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}

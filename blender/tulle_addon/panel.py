@@ -100,6 +100,7 @@ def draw_settings(layout, context) -> None:
     layout.prop(values, "substeps")
     layout.prop(values, "threads")
     layout.prop(values, "start")
+    layout.prop(values, "follow")
     layout.prop(values, "all_obstacles")
     row = layout.row(align=True)
     row.operator("tulle.export")
@@ -180,7 +181,6 @@ class TULLE_PT_physics(bpy.types.Panel):
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "physics"
-    bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context):
@@ -188,7 +188,8 @@ class TULLE_PT_physics(bpy.types.Panel):
 
     def draw(self, context):
         draw_object(self.layout, context, context.object)
-        draw_scene(self.layout, context)
+        if context.object.tulle.role in ("CLOTH", "BODY"):
+            draw_scene(self.layout, context)
 
 
 CLASSES = (

@@ -91,6 +91,7 @@ class TulleScene(bpy.types.PropertyGroup):
         name="All Visible Objects Are Obstacles", default=False, description="Besides those that are marked; leave out what is marked Ignored"
     )
     start: EnumProperty(name="At the Start", items=STARTS, default="refuse")
+    follow: BoolProperty(name="Follow", default=True, description="The view goes to the last whole frame while the bake is under way")
     # What the last bake came to; shown in the panels.
     state: StringProperty(options={"SKIP_SAVE"})
     progress: FloatProperty(name="Progress", subtype="PERCENTAGE", min=0.0, max=100.0, options={"SKIP_SAVE"})
