@@ -27,7 +27,8 @@ JOINTS = {
     "thigh.R": ((-0.1, 0, 0.85), 0.09), "knee.R": ((-0.12, 0.02, 0.48), 0.07), "foot.R": ((-0.13, 0, 0.06), 0.05),
 }  # fmt: skip
 LIMBS = [
-    ("hip", "chest"), ("chest", "neck"), ("neck", "head"), ("chest", "shoulder.L"), ("shoulder.L", "elbow.L"), ("elbow.L", "hand.L"),
+    ("hip", "chest"), ("chest", "neck"), ("neck", "head"), ("chest", "shoulder.L"), ("shoulder.L", "elbow.L"),
+    ("elbow.L", "hand.L"),
     ("chest", "shoulder.R"), ("shoulder.R", "elbow.R"), ("elbow.R", "hand.R"), ("hip", "thigh.L"), ("thigh.L", "knee.L"),
     ("knee.L", "foot.L"), ("hip", "thigh.R"), ("thigh.R", "knee.R"), ("knee.R", "foot.R"),
 ]  # fmt: skip
@@ -78,7 +79,8 @@ def add_rig():
 def animate(rig, frames: int) -> None:
     """The figure turns, bows and swings its arms."""
     for name, axis, size, turns in (
-        ("hip-chest", 1, 0.35, 1.0), ("hip-chest", 0, 0.2, 1.5), ("neck-head", 0, 0.25, 2.0), ("shoulder.L-elbow.L", 2, 0.6, 1.5),
+        ("hip-chest", 1, 0.35, 1.0), ("hip-chest", 0, 0.2, 1.5), ("neck-head", 0, 0.25, 2.0),
+        ("shoulder.L-elbow.L", 2, 0.6, 1.5),
         ("shoulder.R-elbow.R", 2, 0.6, 1.5), ("elbow.L-hand.L", 0, 0.5, 2.0), ("elbow.R-hand.R", 0, 0.5, 2.0),
     ):  # fmt: skip
         pose = rig.pose.bones[name]
@@ -135,6 +137,7 @@ def bake_with_a_pause() -> None:
     from tulle_addon import bake
 
     scene = bpy.context.scene
+    bpy.ops.tulle.free()  # what an earlier film left
     under_way = bake.Bake(bpy.context)
     while not under_way.is_over:
         under_way.advance(bpy.context)

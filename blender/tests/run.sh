@@ -12,9 +12,9 @@ trap 'rm -rf "$home"' EXIT
 export BLENDER_USER_RESOURCES="$home" HOME="$home" PYTHONDONTWRITEBYTECODE=1
 blender -b --factory-startup --python-exit-code 1 --python "$here/run.py" -- "$@"
 [ $# = 0 ] || exit 0
-if command -v xvfb-run >/dev/null; then
+if command -v xvfb-run >/dev/null && command -v xauth >/dev/null; then
     xvfb-run -a -s "-screen 0 1280x800x24" \
         blender --factory-startup --enable-event-simulate --python-exit-code 1 --python "$here/window.py" -- "${TULLE_PICTURES:-}"
 else
-    echo "not run: the test in a window; Debian's package is xvfb"
+    echo "not run: the test in a window; Debian's packages are xvfb and xauth"
 fi

@@ -3,7 +3,6 @@ import json
 import os
 import shutil
 import subprocess
-import sys
 import tempfile
 import unittest
 
@@ -11,8 +10,7 @@ import addon_utils
 import bpy
 import numpy as np
 
-import tulle_addon  # noqa: F401
-from tulle_addon import bake, caches, meshes
+from tulle_addon import caches, meshes
 
 TULLE = os.path.abspath(os.environ.get("TULLE", "build/release/tulle"))
 
@@ -80,7 +78,7 @@ class SceneTest(unittest.TestCase):
 
     def read_scene(self):
         """scene.yaml, whose values are JSON."""
-        said = {}
+        said, key = {}, ""
         with open(self.path("scene.yaml"), encoding="utf-8") as file:
             for line in file:
                 if line.startswith("  - "):

@@ -83,7 +83,9 @@ class Bakes(SceneTest):
         held = meshes.Pc2Reader(self.path("cache", "sheet.pc2")).count_frames()
         self.assertTrue(3 <= held < self.frames + 1, held)
         self.bake_all()
-        self.assertEqual(whole, [open(self.path("cache", "sheet.pc2"), "rb").read(), open(self.path("run", "sheet.pc2"), "rb").read()])
+        self.assertEqual(
+            whole, [open(self.path("cache", "sheet.pc2"), "rb").read(), open(self.path("run", "sheet.pc2"), "rb").read()]
+        )
 
     def test_killed(self):
         """A bake whose program and Blender die leaves a whole cache, and goes on."""
@@ -143,6 +145,13 @@ class Bakes(SceneTest):
         self.assertEqual(len(after), len(before) + 4)
         self.assertTrue(all(np.array_equal(a, b) for a, b in zip(before, after)))
         self.compare(sheet, "sheet")
+
+    def test_shorter_range(self):
+        self.add_sheet(), self.add_ball()
+        self.bake_all()
+        self.scene.frame_end -= 4
+        self.bake_all()
+        self.assertEqual(meshes.Pc2Reader(self.path("cache", "sheet.pc2")).count_frames(), self.frames - 3)
 
     def test_export_and_import(self):
         import subprocess

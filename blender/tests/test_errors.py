@@ -37,8 +37,8 @@ class Errors(SceneTest):
 
     def test_start_that_intersects(self):
         """The faces that the judge names are selected, through a mirror too."""
-        sheet = self.add_mesh("sheet", [(x, y, 0) for y in range(4) for x in range(4)],
-                              [(4 * y + x, 4 * y + x + 1, 4 * y + x + 5, 4 * y + x + 4) for y in range(3) for x in range(3)])  # fmt: skip
+        faces = [(4 * y + x, 4 * y + x + 1, 4 * y + x + 5, 4 * y + x + 4) for y in range(3) for x in range(3)]
+        sheet = self.add_mesh("sheet", [(x, y, 0) for y in range(4) for x in range(4)], faces)
         spike = self.add_mesh("spike", [(1.4, 1.5, -1), (1.6, 1.5, -1), (1.5, 1.6, 1), (9, 9, 9), (8, 9, 9), (9, 8, 9)],
                               [(3, 4, 5), (0, 1, 2)], role="OBSTACLE")  # fmt: skip
         sheet.modifiers.new("Subdivision", "SUBSURF")
@@ -126,9 +126,11 @@ class Errors(SceneTest):
         """Which vertices and triangles messages name."""
         links = {"bodies": [{"name": "s-1", "role": "CLOTH"}, {"name": "b", "role": "OBSTACLE"}]}
         for words, triangles, vertices in (
-            ("meshes/s-1.obj:6: triangle 7 (line 6) (vertices 0 (line 1) at (0, 0, 0)) has zero area (read for cloth[0].mesh, x)", {"s-1": {7}}, {"s-1": {0}}),
+            ("meshes/s-1.obj:6: triangle 7 (line 6) (vertices 0 (line 1) at (0, 0, 0)) has zero area "
+             "(read for cloth[0].mesh, x)", {"s-1": {7}}, {"s-1": {0}}),
             ("'s-1' is overstretched in step 4: at vertices 3, 4, 5 of it", {}, {"s-1": {3, 4, 5}}),
-            ("triangle 2 of 's-1' (vertices 1, 2, 9) with triangle 3 of 'b' (vertices 4, 5, 6)", {"s-1": {2}, "b": {3}}, {"s-1": {1, 2, 9}, "b": {4, 5, 6}}),
+            ("triangle 2 of 's-1' (vertices 1, 2, 9) with triangle 3 of 'b' (vertices 4, 5, 6)",
+             {"s-1": {2}, "b": {3}}, {"s-1": {1, 2, 9}, "b": {4, 5, 6}}),
             ("'b' lies inside 's-1' at the start (vertex 11 at 0, 0, 0 is 1 m deep)", {}, {"b": {11}}),
             ("triangles 3 and 9, which share the edge (read for obstacles[0].mesh)", {"b": {3, 9}}, {}),
         ):  # fmt: skip

@@ -1,4 +1,5 @@
-"""The add-on in a window: a bake with a bar is cancelled, goes on, and ends; all panels draw. With a folder behind --, a picture is kept there.
+"""The add-on in a window: a bake with a bar is cancelled, goes on, and ends; all panels draw. With a folder behind --, a
+picture is kept there.
 
 A generator says what to wait for; a timer of Blender goes on with it.
 """

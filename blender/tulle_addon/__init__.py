@@ -1,7 +1,7 @@
 """Tulle in Blender: cloth that never passes through anything.
 
-One marks a cloth, marks what it falls on, and bakes. The add-on writes a scene for the program `tulle`, runs it, and shows its frames by a
-Mesh Cache modifier. Each module is one thought:
+One marks a cloth, marks what it falls on, and bakes. The add-on writes a scene for the program `tulle`, runs it, and shows
+its frames by a Mesh Cache modifier. Each module is one thought:
 
     settings   what an artist sets on objects and on the scene
     meshes     meshes of Blender in world space and metres, as arrays and files

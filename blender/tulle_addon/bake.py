@@ -78,6 +78,8 @@ class Bake:
             self.fail(context, str(refusal), refusal.objects)
         except OSError as error:
             self.fail(context, "The files of the bake could not be written or read: %s" % error, [])
+        except ReferenceError:
+            self.fail(context, "The scene was changed by others while it was read; bake again", [])
 
     def _advance_export(self) -> None:
         end = time.monotonic() + SLICE
@@ -129,7 +131,11 @@ class Bake:
             share = event["step"] / max(1, event["steps"])
             left = event["rest_seconds"]
             rest = "" if left is None else ", %s left" % ("%d min" % round(left / 60) if left > 90 else "%d s" % round(left))
-            self.tell("RUNNING", 0.1 + 0.9 * share, "Frame %d of %d%s" % (self.first + event["frame"], self.first + event["frames"], rest))
+            self.tell(
+                "RUNNING",
+                0.1 + 0.9 * share,
+                "Frame %d of %d%s" % (self.first + event["frame"], self.first + event["frames"], rest),
+            )
         elif kind == "substep":
             self.tell("RUNNING", None, "A hard step: %d %% after %d s" % (100 * event["share"], event["seconds"]))
         elif kind == "untangle":
@@ -149,7 +155,7 @@ class Bake:
         scene = bpy.data.scenes.get(self.scene_name)
         if fresh and scene is not None:
             self.caches.show(scene)
-            if self.follows:
+            if self.follows and not (context.screen and context.screen.is_animation_playing):
                 scene.frame_set(self.caches.frame_start + self.caches.frame_count - 1)
 
     def finish(self, context, code: int) -> None:
@@ -159,7 +165,9 @@ class Bake:
         if self.follows:
             bpy.data.scenes[self.scene_name].frame_set(self.usual_frame)
         if code == 2 and any(CHANGED in line for line in words):
-            self.tell("CHANGED", None, "The scene has changed since it was baked", "Bake anew to replace the frames that are there.")
+            self.tell(
+                "CHANGED", None, "The scene has changed since it was baked", "Bake anew to replace the frames that are there."
+            )
             return
         if os.path.exists(os.path.join(self.folder, export.RUN_FOLDER, "run.json")) and (code != 2 or self.has_begun):
             self.take_over()
@@ -197,7 +205,9 @@ class Bake:
             selection.select_bodies(context, links, picks) if picks.list_bodies() else None
         elif objects:
             selection.select(context, {name: (set(), set()) for name in objects if name in context.view_layer.objects})
-        self.tell("FAILED", None, "Not baked" if not self.caches else "Stopped after %d frames" % self.caches.frame_count, words)
+        self.tell(
+            "FAILED", None, "Not baked" if not self.caches else "Stopped after %d frames" % self.caches.frame_count, words
+        )
 
 
 def report_end(operator, bake: Bake, scene) -> None:
@@ -225,7 +235,9 @@ class TULLE_OT_bake(bpy.types.Operator):
 
     bl_idname = "tulle.bake"
     bl_label = "Bake"
-    restart: bpy.props.BoolProperty(name="Anew", description="Replace what is baked of another scene", default=False, options={"SKIP_SAVE"})
+    restart: bpy.props.BoolProperty(
+        name="Anew", description="Replace what is baked of another scene", default=False, options={"SKIP_SAVE"}
+    )
 
     @classmethod
     def poll(cls, context):
@@ -264,9 +276,20 @@ class TULLE_OT_bake(bpy.types.Operator):
         bake = current
         if bake is None:
             return self.end(context, None)
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        bake.advance(context)
+        if event.type != "TIMER":  # while the scene is read nobody changes it
+            if bake.state == "EXPORTING" and event.type == "ESC":
+                bake.cancel()
+            return (
+                {"RUNNING_MODAL"}
+                if bake.state == "EXPORTING" and event.type not in ("MOUSEMOVE", "WINDOW_DEACTIVATE")
+                else {"PASS_THROUGH"}
+            )
+        try:
+            bake.advance(context)
+        except Exception:
+            stop()
+            self.end(context, None)
+            raise
         redraw(context)
         if not bake.is_over:
             return {"PASS_THROUGH"}
@@ -400,12 +423,13 @@ class TULLE_OT_import(bpy.types.Operator):
 def redraw(context) -> None:
     for window in context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type in ("VIEW_3D", "PROPERTIES"):
+            if area.type in ("VIEW_3D", "PROPERTIES", "DOPESHEET_EDITOR"):
                 area.tag_redraw()
 
 
 def stop() -> None:
-    """Ends a bake that nobody waits for any more: the file or Blender is closed. The next bake goes on from its last checkpoint."""
+    """Ends a bake that nobody waits for any more: the file or Blender is closed. The next bake goes on from its last
+    checkpoint."""
     global current
     if current is not None:
         bake, current = current, None

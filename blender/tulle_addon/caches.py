@@ -1,7 +1,7 @@
 """Frames of a run as point caches in the space of the objects, and the Mesh Cache modifier that shows them.
 
-A run holds frames in world space and metres. The cache of an object holds them in the object's own space, with its loose vertices, and grows
-with the run; it is whole up to the count in its head at any moment.
+A run holds frames in world space and metres. The cache of an object holds them in the object's own space, with its loose
+vertices, and grows with the run; it is whole up to the count in its head at any moment.
 """
 import json
 import os
@@ -56,8 +56,8 @@ class BodyCache:
 
 
 class Caches:
-    """Caches of all objects of a run. They are made anew from the first frame on whenever a run begins or goes on: what the run holds is
-    compared with checksums before it goes on, what lies here is not."""
+    """Caches of all objects of a run. They are made anew from the first frame on whenever a run begins or goes on: what the
+    run holds is compared with checksums before it goes on, what lies here is not."""
 
     def __init__(self, folder: str):
         self.folder, self.frame_count = folder, 0
@@ -75,7 +75,10 @@ class Caches:
 
     def update(self, most: int = 1 << 30) -> int:
         """Appends what is new, `most` frames at once; how many there were."""
-        frames = min([count_whole_frames(self.folder), self.frame_end - self.frame_start + 1] + [body.source.count_frames() for body in self.bodies])
+        frames = min(
+            [count_whole_frames(self.folder), self.frame_end - self.frame_start + 1]
+            + [body.source.count_frames() for body in self.bodies]
+        )
         fresh = min(frames - self.frame_count, most)
         for frame in range(self.frame_count, self.frame_count + fresh):
             for body in self.bodies:
@@ -149,11 +152,24 @@ def remove_files(folder: str) -> None:
         return
     run = read_json(os.path.join(folder, RUN_FOLDER, "run.json")) or {}
     names = [os.path.join(CACHE_FOLDER, link["name"] + ".pc2") for link in links["bodies"]]
-    names += [os.path.join("meshes", link["name"] + ending) for link in links["bodies"] for ending in (".obj", ".pc2", ".rest.obj")]
-    names += [os.path.join(RUN_FOLDER, body[key]) for body in run.get("bodies", []) for key in ("mesh", "cache") if body.get(key)]
+    names += [
+        os.path.join("meshes", link["name"] + ending) for link in links["bodies"] for ending in (".obj", ".pc2", ".rest.obj")
+    ]
+    names += [
+        os.path.join(RUN_FOLDER, body[key]) for body in run.get("bodies", []) for key in ("mesh", "cache") if body.get(key)
+    ]
     names += [
         os.path.join(RUN_FOLDER, name)
-        for name in ("scene.yaml", "frames.csv", "bodies.csv", "report.csv", "checksums.csv", "checkpoint.bin", "checkpoint.previous.bin", "run.json")
+        for name in (
+            "scene.yaml",
+            "frames.csv",
+            "bodies.csv",
+            "report.csv",
+            "checksums.csv",
+            "checkpoint.bin",
+            "checkpoint.previous.bin",
+            "run.json",
+        )
     ]
     for name in names + ["scene.yaml", "left.csv", LINK_FILE]:
         path = os.path.join(folder, name)

@@ -1,6 +1,7 @@
 """The judge on meshes of the scene, and untangling.
 
-Cloth is judged as it was simulated: before the trailing run of modifiers, with the triangles of the bake if there is one. `as_shown` judges what is seen.
+Cloth is judged as it was simulated: before the trailing run of modifiers, with the triangles of the bake if there is one.
+`as_shown` judges what is seen.
 """
 import json
 import os
@@ -93,7 +94,9 @@ class TULLE_OT_check(bpy.types.Operator):
     bl_idname = "tulle.check"
     bl_label = "Check"
     whole_range: bpy.props.BoolProperty(name="All Frames", description="Judge every frame of the scene's range", default=False)
-    as_shown: bpy.props.BoolProperty(name="As Shown", description="With the modifiers behind the cache, such as Subdivision", default=False)
+    as_shown: bpy.props.BoolProperty(
+        name="As Shown", description="With the modifiers behind the cache, such as Subdivision", default=False
+    )
 
     @classmethod
     def poll(cls, context):
@@ -130,7 +133,12 @@ class TULLE_OT_check(bpy.types.Operator):
             return {"FINISHED"}
         scene.frame_set(first_bad)
         self.show(context, judge, pairs)
-        scene.tulle.status = "%d pairs of triangles intersect in %d of %d frames, first in frame %d" % (sum_of_pairs, bad_frames, len(frames), first_bad)
+        scene.tulle.status = "%d pairs of triangles intersect in %d of %d frames, first in frame %d" % (
+            sum_of_pairs,
+            bad_frames,
+            len(frames),
+            first_bad,
+        )
         self.report({"WARNING"}, scene.tulle.status)
         return {"FINISHED"}
 
@@ -144,7 +152,9 @@ class TULLE_OT_check(bpy.types.Operator):
         for number, found in triangles.items():
             obj = judge.objects[number]
             is_simulated = obj in judge.simulated
-            of_triangles, _ = selection.find_originals(context, obj, context.scene.frame_start if is_simulated else frame, is_shown=not is_simulated)
+            of_triangles, _ = selection.find_originals(
+                context, obj, context.scene.frame_start if is_simulated else frame, is_shown=not is_simulated
+            )
             chosen[obj.name] = ({int(of_triangles[t]) for t in found if t < len(of_triangles)} - {-1}, set())
         selection.select(context, chosen)
 
@@ -183,7 +193,9 @@ def untangle(context, obj, folder: str) -> int:
     scale, frame = meshes.get_scale(context.scene), context.scene.frame_current
     own = read_own(obj)
     others = [
-        each for each in context.view_layer.objects if each is not obj and each.visible_get() and each.type == "MESH" and each.tulle.role in ("OBSTACLE", "BODY")
+        each
+        for each in context.view_layer.objects
+        if each is not obj and each.visible_get() and each.type == "MESH" and each.tulle.role in ("OBSTACLE", "BODY")
     ]
     with stack.reading(context, [obj]):
         context.scene.frame_set(frame)
@@ -195,11 +207,17 @@ def untangle(context, obj, folder: str) -> int:
         cloth.to_mesh_clear()
         extent = max(1e-12, float(np.ptp(own, axis=0).max()))
         if len(local) != len(own) or np.abs(local - own).max() > 1e-5 * extent:
-            raise Refusal("Modifiers deform '%s' or change its vertices in this frame: switch them off, or untangle where they do nothing" % obj.name, [obj.name])
+            raise Refusal(
+                "Modifiers deform '%s' or change its vertices in this frame: switch them off, or untangle where they do nothing"
+                % obj.name,
+                [obj.name],
+            )
         used, corners = np.unique(triangles.corners, return_inverse=True)
         start = meshes.to_world(local, matrix, scale)[used]
         meshes.write_obj(os.path.join(folder, "cloth.obj"), start, corners.reshape(-1, 3))
-        obstacles = [write_other(graph, each, os.path.join(folder, "%d.obj" % number), scale) for number, each in enumerate(others)]
+        obstacles = [
+            write_other(graph, each, os.path.join(folder, "%d.obj" % number), scale) for number, each in enumerate(others)
+        ]
     cloth_said: Dict[str, Any] = {"name": "cloth", "mesh": {"file": "cloth.obj"}, "material": {"preset": obj.tulle.fabric}}
     if obj.tulle.use_thickness:
         cloth_said["thickness"] = obj.tulle.thickness * scale

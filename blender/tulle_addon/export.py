@@ -21,10 +21,15 @@ SCENE_FILE, LINK_FILE, MESH_FOLDER, RUN_FOLDER, CACHE_FOLDER = "scene.yaml", "bl
 LARGEST_STEP = 1 / 90  # [s]
 # A scene file holds 200,000 values; a rigid motion beyond this many keyframes in all is written as a point cache.
 MOST_KEYFRAMES = 15000
-# Heights over longest edges: below the first the program takes a triangle for one without area; below the second it has none in a frame but
+# Heights over longest edges: below the first the program takes a triangle for one without area; below the second it has none
+# in a frame but
 # for the rounding of floats.
 NO_AREA, NO_AREA_LATER = 2e-9, 1e-5
 USUAL_GRAVITY = 9.81  # [m/s^2]
+
+
+# Positions in the space of an object, its matrix, and, at the start, its triangles.
+Piece = Tuple[np.ndarray, np.ndarray, Optional[meshes.Triangles]]
 
 
 def get_fps(scene) -> float:
@@ -59,7 +64,11 @@ def make_ranges(numbers: np.ndarray) -> List[Any]:
 
 def is_in_all(obj) -> bool:
     """Whether `All Visible Objects Are Obstacles` means an object."""
-    return obj.tulle.role == "NONE" and obj.visible_get() and (obj.type in ("MESH", "CURVE", "SURFACE", "FONT", "META") or obj.is_instancer)
+    return (
+        obj.tulle.role == "NONE"
+        and obj.visible_get()
+        and (obj.type in ("MESH", "CURVE", "SURFACE", "FONT", "META") or obj.is_instancer)
+    )
 
 
 @dataclass
@@ -136,7 +145,10 @@ class Export:
         with stack.reading(self.context, simulated, obstacles):
             for part in self.parts:
                 if not part.obj.visible_get():
-                    raise Refusal("'%s' is hidden by its collection: show the collection, or set the role to Ignored" % part.obj.name, [part.obj.name])
+                    raise Refusal(
+                        "'%s' is hidden by its collection: show the collection, or set the role to Ignored" % part.obj.name,
+                        [part.obj.name],
+                    )
             frames = range(self.first, self.last + 1)
             for number, frame in enumerate(frames):
                 self.scene.frame_set(frame)
@@ -150,7 +162,7 @@ class Export:
 
     def read_frame(self, number: int) -> None:
         graph = self.context.evaluated_depsgraph_get()
-        instances = self.gather_instances(graph)
+        instances = self.gather_instances(graph, number)
         for part in self.parts:
             evaluated = part.obj.evaluated_get(graph)
             part.matrices.append(meshes.get_matrix(evaluated.matrix_world))
@@ -160,10 +172,10 @@ class Export:
             else:
                 self.follow_part(part, pieces)
 
-    def gather_instances(self, graph) -> Dict[str, List[Tuple[np.ndarray, np.ndarray, meshes.Triangles]]]:
+    def gather_instances(self, graph, number: int) -> Dict[str, List[Piece]]:
         """Local positions, matrix and triangles of each instance that an obstacle makes, by the name of that obstacle."""
         wanted = {part.obj.name: part for part in self.parts}
-        found: Dict[str, List[Tuple[np.ndarray, np.ndarray, meshes.Triangles]]] = {}
+        found: Dict[str, List[Piece]] = {}
         for instance in graph.object_instances:
             if not instance.is_instance or instance.parent is None or instance.parent.original.name not in wanted:
                 continue
@@ -172,21 +184,26 @@ class Export:
                 continue
             name = instance.parent.original.name
             if wanted[name].role != "OBSTACLE":
-                raise Refusal("'%s' makes instances: a cloth or a rigid body must be one mesh (Realize Instances)" % name, [name])
+                raise Refusal(
+                    "'%s' makes instances: a cloth or a rigid body must be one mesh (Realize Instances)" % name, [name]
+                )
             mesh = source.data if source.type == "MESH" else source.to_mesh()
             if mesh is not None and len(mesh.polygons) > 0:
-                found.setdefault(name, []).append((meshes.read_positions(mesh), meshes.get_matrix(instance.matrix_world), meshes.read_triangles(mesh)))
+                triangles = meshes.read_triangles(mesh) if number == 0 else None
+                found.setdefault(name, []).append(
+                    (meshes.read_positions(mesh), meshes.get_matrix(instance.matrix_world), triangles)
+                )
             if source.type != "MESH":
                 source.to_mesh_clear()
         return found
 
-    def read_pieces(self, part: Part, evaluated, instances, number: int):
+    def read_pieces(self, part: Part, evaluated, instances: List[Piece], number: int) -> List[Piece]:
         """The part's own mesh, if it has one, and then its instances."""
-        pieces = []
+        pieces: List[Piece] = []
         mesh = evaluated.to_mesh() if evaluated.type in ("MESH", "CURVE", "SURFACE", "FONT", "META") else None
         if mesh is not None:
-            triangles = meshes.read_triangles(mesh, number == 0 and part.obj.tulle.rest == "UV")
-            if len(triangles.corners) > 0:
+            if len(mesh.polygons) > 0:
+                triangles = meshes.read_triangles(mesh, part.obj.tulle.rest == "UV") if number == 0 else None
                 pieces.append((meshes.read_positions(mesh), part.matrices[-1], triangles))
                 if number == 0:
                     part.own = triangles
@@ -194,10 +211,16 @@ class Export:
             evaluated.to_mesh_clear()
         pieces += instances
         if not pieces:
-            raise Refusal("'%s' has no faces%s" % (part.obj.name, "" if number == 0 else " in frame %d" % (self.first + number)), [part.obj.name])
+            raise Refusal(
+                "'%s' has no faces%s" % (part.obj.name, "" if number == 0 else " in frame %d" % (self.first + number)),
+                [part.obj.name],
+            )
         for positions, matrix, _ in pieces:
             if not np.isfinite(positions).all() or not np.isfinite(matrix).all():
-                raise Refusal("'%s' has a vertex whose place is no number, in frame %d" % (part.obj.name, self.first + number), [part.obj.name])
+                raise Refusal(
+                    "'%s' has a vertex whose place is no number, in frame %d" % (part.obj.name, self.first + number),
+                    [part.obj.name],
+                )
         return pieces
 
     def find_group(self, part: Part, mesh, group: str, what: str) -> Optional[np.ndarray]:
@@ -208,7 +231,9 @@ class Export:
             raise Refusal("'%s' has no vertex group '%s', which its %s name" % (name, group, what), [name])
         found = meshes.read_group(mesh, part.obj.vertex_groups[group].index)
         if len(found) == 0:
-            raise Refusal("No vertex of '%s' has a weight of 0.5 or more in '%s', the group of its %s" % (name, group, what), [name])
+            raise Refusal(
+                "No vertex of '%s' has a weight of 0.5 or more in '%s', the group of its %s" % (name, group, what), [name]
+            )
         return found
 
     def begin_part(self, part: Part, pieces) -> None:
@@ -264,7 +289,10 @@ class Export:
                 chosen = part.used[part.pins]
                 part.pins_keep_shape = bool(np.array_equal(pieces[0][0][chosen], part.local[chosen]))
             if abs(np.linalg.det(part.matrices[-1][:3, :3])) < 1e-12:
-                raise Refusal("'%s' is scaled to nothing in frame %d" % (part.obj.name, self.first + len(part.matrices) - 1), [part.obj.name])
+                raise Refusal(
+                    "'%s' is scaled to nothing in frame %d" % (part.obj.name, self.first + len(part.matrices) - 1),
+                    [part.obj.name],
+                )
             return
         if part.keeps_shape:
             part.keeps_shape = len(pieces) == 1 and part.own is not None and bool(np.array_equal(pieces[0][0], part.local))
@@ -314,7 +342,9 @@ class Export:
                 strength = float(np.hypot(strength, obj.field.strength))
                 length = max(length, obj.field.size * self.scale)
             else:
-                self.note("The force field '%s' (%s) is not taken over: only wind and turbulence are" % (obj.name, kind.lower()))
+                self.note(
+                    "The force field '%s' (%s) is not taken over: only wind and turbulence are" % (obj.name, kind.lower())
+                )
                 continue
             if obj.animation_data is not None:
                 self.note("The force field '%s' is animated; it counts as it is at the start" % obj.name)
@@ -355,12 +385,16 @@ class Export:
         pin: Dict[str, Any] = {"vertices": make_ranges(part.pins)}
         if not part.pins_keep_shape:
             self.note(
-                "The pins of '%s' are deformed before the cache; they follow the object alone. To follow a character, attach them to it" % part.obj.name
+                "The pins of '%s' are deformed before the cache; they follow the object alone. "
+                "To follow a character, attach them to it" % part.obj.name
             )
         if not motion.is_still(part.matrices):
             keyframes = motion.make_keyframes(part.matrices, 1 / get_fps(self.scene), self.scale)
             if keyframes is None:
-                raise Refusal("'%s' is scaled while it moves; its pins can follow a motion without scale only" % part.obj.name, [part.obj.name])
+                raise Refusal(
+                    "'%s' is scaled while it moves; its pins can follow a motion without scale only" % part.obj.name,
+                    [part.obj.name],
+                )
             self.keyframe_count += len(keyframes)
             pin.update({"keyframes": keyframes, "pivot": (part.matrices[0][:3, 3] * self.scale).tolist()})
         return pin
@@ -371,7 +405,10 @@ class Export:
             raise Refusal("An attachment of '%s' names no object" % part.obj.name, [part.obj.name])
         found = [each for each in self.parts if each.obj.name == target.name]
         if not found or found[0] is part:
-            raise Refusal("'%s' is attached to '%s', which is no obstacle, rigid body or other cloth" % (part.obj.name, target.name), [part.obj.name])
+            raise Refusal(
+                "'%s' is attached to '%s', which is no obstacle, rigid body or other cloth" % (part.obj.name, target.name),
+                [part.obj.name],
+            )
         said: Dict[str, Any] = {"to": found[0].name}
         if attachment.distance > 0:
             said["within"] = attachment.distance * self.scale
@@ -452,7 +489,8 @@ class Export:
             loose = np.setdiff1d(np.arange(sum(part.counts)), part.used)
             bodies.append({
                 "object": part.obj.name, "name": part.name, "role": part.role, "vertices": sum(part.counts),
-                "loose": loose.tolist(), "thin": [] if part.thin is None else part.thin.tolist(), "own_triangles": len(part.own.corners) if part.own else 0,
+                "loose": loose.tolist(), "thin": [] if part.thin is None else part.thin.tolist(),
+                "own_triangles": len(part.own.corners) if part.own else 0,
                 "loose_places": part.local[loose].astype(float).tolist() if part.is_simulated else [],
                 "matrices": [matrix.tolist() for matrix in part.matrices] if part.is_simulated else [],
             })  # fmt: skip

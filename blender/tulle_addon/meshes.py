@@ -1,6 +1,7 @@
 """Meshes of Blender as arrays, and arrays as OBJ and PC2 files.
 
-Positions of a scene for Tulle are in world space and in metres; a unit of Blender has `scene.unit_settings.scale_length` metres.
+Positions of a scene for Tulle are in world space and in metres; a unit of Blender has `scene.unit_settings.scale_length`
+metres.
 """
 import os
 import struct
@@ -22,7 +23,8 @@ class Refusal(Exception):
 
 @dataclass
 class Triangles:
-    """How the vertices of a mesh are joined. `polygons` has the polygon of each triangle, `uvs` the texture coordinates of its corners."""
+    """How the vertices of a mesh are joined. `polygons` has the polygon of each triangle, `uvs` the texture coordinates of
+    its corners."""
 
     vertex_count: int
     corners: np.ndarray
@@ -78,9 +80,12 @@ def read_triangles(mesh, wants_uvs: bool = False) -> Triangles:
     mesh.loop_triangles.foreach_get("polygon_index", polygons)
     uvs = None
     if wants_uvs and mesh.uv_layers.active is not None:
-        layer = np.empty(2 * len(mesh.loops), np.float32)
-        mesh.uv_layers.active.data.foreach_get("uv", layer)
-        uvs = layer.reshape(-1, 2)[loops].reshape(-1, 3, 2)
+        layer, places = mesh.uv_layers.active, np.empty(2 * len(mesh.loops), np.float32)
+        if hasattr(layer, "uv"):  # from Blender 3.5 on
+            layer.uv.foreach_get("vector", places)
+        else:
+            layer.data.foreach_get("uv", places)
+        uvs = places.reshape(-1, 2)[loops].reshape(-1, 3, 2)
     loop_edges = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("edge_index", loop_edges)
     loose_edges = len(mesh.edges) - len(np.unique(loop_edges))
@@ -133,7 +138,8 @@ def read_obj_faces(path: str) -> np.ndarray:
 
 
 class Pc2Writer:
-    """A point cache that grows. A frame is written before the head counts it, so the file is whole up to its count at any moment."""
+    """A point cache that grows. A frame is written before the head counts it, so the file is whole up to its count at any
+    moment."""
 
     def __init__(self, path: str, vertex_count: int):
         self.path, self.vertex_count, self.frame_count = path, vertex_count, 0

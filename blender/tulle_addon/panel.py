@@ -5,7 +5,7 @@ import bpy
 
 from . import bake, settings
 
-CHARACTERS = 46  # of a line of the report in a panel of usual width
+LETTER = 6.6  # [pixels] mean width of a letter, at a scale of 1
 
 
 def draw_object(layout, context, obj) -> None:
@@ -67,7 +67,7 @@ def draw_scene(layout, context) -> None:
         row = layout.row(align=True)
         row.operator("tulle.bake_anew")
         row.operator("tulle.free")
-    draw_report(layout, values)
+    draw_report(layout, context, values)
 
 
 def draw_progress(layout, values) -> None:
@@ -77,12 +77,13 @@ def draw_progress(layout, values) -> None:
         layout.prop(values, "progress", text="", slider=True)
 
 
-def draw_report(layout, values) -> None:
+def draw_report(layout, context, values) -> None:
     """Status and words of the last bake; long lines are cut where they fit."""
     icon = {"FAILED": "ERROR", "CHANGED": "ERROR", "FINISHED": "CHECKMARK"}.get(values.state, "BLANK1")
     if values.status:
         layout.label(text=values.status, icon=icon)
-    lines = [part for line in values.report.split("\n") if line for part in textwrap.wrap(line, CHARACTERS)]
+    width = max(20, int(context.region.width / (LETTER * context.preferences.system.ui_scale)) - 3)
+    lines = [part for line in values.report.split("\n") if line for part in textwrap.wrap(line, width)]
     if lines:
         column = layout.box().column(align=True)
         column.scale_y = 0.75

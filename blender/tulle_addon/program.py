@@ -2,6 +2,7 @@
 import json
 import os
 import queue
+import re
 import shutil
 import signal
 import stat
@@ -19,7 +20,9 @@ FILE_NAME = "tulle.exe" if os.name == "nt" else "tulle"
 class TullePreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
-    program: bpy.props.StringProperty(name="Program", subtype="FILE_PATH", description="The program tulle; empty: that of the add-on, or on PATH")
+    program: bpy.props.StringProperty(
+        name="Program", subtype="FILE_PATH", description="The program tulle; empty: that of the add-on, or on PATH"
+    )
 
     def draw(self, context):
         self.layout.prop(self, "program")
@@ -50,7 +53,8 @@ def find_program() -> str:
     if found:
         return found
     raise Refusal(
-        "The program tulle was not found. Set its path in Edit > Preferences > Add-ons > Tulle, or install the add-on's zip that holds it"
+        "The program tulle was not found. Set its path in Edit > Preferences > Add-ons > Tulle, "
+        "or install the add-on's zip that holds it"
     )
 
 
@@ -66,20 +70,28 @@ class Process:
     """`tulle run` beside Blender. `poll` hands out what it said since the last call."""
 
     def __init__(self, arguments: List[str], folder: str):
-        settings: Dict[str, Any] = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if os.name == "nt" else {"start_new_session": True}
+        settings: Dict[str, Any] = (
+            {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if os.name == "nt" else {"start_new_session": True}
+        )
         self.words: List[str] = []  # for people
         self._lines: "queue.Queue[str]" = queue.Queue()
         self._process = subprocess.Popen(
             [find_program()] + arguments, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             encoding="utf-8", errors="replace", **settings,
         )  # fmt: skip
-        self._readers = [threading.Thread(target=self._read, args=(pipe,), daemon=True) for pipe in (self._process.stdout, self._process.stderr)]
+        self._readers = [
+            threading.Thread(target=self._read, args=(pipe,), daemon=True)
+            for pipe in (self._process.stdout, self._process.stderr)
+        ]
         for reader in self._readers:
             reader.start()
 
     def _read(self, pipe) -> None:
         for line in pipe:
-            self._lines.put(line.rstrip("\n"))
+            line = line.rstrip("\n")
+            is_trouble = line.startswith("trouble: ") and not line.startswith("trouble: none")
+            if pipe is not self._process.stdout or is_trouble:  # the rest is for a terminal
+                self._lines.put(line)
         pipe.close()
 
     def poll(self) -> List[Dict[str, Any]]:
@@ -92,8 +104,8 @@ class Process:
                 return events
             if line.startswith('{"event"'):
                 events.append(json.loads(line))
-            elif line and not line.startswith("state hash"):
-                self.words.append(line[len("tulle run: ") :] if line.startswith("tulle run: ") else line)
+            elif line:
+                self.words.append(re.sub("^tulle run: ", "", line))
 
     def get_code(self) -> Optional[int]:
         """The exit code once the program has ended and all its lines are read."""

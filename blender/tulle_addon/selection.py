@@ -39,7 +39,8 @@ def read_left(path: str, picks: Picks) -> bool:
 
 
 def read_words(words: str, links: Dict[str, Any], picks: Picks) -> None:
-    """Triangles and vertices that a message names. It says whose they are: `triangle 3 of 'NAME'`, or the mesh that was read."""
+    """Triangles and vertices that a message names. It says whose they are: `triangle 3 of 'NAME'`, or the mesh that was
+    read."""
     names = {link["name"] for link in links["bodies"]}
     cloths = [link["name"] for link in links["bodies"] if link["role"] == "CLOTH"]
     others = [link["name"] for link in links["bodies"] if link["role"] != "CLOTH"]
@@ -102,9 +103,15 @@ def select_bodies(context, links: Dict[str, Any], picks: Picks) -> List[str]:
         if obj.type == "MESH" and obj.library is None and obj.data.library is None:
             of_triangles, of_vertices = find_originals(context, obj, links["frame_start"], is_shown=link["role"] == "OBSTACLE")
             used = np.setdiff1d(np.arange(link["vertices"]), np.array(link["loose"], np.int64))
-            of_triangles = np.delete(of_triangles[: link["own_triangles"]], [t for t in link["thin"] if t < link["own_triangles"]])
+            of_triangles = np.delete(
+                of_triangles[: link["own_triangles"]], [t for t in link["thin"] if t < link["own_triangles"]]
+            )
             faces = {int(of_triangles[t]) for t in picks.triangles.get(link["name"], ()) if t < len(of_triangles)}
-            vertices = {int(of_vertices[used[v]]) for v in picks.vertices.get(link["name"], ()) if v < len(used) and used[v] < len(of_vertices)}
+            vertices = {
+                int(of_vertices[used[v]])
+                for v in picks.vertices.get(link["name"], ())
+                if v < len(used) and used[v] < len(of_vertices)
+            }
         chosen[obj.name] = (faces - {-1}, vertices - {-1})
     context.scene.frame_set(links["frame_start"])
     select(context, chosen)
@@ -112,7 +119,8 @@ def select_bodies(context, links: Dict[str, Any], picks: Picks) -> List[str]:
 
 
 def select(context, chosen: Dict[str, Tuple[Set[int], Set[int]]]) -> None:
-    """Objects with the faces and vertices that are to be selected in edit mode; an object without any is selected as a whole."""
+    """Objects with the faces and vertices that are to be selected in edit mode; an object without any is selected as a
+    whole."""
     layer = context.view_layer
     if layer.objects.active and layer.objects.active.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")

@@ -1,6 +1,14 @@
 """What an artist sets: properties of an object (`object.tulle`) and of the scene (`scene.tulle`)."""
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
 
 ROLES = [
     ("NONE", "None", "Takes no part"),
@@ -49,10 +57,19 @@ STARTS = [
 
 
 class TulleAttachment(bpy.types.PropertyGroup):
-    target: PointerProperty(name="To", type=bpy.types.Object, description="Obstacle, rigid body or cloth that holds the vertices")
-    vertex_group: StringProperty(name="Vertices", description="Vertices with a weight of at least 0.5; empty: all that are near")
+    target: PointerProperty(
+        name="To", type=bpy.types.Object, description="Obstacle, rigid body or cloth that holds the vertices"
+    )
+    vertex_group: StringProperty(
+        name="Vertices", description="Vertices with a weight of at least 0.5; empty: all that are near"
+    )
     distance: FloatProperty(
-        name="Distance", default=0.0, min=0.0, subtype="DISTANCE", unit="LENGTH", precision=4,
+        name="Distance",
+        default=0.0,
+        min=0.0,
+        subtype="DISTANCE",
+        unit="LENGTH",
+        precision=4,
         description="Vertices that start farther away stay free; 0: none is too far",
     )
 
@@ -62,36 +79,65 @@ class TulleObject(bpy.types.PropertyGroup):
     fabric: EnumProperty(name="Fabric", items=FABRICS, default="cotton")
     use_thickness: BoolProperty(name="Set Thickness", default=False, description="Otherwise the size of the meshes decides")
     thickness: FloatProperty(
-        name="Thickness", default=0.005, min=1e-6, subtype="DISTANCE", unit="LENGTH", precision=4,
+        name="Thickness",
+        default=0.005,
+        min=1e-6,
+        subtype="DISTANCE",
+        unit="LENGTH",
+        precision=4,
         description="Distance that contact keeps between layers",
     )
-    use_friction: BoolProperty(name="Set Friction", default=False, description="Otherwise the fabric's own, and 0.3 for what is no cloth")
+    use_friction: BoolProperty(
+        name="Set Friction", default=False, description="Otherwise the fabric's own, and 0.3 for what is no cloth"
+    )
     friction: FloatProperty(name="Friction", default=0.3, min=0.0, max=10.0, description="0: ice, 1: rubber")
     density: FloatProperty(
-        name="Density", default=1000.0, min=1e-6, soft_min=1.0, soft_max=20000.0,
+        name="Density",
+        default=1000.0,
+        min=1e-6,
+        soft_min=1.0,
+        soft_max=20000.0,
         description="Of a rigid body [kg/m^3]: wood 600, water 1000, steel 7800",
     )
     pin_group: StringProperty(name="Pins", description="Vertices with a weight of at least 0.5 are held, and follow the object")
     rest: EnumProperty(name="Rest Shape", items=REST_SHAPES, default="START", description="Shape in which nothing pulls")
     rest_key: StringProperty(name="Shape Key", description="Shape key in which the cloth is at rest")
     uv_scale: FloatProperty(
-        name="UV Size", default=1.0, min=1e-6, subtype="DISTANCE", unit="LENGTH", precision=4, description="Length of the side of the UV square"
+        name="UV Size",
+        default=1.0,
+        min=1e-6,
+        subtype="DISTANCE",
+        unit="LENGTH",
+        precision=4,
+        description="Length of the side of the UV square",
     )
     attachments: CollectionProperty(type=TulleAttachment)
     muted_cloth: StringProperty(options={"HIDDEN"}, description="Blender's cloth modifiers that the bake switched off")
 
 
 class TulleScene(bpy.types.PropertyGroup):
-    folder: StringProperty(name="Folder", default="//tulle", subtype="DIR_PATH", description="Where scenes, runs and caches are written")
-    substeps: IntProperty(
-        name="Substeps", default=0, min=0, max=1000, description="Steps of the simulation in a frame; 0: as many as give steps of 1/90 s at most"
+    folder: StringProperty(
+        name="Folder", default="//tulle", subtype="DIR_PATH", description="Where scenes, runs and caches are written"
     )
-    threads: IntProperty(name="Threads", default=0, min=0, max=1024, description="0: one for each processor; the result does not depend on it")
+    substeps: IntProperty(
+        name="Substeps",
+        default=0,
+        min=0,
+        max=1000,
+        description="Steps of the simulation in a frame; 0: as many as give steps of 1/90 s at most",
+    )
+    threads: IntProperty(
+        name="Threads", default=0, min=0, max=1024, description="0: one for each processor; the result does not depend on it"
+    )
     all_obstacles: BoolProperty(
-        name="All Visible Objects Are Obstacles", default=False, description="Besides those that are marked; leave out what is marked Ignored"
+        name="All Visible Objects Are Obstacles",
+        default=False,
+        description="Besides those that are marked; leave out what is marked Ignored",
     )
     start: EnumProperty(name="At the Start", items=STARTS, default="refuse")
-    follow: BoolProperty(name="Follow", default=True, description="The view goes to the last whole frame while the bake is under way")
+    follow: BoolProperty(
+        name="Follow", default=True, description="The view goes to the last whole frame while the bake is under way"
+    )
     # What the last bake came to; shown in the panels.
     state: StringProperty(options={"SKIP_SAVE"})
     progress: FloatProperty(name="Progress", subtype="PERCENTAGE", min=0.0, max=100.0, options={"SKIP_SAVE"})

@@ -1,7 +1,7 @@
 """Which modifiers of an object are simulated, and what is switched while its mesh is read.
 
-The trailing run of modifiers that only make a surface finer or thicker stays behind the cache. What stands before it makes the mesh
-that is simulated.
+The trailing run of modifiers that only make a surface finer or thicker stays behind the cache. What stands before it makes
+the mesh that is simulated.
 """
 from contextlib import contextmanager
 from typing import Iterator, List
@@ -9,10 +9,21 @@ from typing import Iterator, List
 import bpy
 
 CACHE_NAME = "Tulle"
-TAIL_TYPES = {"SUBSURF", "SOLIDIFY", "BEVEL", "WIREFRAME", "EDGE_SPLIT", "WEIGHTED_NORMAL", "NORMAL_EDIT", "UV_PROJECT", "UV_WARP"}
+TAIL_TYPES = {
+    "SUBSURF",
+    "SOLIDIFY",
+    "BEVEL",
+    "WIREFRAME",
+    "EDGE_SPLIT",
+    "WEIGHTED_NORMAL",
+    "NORMAL_EDIT",
+    "UV_PROJECT",
+    "UV_WARP",
+}
 # What moves vertices and leaves their number alone; off while a shape at rest is read.
 DEFORM_TYPES = {
-    "ARMATURE", "CAST", "CURVE", "DISPLACE", "HOOK", "LAPLACIANDEFORM", "LATTICE", "MESH_DEFORM", "SHRINKWRAP", "SIMPLE_DEFORM", "SMOOTH",
+    "ARMATURE", "CAST", "CURVE", "DISPLACE", "HOOK", "LAPLACIANDEFORM", "LATTICE", "MESH_DEFORM", "SHRINKWRAP", "SIMPLE_DEFORM",
+    "SMOOTH",
     "CORRECTIVE_SMOOTH", "LAPLACIANSMOOTH", "SURFACE_DEFORM", "WARP", "WAVE", "VOLUME_DISPLACE", "SOFT_BODY", "MESH_CACHE",
     "MESH_SEQUENCE_CACHE",
 }  # fmt: skip
@@ -22,11 +33,17 @@ def is_cache(modifier) -> bool:
     return modifier.type == "MESH_CACHE" and modifier.name.startswith(CACHE_NAME)
 
 
+def get_kind(modifier) -> str:
+    """The type of a modifier; Smooth by Angle, which Blender 4.1 and later add as nodes, only shades."""
+    group = getattr(modifier, "node_group", None) if modifier.type == "NODES" else None
+    return "WEIGHTED_NORMAL" if group is not None and group.name.startswith("Smooth by Angle") else modifier.type
+
+
 def find_tail(modifiers) -> int:
     """Index of the first modifier of the tail; their number if there is none.
 
     A Triangulate belongs to the tail where a finer surface is triangulated, and else to the mesh that is simulated."""
-    kinds = [modifier.type for modifier in modifiers]
+    kinds = [get_kind(modifier) for modifier in modifiers]
     begin = len(kinds)
     while begin > 0 and kinds[begin - 1] in TAIL_TYPES | {"TRIANGULATE", "COLLISION"}:
         begin -= 1
@@ -41,7 +58,10 @@ def list_hidden(obj, deforms: bool = True) -> List:
     return [
         modifier
         for index, modifier in enumerate(obj.modifiers)
-        if index >= tail or modifier.type in ("CLOTH", "COLLISION") or is_cache(modifier) or (not deforms and modifier.type in DEFORM_TYPES)
+        if index >= tail
+        or modifier.type in ("CLOTH", "COLLISION")
+        or is_cache(modifier)
+        or (not deforms and modifier.type in DEFORM_TYPES)
     ]
 
 
