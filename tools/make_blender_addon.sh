@@ -14,15 +14,5 @@ cmake -B build/addon -DCMAKE_BUILD_TYPE=Release -DTULLE_BUILD_TESTS=OFF -DTULLE_
     -DCMAKE_EXE_LINKER_FLAGS=-static -DPNG_LIBRARY_RELEASE="$png" -DPNG_LIBRARY="$png" -DZLIB_LIBRARY_RELEASE="$zlib" \
     -DZLIB_LIBRARY="$zlib" -DEXPAT_LIBRARY="$expat" -Dpkgcfg_lib_YAML_yaml="$yaml" >build/addon.log 2>&1 || { cat build/addon.log >&2; exit 1; }
 cmake --build build/addon -j "${1:-2}" --target tulle_program
-python3 - <<'END'
-import os
-import zipfile
-
-with zipfile.ZipFile("build/tulle_addon.zip", "w", zipfile.ZIP_DEFLATED) as archive:
-    for name in sorted(os.listdir("blender/tulle_addon")):
-        if name.endswith((".py", ".toml")):
-            archive.write("blender/tulle_addon/" + name, "tulle_addon/" + name)
-    archive.write("LICENSE", "tulle_addon/LICENSE")
-    archive.write("build/addon/tulle", "tulle_addon/bin/tulle")
-END
+python3 blender/package.py build/addon/tulle build/tulle_addon.zip
 echo "the add-on is build/tulle_addon.zip: Blender > Edit > Preferences > Add-ons > Install"

@@ -107,24 +107,26 @@ class Bakes(SceneTest):
     def test_full_disk(self):
         """A cache that cannot be written ends the bake, and stays whole up to its last frame."""
         self.add_sheet(cells=16), self.add_ball()
+        usual = meshes.Pc2Writer.append
+
+        def append(writer, positions):
+            if os.path.basename(os.path.dirname(writer.path)) == "cache" and writer.frame_count == 2:
+                raise OSError(28, "No space left on device")
+            usual(writer, positions)
+
+        meshes.Pc2Writer.append = append
         under_way = bake.Bake(bpy.context)
-        while not (under_way.caches and under_way.caches.frame_count >= 2):
-            under_way.advance(bpy.context)
-        usual, reader = meshes.Pc2Writer.append, meshes.Pc2Reader(self.path("cache", "sheet.pc2"))
-
-        def fail(writer, positions):
-            raise OSError(28, "No space left on device")
-
-        meshes.Pc2Writer.append = fail
         try:
             while not under_way.is_over:
                 under_way.advance(bpy.context)
         finally:
             meshes.Pc2Writer.append = usual
+        reader = meshes.Pc2Reader(self.path("cache", "sheet.pc2"))
         self.assertEqual(under_way.state, "FAILED")
         self.assertIn("No space left", self.scene.tulle.report)
-        self.assertGreaterEqual(reader.count_frames(), 2)
+        self.assertEqual(reader.count_frames(), 2)
         self.bake_all()
+        self.compare(self.scene.objects["sheet"], "sheet")
 
     def test_changed_scene_asks(self):
         self.add_sheet(), self.add_ball()
@@ -145,6 +147,54 @@ class Bakes(SceneTest):
         self.assertEqual(len(after), len(before) + 4)
         self.assertTrue(all(np.array_equal(a, b) for a, b in zip(before, after)))
         self.compare(sheet, "sheet")
+
+    def test_pinched(self):
+        """Where the program cannot go on, what is baked is kept and its words are told."""
+        sheet = self.add_sheet(cells=6, place=(0, 0, 0))
+        self.scene.use_gravity = False
+        for name, sign in (("above", 1), ("below", -1)):
+            bpy.ops.mesh.primitive_cube_add(size=0.6, location=(0, 0, 0.4 * sign))
+            box = bpy.context.object
+            box.name, box.tulle.role = name, "OBSTACLE"
+            for frame, place in ((10, 0.4), (18, 0.29)):
+                box.location.z = place * sign
+                box.keyframe_insert("location", frame=frame)
+        self.assertEqual(self.bake(), {"CANCELLED"})
+        self.assertEqual(self.scene.tulle.state, "FAILED")
+        self.assertIn("above", self.scene.tulle.report)
+        self.assertIn("Stopped after", self.scene.tulle.status)
+        self.assertGreater(meshes.Pc2Reader(self.path("cache", "sheet.pc2")).count_frames(), 3)
+        self.assertEqual(sheet.modifiers[0].type, "MESH_CACHE")
+        self.judge()
+
+    def test_beside_another_bake(self):
+        """Where a bake of a Blender that died is still running in the folder, that is told."""
+        self.add_sheet(cells=16), self.add_ball()
+        first = bake.Bake(bpy.context)
+        while not (first.caches and first.caches.frame_count >= 2):
+            first.advance(bpy.context)
+        self.assertEqual(self.bake(), {"CANCELLED"})
+        self.assertIn("locked", self.scene.tulle.report)
+        while not first.is_over:
+            first.advance(bpy.context)
+        self.assertEqual(first.state, "FINISHED")
+        self.bake_all()
+
+    def test_file_saved_while_baking(self):
+        self.add_sheet()
+        self.scene.tulle.state, self.scene.tulle.status = "RUNNING", "Frame 3 of 5"
+        path = os.path.join(self.folder, "saved.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.assertIn("cut short", self.scene.tulle.status)
+
+    def test_other_vertices_in_render(self):
+        sheet = self.add_sheet()
+        sheet.modifiers.new("Fine", "SUBSURF").render_levels = 2
+        sheet.modifiers.new("Wave", "WAVE").show_render = False
+        bpy.ops.tulle.export()
+        self.assertIn("'Fine' before the cache differs in a render", self.scene.tulle.report)
+        self.assertNotIn("Wave", self.scene.tulle.report)
 
     def test_shorter_range(self):
         self.add_sheet(), self.add_ball()

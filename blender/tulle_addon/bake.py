@@ -439,6 +439,14 @@ def stop() -> None:
 
 
 @persistent
+def tell_after_load(*_: Any) -> None:
+    """A file that was saved while it was baked says so."""
+    for scene in bpy.data.scenes:
+        if scene.tulle.state in ("EXPORTING", "RUNNING"):
+            scene.tulle.state, scene.tulle.status = "CANCELLED", "The bake was cut short; Bake goes on from there"
+
+
+@persistent
 def stop_before_load(*_: Any) -> None:
     stop()
 
@@ -450,6 +458,7 @@ def register() -> None:
     for each in CLASSES:
         bpy.utils.register_class(each)
     bpy.app.handlers.load_pre.append(stop_before_load)
+    bpy.app.handlers.load_post.append(tell_after_load)
     atexit.register(stop)
 
 
@@ -457,5 +466,6 @@ def unregister() -> None:
     stop()
     atexit.unregister(stop)
     bpy.app.handlers.load_pre.remove(stop_before_load)
+    bpy.app.handlers.load_post.remove(tell_after_load)
     for each in reversed(CLASSES):
         bpy.utils.unregister_class(each)

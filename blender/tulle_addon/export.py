@@ -142,6 +142,12 @@ class Export:
         simulated = [part.obj for part in self.parts if part.is_simulated]
         obstacles = [part.obj for part in self.parts if not part.is_simulated]
         os.makedirs(os.path.join(self.folder, MESH_FOLDER), exist_ok=True)
+        for obj in simulated:
+            for modifier in stack.list_other_in_render(obj):
+                self.note(
+                    "'%s': the modifier '%s' before the cache differs in a render; there the cache needs the same vertices"
+                    % (obj.name, modifier)
+                )
         with stack.reading(self.context, simulated, obstacles):
             for part in self.parts:
                 if not part.obj.visible_get():

@@ -65,6 +65,21 @@ def list_hidden(obj, deforms: bool = True) -> List:
     ]
 
 
+def list_other_in_render(obj) -> List[str]:
+    """Modifiers before the cache that may give a render another number of vertices than the view."""
+    hidden = list_hidden(obj)
+    return [
+        modifier.name
+        for modifier in obj.modifiers
+        if modifier not in hidden
+        and modifier.type not in DEFORM_TYPES
+        and (
+            modifier.show_viewport != modifier.show_render
+            or getattr(modifier, "levels", 0) != getattr(modifier, "render_levels", 0)
+        )
+    ]
+
+
 @contextmanager
 def reading(context, simulated, shown=(), deforms: bool = True) -> Iterator[None]:
     """Within it the meshes of `simulated` evaluate to what is simulated, and hidden ones of `shown` are evaluated too.
