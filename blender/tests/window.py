@@ -17,6 +17,7 @@ import addon_utils  # noqa: E402
 import bpy  # noqa: E402
 
 PICTURES = sys.argv[sys.argv.index("--") + 1 :][0] if "--" in sys.argv else ""
+mouse = [0, 0]
 folder = tempfile.mkdtemp(prefix="tulle_window_")
 
 
@@ -48,8 +49,9 @@ def show_sidebar():
             side = next(each for each in area.regions if each.type == "UI")
             with bpy.context.temp_override(area=area, region=next(each for each in area.regions if each.type == "WINDOW")):
                 bpy.ops.view3d.view_selected()
+            mouse[:] = side.x + side.width - 12, side.y + side.height - 180
             for kind, value in (("MOUSEMOVE", "NOTHING"), ("LEFTMOUSE", "PRESS"), ("LEFTMOUSE", "RELEASE")):
-                bpy.context.window.event_simulate(kind, value, x=side.x + side.width - 12, y=side.y + side.height - 180)
+                bpy.context.window.event_simulate(kind, value, x=mouse[0], y=mouse[1])
                 yield 0.1
 
 
@@ -90,6 +92,32 @@ def go():
         for role in ("CLOTH", "BODY", "OBSTACLE", "IGNORED"):
             obj.tulle.role = role
             yield 0.1
+    sheet.tulle.role, bpy.context.scene.frame_end = "CLOTH", 8
+    # A scene that has changed asks before it is baked anew.
+    ball = bpy.data.objects["Ball"]
+    ball.tulle.role, ball.location.x = "OBSTACLE", 0.1
+    assert bpy.ops.tulle.bake("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
+    yield from wait_for(lambda: bake.current is None, 60)
+    assert settings.state == "CHANGED", settings.state
+    yield 0.3
+    keep_picture("panel_changed.png")
+    for value in ("PRESS", "RELEASE"):  # the question is where the mouse is
+        bpy.context.window.event_simulate("RET", value, x=mouse[0], y=mouse[1])
+        yield 0.1
+    yield from wait_for(lambda: bake.current is not None, 5)
+    yield from wait_for(lambda: bake.current is None, 60)
+    assert settings.state == "FINISHED", (settings.state, settings.report)
+    # A start that intersects is refused, selected and shown.
+    sheet.location.z = 0.1
+    assert bpy.ops.tulle.bake("INVOKE_DEFAULT", restart=True) == {"RUNNING_MODAL"}
+    yield from wait_for(lambda: bake.current is None, 60)
+    assert settings.state == "FAILED" and sheet.mode == "EDIT", settings.state
+    sheet.update_from_editmode()
+    assert 0 < sum(polygon.select for polygon in sheet.data.polygons) < len(sheet.data.polygons)
+    yield 0.3
+    keep_picture("panel_refused.png")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    sheet.location.z, bpy.context.scene.frame_end = 0.4, 30
     # Blender's window closes while a bake is under way: the program ends in good order.
     sheet.tulle.role = "CLOTH"
     settings.substeps = 8

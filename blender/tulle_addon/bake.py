@@ -15,6 +15,7 @@ from .meshes import Refusal
 
 SLICE = 0.1  # [s] that the window waits for at most, while the scene is exported and caches grow
 LEFT_FILE = "left.csv"
+LOCKED = "is locked: another process"
 CHANGED = "cannot be resumed: its scene has another hash"
 
 current: Optional["Bake"] = None
@@ -29,8 +30,9 @@ def find_folder(scene) -> str:
 class Bake:
     """Export, run, caches. `advance` does a little of it; `state` becomes FINISHED, CANCELLED, FAILED or CHANGED at the end."""
 
-    def __init__(self, context, restarts: bool = False, follows: bool = False):
-        self.follows = follows and context.scene.tulle.follow  # the view goes to the last whole frame
+    def __init__(self, context, restarts: bool = False, in_window: bool = False):
+        self.is_in_window = in_window
+        self.follows = in_window and context.scene.tulle.follow  # the view goes to the last whole frame
         self.usual_frame = context.scene.frame_current
         self.scene_name = context.scene.name
         self.folder = find_folder(context.scene)
@@ -177,6 +179,8 @@ class Bake:
         elif code == 130 or (self.is_cancelled and code < 0):
             self.tell("CANCELLED", None, "Cancelled after %d frames; Bake goes on from there" % frames, "\n".join(self.words))
         else:
+            if any(LOCKED in line for line in words):
+                words.append("A bake that Blender left behind may still run there. Press Bake again when it has ended.")
             self.words += words or ["tulle ended with code %d" % code]
             self.fail(context, "\n".join(words) or self.words[-1], [], code)
 
@@ -198,8 +202,11 @@ class Bake:
         links = caches.read_json(os.path.join(self.folder, export.LINK_FILE))
         if code and links:
             is_start = selection.read_left(os.path.join(self.folder, LEFT_FILE), picks)
-            if is_start:
-                words += "\nMove the parts that are selected apart, press Untangle, or set At the Start to Untangle."
+            if is_start:  # in the artist's words first; of the pairs the deepest, since all are selected
+                words = (
+                    "Parts intersect at the start. Move those that are selected apart, press Untangle, or set At the Start to "
+                    "Untangle.\n" + words.split(";")[0]
+                )
             else:
                 selection.read_words(words, links, picks)
             selection.select_bodies(context, links, picks) if picks.list_bodies() else None
@@ -212,18 +219,22 @@ class Bake:
 
 def report_end(operator, bake: Bake, scene) -> None:
     level = {"FINISHED": "INFO", "CANCELLED": "WARNING"}.get(bake.state, "ERROR")
+    if bake.state == "CHANGED" and bake.is_in_window:
+        level = "WARNING"  # a question follows
     words = scene.tulle.status + (": " + scene.tulle.report if bake.state in ("FAILED", "CHANGED") else "")
+    if bake.is_in_window:  # the panel has the rest
+        words = words.split("\n")[0]
     operator.report({level}, words)
 
 
-def begin(operator, context, restarts: bool, follows: bool = False) -> Optional[Bake]:
+def begin(operator, context, restarts: bool, in_window: bool = False) -> Optional[Bake]:
     """A new bake, or none with the reason told."""
     global current
     if current is not None:
         operator.report({"ERROR"}, "A bake is under way")
         return None
     try:
-        current = Bake(context, restarts, follows)
+        current = Bake(context, restarts, in_window)
     except Refusal as refusal:
         context.scene.tulle.state, context.scene.tulle.status, context.scene.tulle.report = "FAILED", "Not baked", str(refusal)
         operator.report({"ERROR"}, str(refusal))
@@ -265,7 +276,7 @@ class TULLE_OT_bake(bpy.types.Operator):
     def invoke(self, context, event):
         if bpy.app.background:
             return self.execute(context)
-        if begin(self, context, self.restart, follows=True) is None:
+        if begin(self, context, self.restart, in_window=True) is None:
             return {"CANCELLED"}
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
         context.window_manager.modal_handler_add(self)

@@ -138,13 +138,11 @@ def read_obj_faces(path: str) -> np.ndarray:
 
 
 class Pc2Writer:
-    """A point cache that grows. A frame is written before the head counts it, so the file is whole up to its count at any
-    moment."""
+    """A point cache that grows. It replaces an older one with its first frame. A frame is written before the head counts it,
+    so the file is whole up to its count at any moment."""
 
     def __init__(self, path: str, vertex_count: int):
         self.path, self.vertex_count, self.frame_count = path, vertex_count, 0
-        with open(path, "wb") as file:
-            file.write(self._make_head())
 
     def _make_head(self) -> bytes:
         return PC2_HEAD.pack(b"POINTCACHE2\0", 1, self.vertex_count, 0.0, 1.0, self.frame_count)
@@ -153,6 +151,9 @@ class Pc2Writer:
         data = np.ascontiguousarray(positions, "<f4").tobytes()
         if len(data) != 12 * self.vertex_count:
             raise ValueError("a frame of another number of vertices")
+        if self.frame_count == 0:
+            self._begin(data)
+            return
         with open(self.path, "r+b") as file:
             file.seek(PC2_HEAD.size + self.frame_count * len(data))
             file.write(data)
@@ -165,6 +166,16 @@ class Pc2Writer:
             except OSError:
                 self.frame_count -= 1
                 raise
+
+    def _begin(self, data: bytes) -> None:
+        self.frame_count = 1
+        try:
+            with open(self.path + ".tmp", "wb") as file:
+                file.write(self._make_head() + data)
+            os.replace(self.path + ".tmp", self.path)
+        except OSError:
+            self.frame_count = 0
+            raise
 
 
 class Pc2Reader:
