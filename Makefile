@@ -127,7 +127,7 @@ test-blender:
 
 # Which lines and branches of the libraries the quick tests reach; fails below the limits of tools/check_coverage.py. Left out are
 # tests that run no code of the libraries, and long ones of the program that reach nothing more.
-NOT_COUNTED := ^(tools|paper|examples|validation)[.]|^e2e[.](paper|bench_series|run_interrupted_step)|^check[.]cgal
+NOT_COUNTED := ^(tools|paper|examples|validation|blender)[.]|^e2e[.](paper|bench_series|run_interrupted_step)|^check[.]cgal
 coverage:
 	@$(INSTALL_PACKAGES) build test
 	@cmake --preset coverage

@@ -188,6 +188,53 @@ class Scenes(SceneTest):
         self.assertEqual(len(corners), 2 * one)
         self.judge()
 
+    def test_instances_of_nodes(self):
+        """Boxes on the points of a mesh by geometry nodes, which grow."""
+        self.add_sheet()
+        ground = self.add_mesh("ground", [(-0.3, 0, 0), (0.3, 0, 0), (0, 0.3, 0)], [(0, 1, 2)], role="OBSTACLE")
+        tree = bpy.data.node_groups.new("boxes", "GeometryNodeTree")
+        if hasattr(tree, "interface"):
+            for side in ("INPUT", "OUTPUT"):
+                tree.interface.new_socket("Geometry", in_out=side, socket_type="NodeSocketGeometry")
+        else:
+            tree.inputs.new("NodeSocketGeometry", "Geometry"), tree.outputs.new("NodeSocketGeometry", "Geometry")
+        made = {}
+        for kind in (
+            "NodeGroupInput",
+            "NodeGroupOutput",
+            "GeometryNodeInstanceOnPoints",
+            "GeometryNodeMeshCube",
+            "GeometryNodeJoinGeometry",
+        ):
+            made[kind] = tree.nodes.new(kind)
+        instances, box = made["GeometryNodeInstanceOnPoints"], made["GeometryNodeMeshCube"]
+        box.inputs["Size"].default_value = (0.1, 0.1, 0.1)
+        start, join = made["NodeGroupInput"].outputs[0], made["GeometryNodeJoinGeometry"]
+        for a, b in (
+            (start, instances.inputs["Points"]), (box.outputs["Mesh"], instances.inputs["Instance"]),
+            (instances.outputs[0], join.inputs[0]), (start, join.inputs[0]),
+            (join.outputs[0], made["NodeGroupOutput"].inputs[0]),
+        ):  # fmt: skip
+            tree.links.new(a, b)
+        ground.modifiers.new("Nodes", "NODES").node_group = tree
+        self.bake_all()
+        self.assertEqual(len(meshes.read_obj_faces(self.path("meshes", "ground.obj"))), 1 + 3 * 12)
+        self.assertNotIn("motion", self.read_scene()["obstacles"][0])
+        self.judge()
+        for frame, size in ((10, 0.1), (16, 0.2)):
+            box.inputs["Size"].default_value = (size, size, size)
+            box.inputs["Size"].keyframe_insert("default_value", frame=frame)
+        bpy.ops.tulle.export()
+        self.assertIn("sequence", self.read_scene()["obstacles"][0]["motion"])
+
+    def test_deformed_pins_are_told(self):
+        sheet = self.add_sheet()
+        sheet.vertex_groups.new(name="pins").add([0, 1], 1.0, "REPLACE")
+        sheet.tulle.pin_group = "pins"
+        sheet.modifiers.new("Wave", "WAVE").height = 0.2
+        bpy.ops.tulle.export()
+        self.assertIn("The pins of 'sheet' are deformed before the cache", self.scene.tulle.report)
+
     def test_names(self):
         for name in ("Füße: links", "Füße_ links", "füße_ LINKS", ".", "a/b"):
             self.add_ball(name, place=(len(name), 3, 0))

@@ -23,7 +23,8 @@ bpy.ops.mesh.primitive_grid_add(size=1, location=(0, 0, 1.01))
 bpy.context.object.tulle.role = "CLOTH"
 bpy.context.scene.frame_end = 3
 print("BAKED", bpy.ops.tulle.bake(), bpy.context.scene.tulle.status)
-bpy.ops.preferences.addon_disable(module=next(name for name in bpy.context.preferences.addons.keys() if name.endswith("tulle_addon")))
+names = [name for name in bpy.context.preferences.addons.keys() if name.endswith("tulle_addon")]
+bpy.ops.preferences.addon_disable(module=names[0])
 print("OFF", hasattr(bpy.types.Object, "tulle"))
 """
 

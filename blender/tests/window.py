@@ -70,19 +70,19 @@ def go():
     yield from show_sidebar()
     yield 0.5
     assert bpy.ops.tulle.bake("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
-    yield from wait_for(lambda: bake.current and bake.current.caches and bake.current.caches.frame_count >= 5, 60)
+    yield from wait_for(lambda: bake.current and bake.current.caches and bake.current.caches.frame_count >= 5, 300)
     assert 0 < settings.progress < 100 and "Frame" in settings.status, settings.status
-    yield from wait_for(lambda: bpy.context.scene.frame_current >= 14 or not bake.current, 60)
+    yield from wait_for(lambda: bpy.context.scene.frame_current >= 14 or not bake.current, 300)
     keep_picture("panel_running.png")
     bpy.ops.tulle.cancel()
-    yield from wait_for(lambda: bake.current is None, 60)
+    yield from wait_for(lambda: bake.current is None, 300)
     assert settings.state == "CANCELLED", settings.state
     assert bpy.context.scene.frame_current == 1
     sheet = bpy.data.objects["Sheet"]
     assert [each.type for each in sheet.modifiers] == ["MESH_CACHE", "SUBSURF"]
     yield 0.3
     assert bpy.ops.tulle.bake("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
-    yield from wait_for(lambda: bake.current is None, 120)
+    yield from wait_for(lambda: bake.current is None, 300)
     assert settings.state == "FINISHED" and settings.progress == 100, (settings.state, settings.report)
     bpy.context.scene.frame_set(30)
     yield 0.5
@@ -97,7 +97,7 @@ def go():
     ball = bpy.data.objects["Ball"]
     ball.tulle.role, ball.location.x = "OBSTACLE", 0.1
     assert bpy.ops.tulle.bake("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
-    yield from wait_for(lambda: bake.current is None, 60)
+    yield from wait_for(lambda: bake.current is None, 300)
     assert settings.state == "CHANGED", settings.state
     yield 0.3
     keep_picture("panel_changed.png")
@@ -105,12 +105,12 @@ def go():
         bpy.context.window.event_simulate("RET", value, x=mouse[0], y=mouse[1])
         yield 0.1
     yield from wait_for(lambda: bake.current is not None, 5)
-    yield from wait_for(lambda: bake.current is None, 60)
+    yield from wait_for(lambda: bake.current is None, 300)
     assert settings.state == "FINISHED", (settings.state, settings.report)
     # A start that intersects is refused, selected and shown.
     sheet.location.z = 0.1
     assert bpy.ops.tulle.bake("INVOKE_DEFAULT", restart=True) == {"RUNNING_MODAL"}
-    yield from wait_for(lambda: bake.current is None, 60)
+    yield from wait_for(lambda: bake.current is None, 300)
     assert settings.state == "FAILED" and sheet.mode == "EDIT", settings.state
     sheet.update_from_editmode()
     assert 0 < sum(polygon.select for polygon in sheet.data.polygons) < len(sheet.data.polygons)
@@ -122,7 +122,7 @@ def go():
     sheet.tulle.role = "CLOTH"
     settings.substeps = 8
     assert bpy.ops.tulle.bake("INVOKE_DEFAULT", restart=True) == {"RUNNING_MODAL"}
-    yield from wait_for(lambda: bake.current and bake.current.caches and bake.current.caches.frame_count >= 2, 60)
+    yield from wait_for(lambda: bake.current and bake.current.caches and bake.current.caches.frame_count >= 2, 300)
     under_way = bake.current
     bake.stop()
     yield from wait_for(lambda: under_way.process.get_code() == 130, 5)

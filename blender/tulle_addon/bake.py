@@ -209,7 +209,8 @@ class Bake:
                 )
             else:
                 selection.read_words(words, links, picks)
-            selection.select_bodies(context, links, picks) if picks.list_bodies() else None
+            if picks.list_bodies():
+                selection.select_bodies(context, links, picks)
         elif objects:
             selection.select(context, {name: (set(), set()) for name in objects if name in context.view_layer.objects})
         self.tell(
