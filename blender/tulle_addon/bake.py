@@ -164,8 +164,7 @@ class Bake:
         assert self.process is not None
         words = self.process.words
         self.process = None
-        if self.follows:
-            bpy.data.scenes[self.scene_name].frame_set(self.usual_frame)
+        self.end_following()
         if code == 2 and any(CHANGED in line for line in words):
             self.tell(
                 "CHANGED", None, "The scene has changed since it was baked", "Bake anew to replace the frames that are there."
@@ -184,6 +183,12 @@ class Bake:
             self.words += words or ["tulle ended with code %d" % code]
             self.fail(context, "\n".join(words) or self.words[-1], [], code)
 
+    def end_following(self) -> None:
+        """Back to the frame that was shown before."""
+        if self.follows and self.scene_name in bpy.data.scenes:
+            bpy.data.scenes[self.scene_name].frame_set(self.usual_frame)
+            self.follows = False
+
     def take_over(self) -> None:
         """All frames that are there, and the modifiers."""
         if self.caches is None:
@@ -198,6 +203,7 @@ class Bake:
             self.process.wait(30)
             self.process = None
         self._exporting = None
+        self.end_following()
         picks = selection.Picks()
         links = caches.read_json(os.path.join(self.folder, export.LINK_FILE))
         if code and links:

@@ -112,8 +112,11 @@ class TULLE_OT_check(bpy.types.Operator):
         folder = tempfile.mkdtemp(prefix="tulle_check_")
         first_bad, pairs, bad_frames, sum_of_pairs = None, [], 0, 0
         hidden = judge.hide_tails()
+        manager = context.window_manager
+        manager.progress_begin(0, len(frames))
         try:
-            for frame in frames:
+            for number, frame in enumerate(frames):
+                manager.progress_update(number)
                 if scene.frame_current != frame:
                     scene.frame_set(frame)
                 found = judge.judge_frame(folder)
@@ -124,6 +127,7 @@ class TULLE_OT_check(bpy.types.Operator):
             self.report({"ERROR"}, str(refusal))
             return {"CANCELLED"}
         finally:
+            manager.progress_end()
             shutil.rmtree(folder)
             for modifier in hidden:
                 modifier.show_viewport = True
