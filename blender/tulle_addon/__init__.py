@@ -7,11 +7,13 @@ its frames by a Mesh Cache modifier. Each module is one thought:
     meshes     meshes of Blender in world space and metres, as arrays and files
     stack      which modifiers are simulated and which stay behind the cache; what is switched while a mesh is read
     motion     what stands still, moves rigidly or deforms
+    parts      the objects that take part, and what their meshes hold frame by frame
     export     the folder that the program runs: scene.yaml, meshes, point caches
     program    finds the program and runs it
     caches     frames of a run as a point cache in the space of the object, and the modifier that shows it
     selection  selects what the words of the program name
-    bake       operators: bake, cancel, free, export, import
+    bake       a bake that is under way
+    operators  bake, cancel, free, export, import
     check      operators: the judge, untangling
     convert    operator: takes over Blender's own cloth
     panel      panels
@@ -26,9 +28,9 @@ bl_info = {
     "category": "Physics",
 }
 
-from . import bake, check, convert, panel, program, settings  # noqa: E402
+from . import bake, check, convert, operators, panel, program, settings  # noqa: E402
 
-MODULES = (settings, program, bake, check, convert, panel)
+MODULES = (settings, program, bake, operators, check, convert, panel)
 
 
 def register() -> None:

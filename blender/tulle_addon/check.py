@@ -12,7 +12,7 @@ from typing import Any, Dict, List, Optional, Set, Tuple
 import bpy
 import numpy as np
 
-from . import bake, caches, export, meshes, program, selection, stack
+from . import bake, caches, export, meshes, parts, program, selection, stack
 from .meshes import Refusal
 
 
@@ -25,7 +25,7 @@ def find_baked_triangles(obj, vertex_count: int) -> Optional[np.ndarray]:
     folder, name = os.path.dirname(os.path.dirname(path)), os.path.splitext(os.path.basename(path))[0]
     links = caches.read_json(os.path.join(folder, export.LINK_FILE)) or {"bodies": []}
     link = next((each for each in links["bodies"] if each["name"] == name and each["vertices"] == vertex_count), None)
-    mesh_path = os.path.join(folder, export.MESH_FOLDER, name + ".obj")
+    mesh_path = os.path.join(folder, parts.MESH_FOLDER, name + ".obj")
     if link is None or not os.path.isfile(mesh_path):
         return None
     used = np.setdiff1d(np.arange(vertex_count), np.array(link["loose"], np.int64))
@@ -270,7 +270,7 @@ def write_other(graph, obj, path: str, scale: float) -> Dict[str, Any]:
     matrix = meshes.get_matrix(evaluated.matrix_world)
     places, corners = meshes.to_world(meshes.read_positions(mesh), matrix, scale), meshes.read_triangles(mesh).corners
     evaluated.to_mesh_clear()
-    corners = corners[meshes.measure_heights(places, corners) >= export.NO_AREA]
+    corners = corners[meshes.measure_heights(places, corners) >= parts.NO_AREA]
     meshes.write_obj(path, places, corners[:, ::-1] if meshes.is_mirrored(matrix) else corners)
     return {"mesh": {"file": os.path.basename(path)}}
 
