@@ -170,6 +170,45 @@ class Scenes(SceneTest):
         frames = self.list_frames("Ball_1")
         self.assertAlmostEqual(float((frames[0] - frames[-1])[:, 2].mean()), 9.81 * 0.25**2 / 2, 1)
 
+    def test_linked_objects(self):
+        """A linked sheet and a linked ball are simulated as overrides; the sheet itself cannot be."""
+        self.add_sheet("Sheet"), self.add_ball("Ball", role="NONE")
+        path = os.path.join(self.folder, "library.blend")
+        bpy.data.libraries.write(path, {self.scene.objects["Sheet"], self.scene.objects["Ball"]})
+        for name in ("Sheet", "Ball"):
+            bpy.data.objects.remove(bpy.data.objects[name])
+        with bpy.data.libraries.load(path, link=True) as (_, wanted):
+            wanted.objects = ["Sheet", "Ball"]
+        for obj in wanted.objects:
+            self.scene.collection.objects.link(obj)
+        bpy.context.view_layer.update()
+        self.refuse("'Sheet' is linked from another file")
+        sheet, ball = (obj.override_create(remap_local_usages=True) for obj in wanted.objects)
+        sheet.tulle.fabric, ball.tulle.role = "silk", "OBSTACLE"
+        bpy.ops.wm.save_mainfile()
+        bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
+        sheet = next(obj for obj in self.scene.objects if obj.tulle.role == "CLOTH")
+        self.assertIsNone(sheet.library)
+        self.bake_all()
+        said = self.read_scene()
+        self.assertEqual((said["cloth"][0]["material"]["preset"], len(said["obstacles"])), ("silk", 1))
+        self.compare(sheet, said["cloth"][0]["name"])
+
+    def test_curves_texts_and_metaballs(self):
+        bpy.ops.curve.primitive_bezier_circle_add(radius=0.3)
+        bpy.context.object.data.bevel_depth = 0.03
+        bpy.context.object.name = "ring"
+        bpy.ops.object.text_add(location=(-0.3, 0, -0.2))
+        bpy.context.object.data.extrude, bpy.context.object.name = 0.05, "words"
+        bpy.ops.object.metaball_add(radius=0.2, location=(0, 0, -1))
+        bpy.context.object.name = "drop"
+        for name in ("ring", "words", "drop"):
+            self.scene.objects[name].tulle.role = "OBSTACLE"
+        self.add_sheet()
+        self.bake_all()
+        self.assertEqual({each["name"] for each in self.read_scene()["obstacles"]}, {"ring", "words", "drop"})
+        self.judge()
+
     def test_instances(self):
         """An empty that instances a collection, and an object that is left out of it."""
         kinds = bpy.data.collections.new("kinds")

@@ -10,6 +10,9 @@ from bpy.props import (
     StringProperty,
 )
 
+# May be set on overrides of linked objects.
+OVERRIDE = {"LIBRARY_OVERRIDABLE"}
+
 ROLES = [
     ("NONE", "None", "Takes no part"),
     ("CLOTH", "Cloth", "Is simulated as cloth"),
@@ -58,12 +61,13 @@ STARTS = [
 
 class TulleAttachment(bpy.types.PropertyGroup):
     target: PointerProperty(
-        name="To", type=bpy.types.Object, description="Obstacle, rigid body or cloth that holds the vertices"
+        override=OVERRIDE, name="To", type=bpy.types.Object, description="Obstacle, rigid body or cloth that holds the vertices"
     )
     vertex_group: StringProperty(
-        name="Vertices", description="Vertices with a weight of at least 0.5; empty: all that are near"
+        override=OVERRIDE, name="Vertices", description="Vertices with a weight of at least 0.5; empty: all that are near"
     )
     distance: FloatProperty(
+        override=OVERRIDE,
         name="Distance",
         default=0.0,
         min=0.0,
@@ -75,10 +79,13 @@ class TulleAttachment(bpy.types.PropertyGroup):
 
 
 class TulleObject(bpy.types.PropertyGroup):
-    role: EnumProperty(name="Role", items=ROLES, default="NONE", description="What the object is for Tulle")
-    fabric: EnumProperty(name="Fabric", items=FABRICS, default="cotton")
-    use_thickness: BoolProperty(name="Set Thickness", default=False, description="Otherwise the size of the meshes decides")
+    role: EnumProperty(override=OVERRIDE, name="Role", items=ROLES, default="NONE", description="What the object is for Tulle")
+    fabric: EnumProperty(override=OVERRIDE, name="Fabric", items=FABRICS, default="cotton")
+    use_thickness: BoolProperty(
+        override=OVERRIDE, name="Set Thickness", default=False, description="Otherwise the size of the meshes decides"
+    )
     thickness: FloatProperty(
+        override=OVERRIDE,
         name="Thickness",
         default=0.005,
         min=1e-6,
@@ -88,10 +95,14 @@ class TulleObject(bpy.types.PropertyGroup):
         description="Distance that contact keeps between layers",
     )
     use_friction: BoolProperty(
-        name="Set Friction", default=False, description="Otherwise the fabric's own, and 0.3 for what is no cloth"
+        override=OVERRIDE,
+        name="Set Friction",
+        default=False,
+        description="Otherwise the fabric's own, and 0.3 for what is no cloth",
     )
-    friction: FloatProperty(name="Friction", default=0.3, min=0.0, max=10.0, description="0: ice, 1: rubber")
+    friction: FloatProperty(override=OVERRIDE, name="Friction", default=0.3, min=0.0, max=10.0, description="0: ice, 1: rubber")
     density: FloatProperty(
+        override=OVERRIDE,
         name="Density",
         default=1000.0,
         min=1e-6,
@@ -99,10 +110,15 @@ class TulleObject(bpy.types.PropertyGroup):
         soft_max=20000.0,
         description="Of a rigid body [kg/m^3]: wood 600, water 1000, steel 7800",
     )
-    pin_group: StringProperty(name="Pins", description="Vertices with a weight of at least 0.5 are held, and follow the object")
-    rest: EnumProperty(name="Rest Shape", items=REST_SHAPES, default="START", description="Shape in which nothing pulls")
-    rest_key: StringProperty(name="Shape Key", description="Shape key in which the cloth is at rest")
+    pin_group: StringProperty(
+        override=OVERRIDE, name="Pins", description="Vertices with a weight of at least 0.5 are held, and follow the object"
+    )
+    rest: EnumProperty(
+        override=OVERRIDE, name="Rest Shape", items=REST_SHAPES, default="START", description="Shape in which nothing pulls"
+    )
+    rest_key: StringProperty(override=OVERRIDE, name="Shape Key", description="Shape key in which the cloth is at rest")
     uv_scale: FloatProperty(
+        override=OVERRIDE,
         name="UV Size",
         default=1.0,
         min=1e-6,
@@ -111,8 +127,10 @@ class TulleObject(bpy.types.PropertyGroup):
         precision=4,
         description="Length of the side of the UV square",
     )
-    attachments: CollectionProperty(type=TulleAttachment)
-    muted_cloth: StringProperty(options={"HIDDEN"}, description="Blender's cloth modifiers that the bake switched off")
+    attachments: CollectionProperty(override=OVERRIDE | {"USE_INSERTION"}, type=TulleAttachment)
+    muted_cloth: StringProperty(
+        override=OVERRIDE, options={"HIDDEN"}, description="Blender's cloth modifiers that the bake switched off"
+    )
 
 
 class TulleScene(bpy.types.PropertyGroup):
@@ -151,7 +169,7 @@ CLASSES = (TulleAttachment, TulleObject, TulleScene)
 def register() -> None:
     for each in CLASSES:
         bpy.utils.register_class(each)
-    bpy.types.Object.tulle = PointerProperty(type=TulleObject)
+    bpy.types.Object.tulle = PointerProperty(type=TulleObject, override=OVERRIDE)
     bpy.types.Scene.tulle = PointerProperty(type=TulleScene)
 
 
