@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-notebooks coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
+.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-blender blender-addon test-notebooks coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -159,9 +159,20 @@ test-musl test-m32: test-%:
 	@$(INSTALL_PACKAGES) build $*
 	@sh tools/check_small_host.sh $* $(JOBS); code=$$?; [ $$code = 77 ] || exit $$code
 
+# The add-on for Blender with the program inside, build/tulle_addon.zip: docs/guide/blender.md.
+blender-addon:
+	@$(INSTALL_PACKAGES) build
+	@sh tools/make_blender_addon.sh $(JOBS)
+
+# The add-on in Blender without a window, then in one; skips what is not there. A minute.
+test-blender:
+	@$(INSTALL_PACKAGES) build blender
+	@$(MAKE) --no-print-directory build-program
+	@TULLE="$(CURDIR)/$(BUILD)/tulle" sh blender/tests/run.sh; code=$$?; [ $$code = 77 ] || exit $$code
+
 # Which lines and branches of the libraries the quick tests reach; fails below the limits of tools/check_coverage.py. Left out are
 # tests that run no code of the libraries, and long ones of the program that reach nothing more.
-NOT_COUNTED := ^(tools|paper|examples|validation)[.]|^e2e[.](paper|bench_series|run_interrupted_step)|^check[.]cgal
+NOT_COUNTED := ^(tools|paper|examples|validation|blender)[.]|^e2e[.](paper|bench_series|run_interrupted_step)|^check[.]cgal
 coverage:
 	@$(INSTALL_PACKAGES) build test
 	@cmake --preset coverage
@@ -324,6 +335,8 @@ help:
 	@echo "make test-clang   all built by clang, with the same hashes"
 	@echo "make test-musl    the library by musl-gcc, linked statically into a small host, with the same hash"
 	@echo "make test-m32     the same for 32-bit x86"
+	@echo "make test-blender the add-on in Blender without a window and in one (installs Blender)"
+	@echo "make blender-addon  the add-on with the program inside: build/tulle_addon.zip"
 	@echo "make check-arm64  compiles for arm64 and runs some tests by an emulator"
 	@echo "make check-portability the same, and the default build on an emulated x86-64 processor without extensions"
 	@echo "make bench        what the stages of a step cost (makes its inputs once: some minutes)"

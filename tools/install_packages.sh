@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
 # usage: install_packages.sh ROLE...      ROLE: build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate,
-#                                 clang, ubsan, msan, fuzz, musl, m32, portability, docs, slurm
+#                                 clang, ubsan, msan, fuzz, musl, m32, portability, docs, slurm, blender
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -116,6 +116,12 @@ needs() {
         echo "qemu-user      program:qemu-aarch64 optional"
         echo "binutils       program:objdump     optional"
         ;;
+    blender)
+        echo "blender        program:blender     optional"
+        echo "python3-numpy  python:numpy        optional"
+        echo "xvfb           program:xvfb-run    optional"
+        echo "xauth          program:xauth       optional"
+        ;;
     docs)
         echo "python3        program:python3     needed"
         echo "mkdocs         program:mkdocs      needed"
@@ -132,7 +138,7 @@ needs() {
         echo "slurm-wlm      program:sbatch      optional"
         ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs and slurm" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs, slurm and blender" >&2
         exit 2
         ;;
     esac

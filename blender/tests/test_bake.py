@@ -1,0 +1,254 @@
+"""Bakes: what is shown is what was run, and goes on to the same bits."""
+import os
+import time
+
+import bpy
+import numpy as np
+
+from support import SceneTest
+from tulle_addon import bake, caches, meshes, stack
+
+
+class Bakes(SceneTest):
+    frames = 12
+
+    def test_sheet_on_a_ball(self):
+        sheet, _ = self.add_sheet(), self.add_ball()
+        sheet.modifiers.new("Subdivision", "SUBSURF")
+        sheet.modifiers.new("Solidify", "SOLIDIFY")
+        self.bake_all()
+        self.assertEqual([each.type for each in sheet.modifiers], ["MESH_CACHE", "SUBSURF", "SOLIDIFY"])
+        self.assertTrue(sheet.modifiers[0].filepath.startswith("//tulle"))
+        self.assertTrue(sheet.modifiers["Subdivision"].show_viewport)
+        self.judge()
+        self.assertGreater(len(self.see(sheet, 12)), 81 * 4)
+        for each in list(sheet.modifiers)[1:]:
+            each.show_viewport = False
+        self.compare(sheet, "sheet")
+        frames = self.list_frames("sheet")
+        self.assertLess(frames[-1][:, 2].min(), 0.15)
+        self.assertGreater(frames[-1][40, 2], 0.24)  # its middle lies on the ball
+        said = self.read_scene()
+        self.assertAlmostEqual(said["time"]["step"], 1 / 96)
+        self.assertEqual(said["time"]["steps_per_frame"], 4)
+        self.assertEqual(self.scene.frame_current, 10 + self.frames)  # where the last look left it
+
+    def test_turned_scaled_and_mirrored_cloth(self):
+        sheet, _ = self.add_sheet(place=(3, 1, 0.4)), self.add_ball(place=(3, 1, 0))
+        sheet.rotation_euler, sheet.scale = (0.2, 0.1, 0.7), (0.8, -1.3, 1.0)
+        self.bake_all()
+        self.compare(sheet, "sheet")
+        self.judge()
+
+    def test_same_bits_where_the_object_lies_at_the_origin(self):
+        sheet, _ = self.add_sheet(place=(0, 0, 0)), self.add_ball(place=(0, 0, -0.3))
+        self.bake_all()
+        self.assertEqual(*[open(self.path(folder, "sheet.pc2"), "rb").read() for folder in ("run", "cache")])
+        for number, frame in enumerate(self.list_frames("sheet")):
+            np.testing.assert_array_equal(self.see(sheet, 10 + number), frame)
+
+    def test_units(self):
+        """A scene in centimetres falls as one in metres does."""
+        sheet, _ = self.add_sheet(), self.add_ball()
+        self.bake_all()
+        metres = self.list_frames("sheet")
+        bpy.ops.tulle.free()
+        for obj in self.scene.objects:
+            obj.location *= 100
+            obj.scale *= 100
+        self.scene.unit_settings.scale_length = 0.01
+        self.scene.gravity = (0, 0, -981)
+        self.bake_all()
+        self.compare(sheet, "sheet")
+        for a, b in zip(metres, self.list_frames("sheet")):
+            self.assertLess(np.abs(a - b).max(), 2e-3)
+        self.scene.gravity = (0, 0, -9.81)
+        self.bake_all(restart=True)
+        self.assertIn("Gravity is 0.0981", self.scene.tulle.report)
+
+    def test_cancel_and_resume(self):
+        sheet, _ = self.add_sheet(cells=16), self.add_ball()
+        self.bake_all()
+        whole = [open(self.path("cache", "sheet.pc2"), "rb").read(), open(self.path("run", "sheet.pc2"), "rb").read()]
+        bpy.ops.tulle.free()
+        self.assertFalse(os.path.exists(self.path()))
+        self.assertEqual(len(sheet.modifiers), 0)
+        under_way = bake.Bake(bpy.context)
+        while not under_way.is_over:
+            under_way.advance(bpy.context)
+            if under_way.caches and under_way.caches.frame_count >= 3 and not under_way.is_cancelled:
+                self.assertEqual(sheet.modifiers[0].type, "MESH_CACHE")  # shown while it grows
+                under_way.cancel()
+        self.assertEqual(under_way.state, "CANCELLED")
+        held = meshes.Pc2Reader(self.path("cache", "sheet.pc2")).count_frames()
+        self.assertTrue(3 <= held < self.frames + 1, held)
+        self.bake_all()
+        self.assertEqual(
+            whole, [open(self.path("cache", "sheet.pc2"), "rb").read(), open(self.path("run", "sheet.pc2"), "rb").read()]
+        )
+
+    def test_killed(self):
+        """A bake whose program and Blender die leaves a whole cache, and goes on."""
+        self.add_sheet(cells=16), self.add_ball()
+        under_way = bake.Bake(bpy.context)
+        while not (under_way.caches and under_way.caches.frame_count >= 3):
+            under_way.advance(bpy.context)
+        under_way.process._process.kill()
+        while under_way.process.get_code() is None:
+            time.sleep(0.01)
+        with open(self.path("cache", "sheet.pc2"), "ab") as file:
+            file.write(b"half a frame")
+        reader = meshes.Pc2Reader(self.path("cache", "sheet.pc2"))
+        for frame in range(reader.count_frames()):
+            self.assertTrue(np.isfinite(reader.read(frame)).all())
+        self.bake_all()
+        self.compare(self.scene.objects["sheet"], "sheet")
+
+    def test_full_disk(self):
+        """A cache that cannot be written ends the bake, and stays whole up to its last frame."""
+        self.add_sheet(cells=16), self.add_ball()
+        usual = meshes.Pc2Writer.append
+
+        def append(writer, positions):
+            if os.path.basename(os.path.dirname(writer.path)) == "cache" and writer.frame_count == 2:
+                raise OSError(28, "No space left on device")
+            usual(writer, positions)
+
+        meshes.Pc2Writer.append = append
+        under_way = bake.Bake(bpy.context)
+        try:
+            while not under_way.is_over:
+                under_way.advance(bpy.context)
+        finally:
+            meshes.Pc2Writer.append = usual
+        reader = meshes.Pc2Reader(self.path("cache", "sheet.pc2"))
+        self.assertEqual(under_way.state, "FAILED")
+        self.assertIn("No space left", self.scene.tulle.report)
+        self.assertEqual(reader.count_frames(), 2)
+        self.bake_all()
+        self.compare(self.scene.objects["sheet"], "sheet")
+
+    def test_changed_scene_asks(self):
+        self.add_sheet(), self.add_ball()
+        self.bake_all()
+        self.scene.objects["ball"].location.x = 0.1
+        self.assertEqual(self.bake(), {"CANCELLED"})
+        self.assertEqual(self.scene.tulle.state, "CHANGED")
+        self.bake_all(restart=True)
+        self.judge()
+
+    def test_longer_range_goes_on(self):
+        sheet, _ = self.add_sheet(), self.add_ball()
+        self.bake_all()
+        before = self.list_frames("sheet")
+        self.scene.frame_end += 4
+        self.bake_all()
+        after = self.list_frames("sheet")
+        self.assertEqual(len(after), len(before) + 4)
+        self.assertTrue(all(np.array_equal(a, b) for a, b in zip(before, after)))
+        self.compare(sheet, "sheet")
+
+    def test_pinched(self):
+        """Where the program cannot go on, what is baked is kept and its words are told."""
+        sheet = self.add_sheet(cells=6, place=(0, 0, 0))
+        self.scene.use_gravity = False
+        for name, sign in (("above", 1), ("below", -1)):
+            bpy.ops.mesh.primitive_cube_add(size=0.6, location=(0, 0, 0.4 * sign))
+            box = bpy.context.object
+            box.name, box.tulle.role = name, "OBSTACLE"
+            for frame, place in ((10, 0.4), (18, 0.29)):
+                box.location.z = place * sign
+                box.keyframe_insert("location", frame=frame)
+        self.assertEqual(self.bake(), {"CANCELLED"})
+        self.assertEqual(self.scene.tulle.state, "FAILED")
+        self.assertIn("above", self.scene.tulle.report)
+        self.assertIn("Stopped after", self.scene.tulle.status)
+        self.assertGreater(meshes.Pc2Reader(self.path("cache", "sheet.pc2")).count_frames(), 3)
+        self.assertEqual(sheet.modifiers[0].type, "MESH_CACHE")
+        self.judge()
+
+    def test_beside_another_bake(self):
+        """Where a bake of a Blender that died is still running in the folder, that is told."""
+        self.add_sheet(cells=16), self.add_ball()
+        first = bake.Bake(bpy.context)
+        while not (first.caches and first.caches.frame_count >= 2):
+            first.advance(bpy.context)
+        self.assertEqual(self.bake(), {"CANCELLED"})
+        self.assertIn("locked", self.scene.tulle.report)
+        while not first.is_over:
+            first.advance(bpy.context)
+        self.assertEqual(first.state, "FINISHED")
+        self.bake_all()
+
+    def test_file_saved_while_baking(self):
+        self.add_sheet()
+        self.scene.tulle.state, self.scene.tulle.status = "RUNNING", "Frame 3 of 5"
+        path = os.path.join(self.folder, "saved.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.assertIn("cut short", self.scene.tulle.status)
+
+    def test_other_vertices_in_render(self):
+        sheet = self.add_sheet()
+        sheet.modifiers.new("Fine", "SUBSURF").render_levels = 2
+        sheet.modifiers.new("Wave", "WAVE").show_render = False
+        bpy.ops.tulle.export()
+        self.assertIn("'Fine' before the cache differs in a render", self.scene.tulle.report)
+        self.assertNotIn("Wave", self.scene.tulle.report)
+
+    def test_shorter_range(self):
+        self.add_sheet(), self.add_ball()
+        self.bake_all()
+        self.scene.frame_end -= 4
+        self.bake_all()
+        self.assertEqual(meshes.Pc2Reader(self.path("cache", "sheet.pc2")).count_frames(), self.frames - 3)
+
+    def test_export_and_import(self):
+        import subprocess
+
+        from support import TULLE
+
+        sheet, _ = self.add_sheet(), self.add_ball()
+        self.assertEqual(bpy.ops.tulle.export(), {"FINISHED"})
+        subprocess.run([TULLE, "run", "scene.yaml", "-o", "run"], cwd=self.path(), check=True, capture_output=True)
+        self.assertEqual(bpy.ops.tulle.import_results(), {"FINISHED"})
+        self.compare(sheet, "sheet")
+
+    def test_free_keeps_other_files(self):
+        self.add_sheet(), self.add_ball()
+        self.bake_all()
+        with open(self.path("run", "mine.txt"), "w") as file:
+            file.write("mine")
+        bpy.ops.tulle.free()
+        self.assertEqual(os.listdir(self.path()), ["run"])
+        self.assertEqual(os.listdir(self.path("run")), ["mine.txt"])
+
+    def test_modifiers_before_and_behind(self):
+        sheet, _ = self.add_sheet(place=(0, 0, 0.5)), self.add_ball()
+        sheet.modifiers.new("Mirror", "MIRROR").use_axis[0] = False
+        sheet.modifiers["Mirror"].use_axis[2] = True
+        for vertex in sheet.data.vertices:
+            vertex.co.z = 0.1
+        cloth = sheet.modifiers.new("Cloth", "CLOTH")
+        for kind in ("SUBSURF", "TRIANGULATE"):
+            sheet.modifiers.new(kind, kind)
+        self.bake_all()
+        self.assertEqual([each.type for each in sheet.modifiers], ["MIRROR", "CLOTH", "MESH_CACHE", "SUBSURF", "TRIANGULATE"])
+        self.assertFalse(cloth.show_viewport or cloth.show_render)
+        self.assertEqual(len(self.list_frames("sheet")[0]), 2 * 81)
+        sheet.modifiers["SUBSURF"].show_viewport = sheet.modifiers["TRIANGULATE"].show_viewport = False
+        self.compare(sheet, "sheet")
+        bpy.ops.tulle.free()
+        self.assertTrue(cloth.show_viewport and cloth.show_render)
+        self.assertIsNone(caches.find_modifier(sheet))
+
+    def test_tail(self):
+        class Kind:
+            def __init__(self, kind):
+                self.type = kind
+
+        for kinds, begin in (
+            ([], 0), (["SUBSURF"], 0), (["ARMATURE"], 1), (["TRIANGULATE"], 1), (["SUBSURF", "ARMATURE"], 2),
+            (["MIRROR", "TRIANGULATE", "SUBSURF", "TRIANGULATE", "SOLIDIFY"], 2),
+        ):  # fmt: skip
+            self.assertEqual(stack.find_tail([Kind(kind) for kind in kinds]), begin, kinds)

@@ -1,0 +1,258 @@
+"""A bake that is under way, whoever waits for it: a timer in the window, or a loop where a script calls the operator."""
+import atexit
+import os
+import time
+from typing import Any, Iterator, List, Optional
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import caches, export, program, selection
+from .meshes import Refusal
+
+SLICE = 0.1  # [s] that the window waits for at most, while the scene is exported and caches grow
+LEFT_FILE = "left.csv"
+LOCKED = "is locked: another process"
+CHANGED = "cannot be resumed: its scene has another hash"
+
+current: Optional["Bake"] = None
+
+
+def find_folder(scene) -> str:
+    if scene.tulle.folder.startswith("//") and not bpy.data.is_saved:
+        raise Refusal("Save the file first: the folder %s lies beside it" % scene.tulle.folder)
+    return os.path.abspath(bpy.path.abspath(scene.tulle.folder))
+
+
+class Bake:
+    """Export, run, caches. `advance` does a little of it; `state` becomes FINISHED, CANCELLED, FAILED or CHANGED at the end."""
+
+    def __init__(self, context, restarts: bool = False, in_window: bool = False):
+        self.is_in_window = in_window
+        self.follows = in_window and context.scene.tulle.follow  # the view goes to the last whole frame
+        self.usual_frame = context.scene.frame_current
+        self.scene_name = context.scene.name
+        self.folder = find_folder(context.scene)
+        self.restarts = restarts
+        self.process: Optional[program.Process] = None
+        self.caches: Optional[caches.Caches] = None
+        self.is_cancelled = False
+        self.has_begun = False  # files of the run are there, and cut back to where it goes on
+        self.first = context.scene.frame_start
+        self.words: List[str] = []
+        self.state = ""
+        program.find_program()
+        self._export = export.Export(context, self.folder)
+        self._exporting: Optional[Iterator[float]] = self._export.run()
+        self.tell("EXPORTING", 0.0, "Reading the scene", "")
+
+    def tell(self, state: str, share: Optional[float], status: str, report: Optional[str] = None) -> None:
+        self.state = state
+        scene = bpy.data.scenes.get(self.scene_name)
+        if scene is None:
+            return
+        scene.tulle.state, scene.tulle.status = state, status
+        if share is not None:
+            scene.tulle.progress = 100.0 * share
+        if report is not None:
+            scene.tulle.report = report
+
+    @property
+    def is_over(self) -> bool:
+        return self.state in ("FINISHED", "CANCELLED", "FAILED", "CHANGED")
+
+    def cancel(self) -> None:
+        """What is baked stays; a second call does not wait for the end of the step."""
+        self.is_cancelled = True
+        if self.process:
+            self.process.interrupt()
+
+    def advance(self, context) -> None:
+        try:
+            if self._exporting is not None:
+                self._advance_export()
+            elif self.process is not None:
+                self._advance_run(context)
+        except Refusal as refusal:
+            self.fail(context, str(refusal), refusal.objects)
+        except OSError as error:
+            self.fail(context, "The files of the bake could not be written or read: %s" % error, [])
+        except ReferenceError:
+            self.fail(context, "The scene was changed by others while it was read; bake again", [])
+
+    def _advance_export(self) -> None:
+        end = time.monotonic() + SLICE
+        while self._exporting is not None and time.monotonic() < end:
+            if self.is_cancelled:
+                self._exporting.close()
+                self._exporting = None
+                self.tell("CANCELLED", 0.0, "Cancelled")
+                return
+            try:
+                self.tell("EXPORTING", 0.1 * next(self._exporting), "Reading the scene")
+            except StopIteration:
+                self._exporting = None
+                self.start()
+
+    def start(self) -> None:
+        """Starts the program, which goes on where it can."""
+        scene = bpy.data.scenes[self.scene_name]
+        left = os.path.join(self.folder, LEFT_FILE)
+        if os.path.exists(left):
+            os.remove(left)
+        has_run = os.path.exists(os.path.join(self.folder, export.RUN_FOLDER, "run.json"))
+        arguments = ["run", export.SCENE_FILE, "-o", export.RUN_FOLDER, "--progress", "json", "--list-left", LEFT_FILE]
+        arguments += ["--force" if self.restarts and has_run else "--resume"]
+        if scene.tulle.threads > 0:
+            arguments += ["-t", str(scene.tulle.threads)]
+        self.words = list(self._export.notes)
+        self.process = program.Process(arguments, self.folder)
+        self.tell("RUNNING", 0.1, "Starting")
+
+    def _advance_run(self, context) -> None:
+        assert self.process is not None
+        code = self.process.get_code()
+        for event in self.process.poll():
+            self.hear(event)
+        if self.caches is not None:
+            self.grow(context)
+        elif os.path.exists(os.path.join(self.folder, export.RUN_FOLDER, "frames.csv")) and self.has_begun:
+            self.caches = caches.Caches(self.folder)
+        if code is not None:
+            self.finish(context, code)
+
+    def hear(self, event: dict) -> None:
+        kind = event["event"]
+        if kind == "checkpoint":
+            self.has_begun = True
+        elif kind == "step":
+            self.has_begun = True
+            share = event["step"] / max(1, event["steps"])
+            left = event["rest_seconds"]
+            rest = "" if left is None else ", %s left" % ("%d min" % round(left / 60) if left > 90 else "%d s" % round(left))
+            self.tell(
+                "RUNNING",
+                0.1 + 0.9 * share,
+                "Frame %d of %d%s" % (self.first + event["frame"], self.first + event["frames"], rest),
+            )
+        elif kind == "substep":
+            self.tell("RUNNING", None, "A hard step: %d %% after %d s" % (100 * event["share"], event["seconds"]))
+        elif kind == "untangle":
+            self.tell("RUNNING", None, "Untangling: %d of %d intersections left" % (event["left"], event["intersections"]))
+        elif kind == "message":
+            self.words.append(event["message"])
+
+    def grow(self, context) -> None:
+        """Takes over frames that are whole, and shows them."""
+        assert self.caches is not None
+        end, fresh = time.monotonic() + SLICE, 0
+        while time.monotonic() < end:
+            taken = self.caches.update(1)
+            if taken == 0:
+                break
+            fresh += taken
+        scene = bpy.data.scenes.get(self.scene_name)
+        if fresh and scene is not None:
+            self.caches.show(scene)
+            if self.follows and not (context.screen and context.screen.is_animation_playing):
+                scene.frame_set(self.caches.frame_start + self.caches.frame_count - 1)
+
+    def finish(self, context, code: int) -> None:
+        assert self.process is not None
+        words = self.process.words
+        self.process = None
+        self.end_following()
+        if code == 2 and any(CHANGED in line for line in words):
+            self.tell(
+                "CHANGED", None, "The scene has changed since it was baked", "Bake anew to replace the frames that are there."
+            )
+            return
+        if os.path.exists(os.path.join(self.folder, export.RUN_FOLDER, "run.json")) and (code != 2 or self.has_begun):
+            self.take_over()
+        frames = self.caches.frame_count if self.caches else 0
+        if code == 0:
+            self.tell("FINISHED", 1.0, "%d frames" % frames, "\n".join(self.words + words))
+        elif code == 130 or (self.is_cancelled and code < 0):
+            self.tell("CANCELLED", None, "Cancelled after %d frames; Bake goes on from there" % frames, "\n".join(self.words))
+        else:
+            if any(LOCKED in line for line in words):
+                words.append("A bake that Blender left behind may still run there. Press Bake again when it has ended.")
+            self.words += words or ["tulle ended with code %d" % code]
+            self.fail(context, "\n".join(words) or self.words[-1], [], code)
+
+    def end_following(self) -> None:
+        """Back to the frame that was shown before."""
+        if self.follows and self.scene_name in bpy.data.scenes:
+            bpy.data.scenes[self.scene_name].frame_set(self.usual_frame)
+            self.follows = False
+
+    def take_over(self) -> None:
+        """All frames that are there, and the modifiers."""
+        if self.caches is None:
+            self.caches = caches.Caches(self.folder)
+        self.caches.update()
+        self.caches.show(bpy.data.scenes[self.scene_name])
+
+    def fail(self, context, words: str, objects: List[str], code: int = 0) -> None:
+        """Tells why, and selects what the words name."""
+        if self.process:
+            self.process.interrupt()
+            self.process.wait(30)
+            self.process = None
+        self._exporting = None
+        self.end_following()
+        picks = selection.Picks()
+        links = caches.read_json(os.path.join(self.folder, export.LINK_FILE))
+        if code and links:
+            is_start = selection.read_left(os.path.join(self.folder, LEFT_FILE), picks)
+            if is_start:  # in the artist's words first; of the pairs the deepest, since all are selected
+                words = (
+                    "Parts intersect at the start. Move those that are selected apart, press Untangle, or set At the Start to "
+                    "Untangle.\n" + words.split(";")[0]
+                )
+            else:
+                selection.read_words(words, links, picks)
+            if picks.list_bodies():
+                selection.select_bodies(context, links, picks)
+        elif objects:
+            selection.select(context, {name: (set(), set()) for name in objects if name in context.view_layer.objects})
+        self.tell(
+            "FAILED", None, "Not baked" if not self.caches else "Stopped after %d frames" % self.caches.frame_count, words
+        )
+
+
+def stop() -> None:
+    """Ends a bake that nobody waits for any more: the file or Blender is closed. The next bake goes on from its last
+    checkpoint."""
+    global current
+    if current is not None:
+        bake, current = current, None
+        bake.cancel()
+        if bake.process is not None:
+            bake.process.wait(60)
+
+
+@persistent
+def tell_after_load(*_: Any) -> None:
+    """A file that was saved while it was baked says so."""
+    for scene in bpy.data.scenes:
+        if scene.tulle.state in ("EXPORTING", "RUNNING"):
+            scene.tulle.state, scene.tulle.status = "CANCELLED", "The bake was cut short; Bake goes on from there"
+
+
+@persistent
+def stop_before_load(*_: Any) -> None:
+    stop()
+
+
+def register() -> None:
+    bpy.app.handlers.load_pre.append(stop_before_load)
+    bpy.app.handlers.load_post.append(tell_after_load)
+    atexit.register(stop)
+
+
+def unregister() -> None:
+    stop()
+    atexit.unregister(stop)
+    bpy.app.handlers.load_pre.remove(stop_before_load)
+    bpy.app.handlers.load_post.remove(tell_after_load)

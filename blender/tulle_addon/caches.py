@@ -1,0 +1,182 @@
+"""Frames of a run as point caches in the space of the objects, and the Mesh Cache modifier that shows them.
+
+A run holds frames in world space and metres. The cache of an object holds them in the object's own space, with its loose
+vertices, and grows with the run; it is whole up to the count in its head at any moment.
+"""
+import json
+import os
+from typing import Any, Dict, List, Optional
+
+import bpy
+import numpy as np
+
+from . import meshes, stack
+from .export import CACHE_FOLDER, LINK_FILE, RUN_FOLDER
+from .meshes import Refusal
+
+
+def read_json(path: str) -> Optional[Dict[str, Any]]:
+    try:
+        with open(path, encoding="utf-8") as file:
+            return json.load(file)
+    except (OSError, ValueError):
+        return None
+
+
+def count_whole_frames(folder: str) -> int:
+    """Frames of the run that are in all its caches: a line of frames.csv is written after them."""
+    try:
+        with open(os.path.join(folder, RUN_FOLDER, "frames.csv"), "rb") as file:
+            return max(0, file.read().count(b"\n") - 1)
+    except OSError:
+        return 0
+
+
+class BodyCache:
+    """The cache of one object."""
+
+    def __init__(self, folder: str, link: Dict[str, Any], run_file: str, scale: float):
+        self.object_name, self.scale = link["object"], scale
+        self.source = meshes.Pc2Reader(os.path.join(folder, RUN_FOLDER, run_file))
+        self.matrices = [np.array(matrix) for matrix in link["matrices"]]
+        self.loose = np.array(link["loose"], np.int64)
+        self.loose_places = np.array(link["loose_places"], np.float64).reshape(-1, 3)
+        self.used = np.setdiff1d(np.arange(link["vertices"]), self.loose)
+        if self.source.vertex_count != len(self.used):
+            raise Refusal("The run has another mesh for '%s' than the export: bake anew" % self.object_name)
+        os.makedirs(os.path.join(folder, CACHE_FOLDER), exist_ok=True)
+        self.path = os.path.join(folder, CACHE_FOLDER, link["name"] + ".pc2")
+        self.writer = meshes.Pc2Writer(self.path, link["vertices"])
+
+    def append(self, frame: int) -> None:
+        places = np.empty((len(self.used) + len(self.loose), 3))
+        places[self.used] = meshes.to_local(self.source.read(frame), self.matrices[frame], self.scale)
+        places[self.loose] = self.loose_places
+        self.writer.append(places)
+
+
+class Caches:
+    """Caches of all objects of a run. They are made anew from the first frame on whenever a run begins or goes on: what the
+    run holds is compared with checksums before it goes on, what lies here is not."""
+
+    def __init__(self, folder: str):
+        self.folder, self.frame_count = folder, 0
+        links = read_json(os.path.join(folder, LINK_FILE))
+        run = read_json(os.path.join(folder, RUN_FOLDER, "run.json"))
+        if links is None or run is None:
+            raise Refusal("There are no results in %s" % folder)
+        self.frame_start, self.frame_end = links["frame_start"], links["frame_end"]
+        files = {body["name"]: body["cache"] for body in run["bodies"]}
+        simulated = [link for link in links["bodies"] if link["role"] in ("CLOTH", "BODY")]
+        missing = [link["object"] for link in simulated if not files.get(link["name"])]
+        if missing:
+            raise Refusal("The run holds no frames of '%s': bake anew" % missing[0])
+        self.bodies = [BodyCache(folder, link, files[link["name"]], links["scale"]) for link in simulated]
+
+    def update(self, most: int = 1 << 30) -> int:
+        """Appends what is new, `most` frames at once; how many there were."""
+        frames = min(
+            [count_whole_frames(self.folder), self.frame_end - self.frame_start + 1]
+            + [body.source.count_frames() for body in self.bodies]
+        )
+        fresh = min(frames - self.frame_count, most)
+        for frame in range(self.frame_count, self.frame_count + fresh):
+            for body in self.bodies:
+                body.append(frame)
+            self.frame_count = frame + 1
+        return max(0, fresh)
+
+    def show(self, scene) -> None:
+        """Gives each object its modifier, and has the view drawn again."""
+        for body in self.bodies:
+            obj = scene.objects.get(body.object_name)
+            if obj is not None and self.frame_count > 0:
+                set_modifier(obj, body.path, self.frame_start)
+
+
+def find_modifier(obj):
+    return next((modifier for modifier in obj.modifiers if stack.is_cache(modifier)), None)
+
+
+def set_modifier(obj, path: str, frame_start: int) -> None:
+    """The Mesh Cache right before the trailing run of modifiers; Blender's own cloth is switched off."""
+    modifier = find_modifier(obj)
+    if modifier is None:
+        modifier = obj.modifiers.new(stack.CACHE_NAME, "MESH_CACHE")
+        move_modifier(obj, modifier, stack.find_tail([each for each in obj.modifiers if not stack.is_cache(each)]))
+    modifier.cache_format, modifier.deform_mode, modifier.interpolation = "PC2", "OVERWRITE", "LINEAR"
+    modifier.play_mode, modifier.time_mode = "SCENE", "FRAME"
+    modifier.forward_axis, modifier.up_axis, modifier.flip_axis = "POS_Y", "POS_Z", set()
+    modifier.frame_start, modifier.frame_scale, modifier.factor = frame_start, 1.0, 1.0
+    modifier.filepath = make_relative(path)
+    muted: List[str] = []
+    for each in obj.modifiers:
+        if each.type == "CLOTH" and (each.show_viewport or each.show_render):
+            each.show_viewport = each.show_render = False
+            muted.append(each.name)
+    if muted:
+        obj.tulle.muted_cloth = "\n".join(muted)
+    obj.update_tag(refresh={"DATA"})
+
+
+def make_relative(path: str) -> str:
+    try:
+        return bpy.path.relpath(path)
+    except ValueError:  # another drive of Windows
+        return path
+
+
+def move_modifier(obj, modifier, index: int) -> None:
+    if hasattr(obj.modifiers, "move"):
+        obj.modifiers.move(list(obj.modifiers).index(modifier), index)
+        return
+    with bpy.context.temp_override(object=obj, active_object=obj, selected_objects=[obj]):
+        bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=index)
+
+
+def remove_modifier(obj) -> None:
+    """Takes the cache off, and switches Blender's own cloth on again where it was."""
+    modifier = find_modifier(obj)
+    if modifier is not None:
+        obj.modifiers.remove(modifier)
+    for name in filter(None, obj.tulle.muted_cloth.split("\n")):
+        if name in obj.modifiers:
+            obj.modifiers[name].show_viewport = obj.modifiers[name].show_render = True
+    obj.tulle.muted_cloth = ""
+
+
+def remove_files(folder: str) -> None:
+    """Removes what the add-on wrote, and nothing else: a folder that holds other files stays."""
+    links = read_json(os.path.join(folder, LINK_FILE))
+    if links is None or links.get("format") != "tulle blender":
+        return
+    run = read_json(os.path.join(folder, RUN_FOLDER, "run.json")) or {}
+    names = [os.path.join(CACHE_FOLDER, link["name"] + ".pc2") for link in links["bodies"]]
+    names += [
+        os.path.join("meshes", link["name"] + ending) for link in links["bodies"] for ending in (".obj", ".pc2", ".rest.obj")
+    ]
+    names += [
+        os.path.join(RUN_FOLDER, body[key]) for body in run.get("bodies", []) for key in ("mesh", "cache") if body.get(key)
+    ]
+    names += [
+        os.path.join(RUN_FOLDER, name)
+        for name in (
+            "scene.yaml",
+            "frames.csv",
+            "bodies.csv",
+            "report.csv",
+            "checksums.csv",
+            "checkpoint.bin",
+            "checkpoint.previous.bin",
+            "run.json",
+        )
+    ]
+    for name in names + ["scene.yaml", "left.csv", LINK_FILE]:
+        path = os.path.join(folder, name)
+        if os.path.isfile(path) and os.path.basename(path) == os.path.basename(name):
+            os.remove(path)
+    for name in (CACHE_FOLDER, "meshes", RUN_FOLDER, ""):
+        try:
+            os.rmdir(os.path.join(folder, name))
+        except OSError:  # it holds something else, or is not there
+            pass
