@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs
+# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs, formats
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -87,8 +87,13 @@ needs() {
         echo "mkdocs-material file:/usr/share/mkdocs/themes/material/mkdocs_theme.yml needed"
         echo "doxygen        program:doxygen     needed"
         ;;
+    formats)
+        echo "nodejs         program:node        optional"
+        echo "npm            program:npm         optional"
+        echo "blender        program:blender     optional"
+        ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability and docs" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs and formats" >&2
         exit 2
         ;;
     esac

@@ -32,9 +32,10 @@ typedef struct tulle_animation_surface {
     double color[3];  /* red, green, blue, linear, 0 to 1 */
 } tulle_animation_surface;
 
-/* Gives frame number `frame` of the animation, from 0, of a surface: 3 * vertex_count positions,
- * finite, or, where it is rigid, its pose: translation x, y, z and a unit quaternion w, x, y, z.
- * May be asked for the same frame again. An error ends the writing and is what the call returns. */
+/* Gives frame number `frame` of the animation, from 0, of surface number `surface`: `values` are
+ * 3 * vertex_count positions, finite, or, where it is rigid, its pose: translation x, y, z and a
+ * unit quaternion w, x, y, z. `context` is that of the def. May be asked for the same frame again.
+ * An error ends the writing and is what the call returns; `error` may be null. */
 typedef tulle_status (*tulle_animation_reader)(void *context, size_t surface, uint32_t frame,
                                                double *values, tulle_error *error);
 

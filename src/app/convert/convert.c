@@ -80,7 +80,7 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
          "what .glb and .gltf show between frames: the way from one to the next (default), or\n"
          "the one before",
          0, 0, interpolation_choices},
-        {"float64", 0, OPTION_FLAG, &words->is_double, NULL,
+        {"double", 0, OPTION_FLAG, &words->is_double, NULL,
          "positions of .npz as float64 (default: float32)", 0, 0, NULL},
         {"pvd", 0, OPTION_TEXT, &words->pvd, "FILE.pvd",
          "also write a ParaView collection of the numbered VTP files with their times", 0, 0, NULL},
@@ -138,7 +138,7 @@ static tulle_status check_format_options(const convert_session *session, const c
                                          tulle_error *error) {
     convert_format const format = session->target.format;
     const char *text = NULL;
-    if (words->is_double && format != CONVERT_NPZ) text = "--float64 is for .npz";
+    if (words->is_double && format != CONVERT_NPZ) text = "--double is for .npz";
     if (words->interpolation && format != CONVERT_GLB && format != CONVERT_GLTF)
         text = "--interpolation is for .glb and .gltf";
     if (words->fps && !convert_is_animation(format))

@@ -163,13 +163,17 @@ tulle_status tulle_pc2_get_time(const tulle_pc2 *cache, uint32_t frame, double *
 
 /* ---- both ---- */
 
-static tulle_status open_file(const char *path, int flags, bool is_mdd, bool may_be_cut, int *file,
+/* What a file should be. */
+typedef enum cache_kind { CACHE_PC2, CACHE_PC2_MAYBE_CUT, CACHE_MDD } cache_kind;
+
+static tulle_status open_file(const char *path, int flags, cache_kind kind, int *file,
                               tulle_pc2_info *info, tulle_error *error) {
     *file = open(path, flags | O_CLOEXEC | O_NONBLOCK);
     if (*file < 0 && errno == ENXIO) return fail_irregular(path, error); /* a socket */
     if (*file < 0) return file_fail(error, path, errno, "cannot be opened");
-    tulle_status const status = is_mdd ? check_mdd(path, *file, info, error)
-                                       : check_file(path, *file, may_be_cut, info, error);
+    tulle_status const status =
+        kind == CACHE_MDD ? check_mdd(path, *file, info, error)
+                          : check_file(path, *file, kind == CACHE_PC2_MAYBE_CUT, info, error);
     if (status) {
         close(*file);
         *file = -1;
@@ -179,7 +183,7 @@ static tulle_status open_file(const char *path, int flags, bool is_mdd, bool may
 
 tulle_status pc2_open_file(const char *path, int flags, bool may_be_cut, int *file,
                            tulle_pc2_info *info, tulle_error *error) {
-    return open_file(path, flags, false, may_be_cut, file, info, error);
+    return open_file(path, flags, may_be_cut ? CACHE_PC2_MAYBE_CUT : CACHE_PC2, file, info, error);
 }
 
 /* The cache of a file that `made` holds open; closes it when memory is short. */
@@ -214,8 +218,8 @@ tulle_status tulle_pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info 
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path and cache may not be null");
     *cache = NULL;
     tulle_pc2 made = {.file = -1, .is_mdd = ends_in_mdd(path)};
-    tulle_status const status =
-        open_file(path, O_RDONLY, made.is_mdd, false, &made.file, &made.info, error);
+    tulle_status const status = open_file(path, O_RDONLY, made.is_mdd ? CACHE_MDD : CACHE_PC2,
+                                          &made.file, &made.info, error);
     return status ? status : make_cache(path, &made, cache, info, error);
 }
 
