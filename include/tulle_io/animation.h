@@ -1,5 +1,5 @@
-/* tulle_io/animation.h - surfaces over time in one file: glTF, USD, MDD and NPZ.
- * docs/guide/formats.md describes what each of them holds.
+/* tulle_io/animation.h - surfaces over time in one file: glTF, USD, MDD and NPZ are written, glTF
+ * is read. docs/guide/formats.md describes what each of them holds.
  *
  * A writer asks for frames one by one, as often as it needs them, and keeps one at a time. So its
  * memory does not grow with their positions. A file appears whole or not at all. */
@@ -68,6 +68,43 @@ TULLE_API tulle_animation_def tulle_animation_def_default(void);
  * TULLE_ERROR_OUT_OF_MEMORY, and those of the reader. */
 TULLE_API tulle_status tulle_animation_write(const char *path, const tulle_animation_def *def,
                                              tulle_error *error);
+
+/* ---- reading ---- */
+
+/* An animation that is read: one mesh, whose vertices move from frame to frame. Made by
+ * tulle_animation_open, released by tulle_animation_close. */
+typedef struct tulle_animation tulle_animation;
+/* What the file says. */
+typedef struct tulle_animation_info {
+    size_t vertex_count;    /* of all surfaces together, at least 1 */
+    size_t triangle_count;  /* of all surfaces together */
+    uint32_t frame_count;   /* at least 1 */
+    int is_y_up;            /* 1: y points up; 0: z */
+    double meters_per_unit; /* [m] a unit of the positions */
+    char note[256];         /* what was passed over; or empty */
+} tulle_animation_info;
+
+/* Opens the file `path`, .glb or .gltf (glTF 2.0), makes `*animation`, which is null after an
+ * error, and fills `info`, which may be null. Of the scene all surfaces are read, one behind the
+ * other, as one mesh in the scene's coordinates. Frames are all times of keys of the first
+ * animation; there is one where there is no animation. Morph targets, transforms of nodes and skins
+ * move vertices. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_UNSUPPORTED (another extension of the name; an extension of glTF that is needed),
+ * TULLE_ERROR_LIMIT, TULLE_ERROR_OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_animation_open(const char *path, tulle_animation **animation,
+                                            tulle_animation_info *info, tulle_error *error);
+/* Triangles of the mesh, 3 * triangle_count vertices; owned by the animation. Null where there are
+ * none, and for null. */
+TULLE_API const uint32_t *tulle_animation_get_triangles(const tulle_animation *animation);
+/* [s] of frame number `frame`, from 0; NaN for null and where there is no such frame. */
+TULLE_API double tulle_animation_get_time(const tulle_animation *animation, uint32_t frame);
+/* Reads frame number `frame`, from 0, into `positions`, 3 * vertex_count. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, no such frame), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_animation_read_frame(tulle_animation *animation, uint32_t frame,
+                                                  double *positions, tulle_error *error);
+/* Releases an animation. Null is fine. */
+TULLE_API void tulle_animation_close(tulle_animation *animation);
 
 #ifdef __cplusplus
 }

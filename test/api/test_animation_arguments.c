@@ -122,9 +122,67 @@ ARGUMENTS_OF(tulle_animation_write) {
     REFUSED(tulle_animation_write(test_path("a.npz"), &def, &error));
 }
 
+/* ---- reading ---- */
+
+static tulle_animation *open_square(void) {
+    tulle_animation_def const def = make_def();
+    tulle_animation *animation = NULL;
+    FINE(tulle_animation_write(test_path("read.glb"), &def, &error));
+    FINE(tulle_animation_open(test_path("read.glb"), &animation, NULL, &error));
+    return animation;
+}
+
+ARGUMENTS_OF(tulle_animation_open) {
+    (void)unused;
+    tulle_animation *animation = open_square();
+    tulle_animation_close(animation);
+    REFUSED(tulle_animation_open(NULL, &animation, NULL, &error));
+    REFUSED(tulle_animation_open(test_path("read.glb"), NULL, NULL, &error));
+    FINE(tulle_animation_open(test_path("read.glb"), &animation, NULL, NULL));
+    tulle_animation_close(animation);
+}
+
+ARGUMENTS_OF(tulle_animation_get_triangles) {
+    (void)unused;
+    tulle_animation *const animation = open_square();
+    assert_null(tulle_animation_get_triangles(NULL));
+    assert_memory_equal(tulle_animation_get_triangles(animation), corners, sizeof corners);
+    tulle_animation_close(animation);
+}
+
+ARGUMENTS_OF(tulle_animation_get_time) {
+    (void)unused;
+    tulle_animation *const animation = open_square();
+    assert_true(isnan(tulle_animation_get_time(NULL, 0)));
+    assert_true(isnan(tulle_animation_get_time(animation, 2)));
+    assert_true(isnan(tulle_animation_get_time(animation, UINT32_MAX)));
+    assert_true(tulle_animation_get_time(animation, 1) == 0.5);
+    tulle_animation_close(animation);
+}
+
+ARGUMENTS_OF(tulle_animation_read_frame) {
+    (void)unused;
+    tulle_animation *const animation = open_square();
+    double read[12];
+    REFUSED(tulle_animation_read_frame(NULL, 0, read, &error));
+    REFUSED(tulle_animation_read_frame(animation, 0, NULL, &error));
+    REFUSED(tulle_animation_read_frame(animation, 2, read, &error));
+    REFUSED(tulle_animation_read_frame(animation, UINT32_MAX, read, &error));
+    FINE(tulle_animation_read_frame(animation, 1, read, NULL));
+    assert_memory_equal(read, square, sizeof read);
+    tulle_animation_close(animation);
+}
+
+ARGUMENTS_OF(tulle_animation_close) {
+    (void)unused;
+    tulle_animation_close(NULL);
+}
+
 static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_animation_def_default),
-    TABLE_LINE(tulle_animation_write),
+    TABLE_LINE(tulle_animation_def_default), TABLE_LINE(tulle_animation_write),
+    TABLE_LINE(tulle_animation_open),        TABLE_LINE(tulle_animation_get_triangles),
+    TABLE_LINE(tulle_animation_get_time),    TABLE_LINE(tulle_animation_read_frame),
+    TABLE_LINE(tulle_animation_close),
 };
 
 static void every_function_has_its_test(void **unused) {

@@ -63,6 +63,30 @@ cmp b.pc2 sheet.pc2 || fault "MDD to PC2 changed bytes"
 convert sheet.mdd again.mdd
 cmp again.mdd sheet.mdd || fault "MDD to MDD changed bytes"
 convert a.mdd --mesh falls/sheet.obj e.glb
+# glTF back into caches: the same floats, the same times.
+convert e.glb f.mdd
+cmp f.mdd sheet.mdd || fault "MDD to glTF to MDD changed bytes"
+convert e.glb g.gltf
+convert g.gltf f.pc2
+cmp f.pc2 sheet.pc2 || fault "PC2 to MDD to .glb to .gltf to PC2 changed bytes"
+said 'all surfaces became one mesh'
+convert e.glb h.obj --frame 0
+convert falls i.obj --body sheet --frame 0
+cmp h.obj i.obj || fault "the mesh of a .glb is another"
+# MDD as a moving obstacle is what PC2 is.
+for kind in pc2 mdd; do
+    cat >moved_$kind.yaml <<END
+time: {step: 0.01 s, frames: 3}
+cloth:
+  - {name: top, mesh: {shape: rectangle, size: [0.2, 0.2], resolution: [4, 4]}, translate: [0, 0, 0.4]}
+obstacles:
+  - name: under
+    mesh: {file: falls/sheet.obj}
+    motion: {sequence: {cache: sheet.$kind, interval: 0.01 s}}
+END
+    "$TULLE" run moved_$kind.yaml -o moved_$kind >out 2>&1 || { fault "a scene with $kind"; cat out; }
+done
+cmp moved_pc2/under.pc2 moved_mdd/under.pc2 && cmp moved_pc2/top.pc2 moved_mdd/top.pc2 || fault "MDD moves otherwise than PC2"
 cat >"a sheet é.obj" <<'END'
 v 0 0 0
 v 1 0 0
@@ -94,6 +118,14 @@ head -c 100 sheet.mdd >cut.mdd
 refuse 'byte 100: the file ends here' cut.mdd x.pc2
 head -c 7 sheet.mdd >cut.mdd
 refuse 'byte 7: the file ends within the header' cut.mdd x.pc2
+
+sed 's/"2.0"/"1.0"/' g.gltf >old.gltf
+refuse 'version "1.0" of glTF' old.gltf x.pc2
+sed 's/g.bin/none.bin/' g.gltf >lost.gltf
+refuse 'none.bin' lost.gltf x.pc2
+refuse 'is one of the files that are read' g.gltf g.gltf
+head -c 3000 e.glb >cut.glb
+refuse 'cut.glb: byte 8: should be of' cut.glb x.pc2
 
 # A full disk: what was there stays, nothing is left behind.
 mkdir disk

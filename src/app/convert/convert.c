@@ -29,7 +29,7 @@ enum { FILES_SIZE = 2 * NUMBERED_PATH_SIZE + 64 /* [bytes] of a text that names 
 /* The words of the command line. */
 typedef struct convert_words {
     const char *mesh, *body, *frame, *frames, *pvd;
-    const char *from_up, *up, *from_unit, *unit; /* up null: as TO has it */
+    const char *from_up, *up, *from_unit, *unit; /* ups null: as FROM and TO have it */
     const char *fps, *interpolation;
     int is_double;
     long levels;
@@ -69,7 +69,8 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         {"up", 0, OPTION_CHOICE, &words->up, "y|z",
          "axis that points up in TO (default: z; of .glb and .gltf y)", 0, 0, axes_up_choices},
         {"from-up", 0, OPTION_CHOICE, &words->from_up, "y|z",
-         "axis that points up in FROM (default: z, as Tulle has it)", 0, 0, axes_up_choices},
+         "axis that points up in FROM (default: z, as Tulle has it; of .glb and .gltf y)", 0, 0,
+         axes_up_choices},
         {"units", 0, OPTION_CHOICE, &words->unit, "m|cm|mm|in|ft",
          "unit of length of TO (default: m)", 0, 0, axes_unit_choices},
         {"from-units", 0, OPTION_CHOICE, &words->from_unit, "m|cm|mm|in|ft",
@@ -89,11 +90,12 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         .name = "convert",
         .operands = "FROM TO",
         .summary =
-            "Converts FROM, a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), the\n"
-            "directory of a run, or numbered meshes (frame_%04d.obj or 'frame_*.obj'), to TO, a\n"
-            "mesh, a point cache, an animation (.glb, .gltf, .usda, .npz), or numbered files of\n"
-            "meshes (out_%04d.vtp, with the numbers of their frames). A run becomes an animation\n"
-            "with all its bodies, or with the one that --body names.\n"
+            "Converts FROM, a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), an\n"
+            "animation (.glb, .gltf), the directory of a run, or numbered meshes\n"
+            "(frame_%04d.obj or 'frame_*.obj'), to TO, a mesh, a point cache, an animation\n"
+            "(.glb, .gltf, .usda, .npz), or numbered files of meshes (out_%04d.vtp, with the\n"
+            "numbers of their frames). A run becomes an animation with all its bodies, or with\n"
+            "the one that --body names.\n"
             "Says what became of frames, axes and units, and what was lost. A subdivided\n"
             "surface is judged: intersections are told, and the exit code stays 0.",
         .options = options,
@@ -172,6 +174,17 @@ static tulle_status open_scene(convert_session *session, const convert_words *wo
     return TULLE_OK;
 }
 
+/* Where the options do not say: y is up in glTF, z in all else. */
+static void choose_axes(convert_session *session, const convert_words *words) {
+    convert_format const format = session->target.format;
+    const char *const up = format == CONVERT_GLB || format == CONVERT_GLTF ? "y" : "z";
+    bool const is_from_y =
+        session->source.kind == SOURCE_ANIMATION && session->source.animation_info.is_y_up;
+    session->change = axes_change_make(
+        (axes_frame){words->from_up ? words->from_up : (is_from_y ? "y" : "z"), words->from_unit},
+        (axes_frame){words->up ? words->up : up, words->unit});
+}
+
 /* Opens what is read and finds out whether all can be done. */
 static tulle_status open_all(convert_session *session, char **operands, const convert_words *words,
                              tulle_error *error) {
@@ -179,15 +192,13 @@ static tulle_status open_all(convert_session *session, char **operands, const co
     if (status == TULLE_OK) status = check_format_options(session, words, error);
     if (status != TULLE_OK) return status;
     convert_format const format = session->target.format;
-    const char *const usual_up = format == CONVERT_GLB || format == CONVERT_GLTF ? "y" : "z";
-    session->change = axes_change_make((axes_frame){words->from_up, words->from_unit},
-                                       (axes_frame){words->up ? words->up : usual_up, words->unit});
     session->levels = words->levels;
     source_options const options = {.path = operands[0],
                                     .mesh_path = words->mesh,
                                     .body = words->body,
                                     .takes_all = convert_is_scene(format) && words->levels == 0};
     status = convert_source_open(&options, &session->source, error);
+    if (status == TULLE_OK) choose_axes(session, words);
     session->takes_all = options.takes_all && !words->body && session->source.kind == SOURCE_RUN;
     if (status == TULLE_OK) status = choose_frames(session, words, error);
     return status == TULLE_OK
@@ -427,6 +438,9 @@ static void print_losses(const convert_session *session) {
                    source->mesh.triangle_count, source->mesh.vertex_count);
     if (source->described.note[0]) PRINT_LOSS(count, "%s", source->described.note);
     print_animation_losses(session, &count);
+    if (source->kind == SOURCE_ANIMATION)
+        PRINT_LOSS(count, "all surfaces became one mesh; normals, texture coordinates, colors and "
+                          "names are not read");
     if (source->kind == SOURCE_CACHE &&
         (source->cache_info.start_frame != 0.0 || source->cache_info.frame_step != 1.0))
         PRINT_LOSS(count, "the cache began at %g with a frame every %g; that is not kept",
@@ -457,7 +471,7 @@ static int fail(const convert_session *session, tulle_status status, const tulle
 }
 
 int app_convert(int argc, char **argv) {
-    convert_words words = {.from_up = "z", .from_unit = "m", .unit = "m"};
+    convert_words words = {.from_unit = "m", .unit = "m"};
     options_outcome const outcome = read_words(argc, argv, &words);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
     convert_session *const session = calloc(1, sizeof *session);

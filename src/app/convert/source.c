@@ -88,6 +88,30 @@ static tulle_status open_cache(convert_source *source, const char *mesh_path, tu
                         source->mesh.vertex_count, source->path, info->vertex_count);
 }
 
+static tulle_status open_animation(convert_source *source, tulle_error *error) {
+    source->kind = SOURCE_ANIMATION;
+    tulle_animation_info *const info = &source->animation_info;
+    tulle_status status = make_inputs(source, 2, error);
+    if (status == TULLE_OK)
+        status = tulle_animation_open(source->path, &source->animation, info, error);
+    if (status != TULLE_OK) return status;
+    add_input(source, source->path);
+    char beside[NUMBERED_PATH_SIZE];
+    size_t const length = strlen(source->path);
+    if (length < sizeof beside && convert_get_format(source->path) == CONVERT_GLTF) {
+        snprintf(beside, sizeof beside, "%.*sbin", (int)(length - strlen("gltf")), source->path);
+        add_input(source, beside);
+    }
+    source->frames = frame_range_make(info->frame_count);
+    snprintf(source->described.note, sizeof source->described.note, "%s", info->note);
+    status = tulle_mesh_create(info->vertex_count, info->triangle_count, &source->mesh, error);
+    if (status != TULLE_OK) return status;
+    if (info->triangle_count > 0)
+        memcpy(source->mesh.triangles, tulle_animation_get_triangles(source->animation),
+               3 * info->triangle_count * sizeof(uint32_t));
+    return convert_source_read(source, 0, source->mesh.positions, error);
+}
+
 /* "a, b, c" */
 static void list_bodies(const tulle_run_info *info, char text[BODY_LIST_SIZE]) {
     text[0] = '\0';
@@ -218,9 +242,12 @@ tulle_status convert_source_open(const source_options *options, convert_source *
     else if (name_pattern_is_meant(options->path))
         status = is_cache ? refuse(source, error, "point caches are not numbered; name one")
                           : open_files(source, error);
+    else if (is_cache)
+        status = open_cache(source, options->mesh_path, error);
+    else if (convert_is_scene(convert_get_format(options->path)))
+        status = open_animation(source, error);
     else
-        status =
-            is_cache ? open_cache(source, options->mesh_path, error) : open_mesh(source, error);
+        status = open_mesh(source, error);
     if (source->input_count > 0)
         qsort(source->inputs, source->input_count, sizeof *source->inputs, compare_identities);
     return status;
@@ -230,6 +257,7 @@ void convert_source_close(convert_source *source) {
     tulle_mesh_destroy(&source->mesh);
     tulle_mesh_source_destroy(&source->described);
     tulle_pc2_close(source->cache);
+    tulle_animation_close(source->animation);
     if (!source->borrows_run) tulle_run_reader_close(source->run);
     numbered_files_destroy(&source->files);
     free(source->inputs);
@@ -266,6 +294,8 @@ static tulle_status read_file(convert_source *source, uint32_t frame, double *po
 static tulle_status read_frame(convert_source *source, uint32_t frame, double *positions,
                                tulle_error *error) {
     switch (source->kind) {
+    case SOURCE_ANIMATION:
+        return tulle_animation_read_frame(source->animation, frame, positions, error);
     case SOURCE_CACHE: return tulle_pc2_read_frame(source->cache, frame, positions, error);
     case SOURCE_RUN:
         return tulle_run_reader_read_positions(source->run, frame, source->body, positions, error);
@@ -298,6 +328,8 @@ tulle_status convert_source_find_time(const convert_source *source, uint32_t fra
     *time = (double)NAN;
     if (source->kind == SOURCE_CACHE) return tulle_pc2_get_time(source->cache, frame, time, error);
     if (source->kind == SOURCE_RUN) *time = convert_source_get_time(source, frame);
+    if (source->kind == SOURCE_ANIMATION)
+        *time = tulle_animation_get_time(source->animation, frame);
     return TULLE_OK;
 }
 
@@ -316,7 +348,8 @@ uint32_t convert_source_count_absent(const convert_source *source, frame_range f
 }
 
 void convert_source_print(const convert_source *source, bool has_all) {
-    static const char *const kinds[] = {"mesh", "point cache", "run", "numbered meshes"};
+    static const char *const kinds[] = {"mesh", "point cache", "run", "numbered meshes",
+                                        "animation"};
     app_print_names(stdout, "  %-11s %s %s", "from", kinds[source->kind], source->path);
     if (source->kind == SOURCE_RUN && !has_all) {
         const tulle_run_body_info *const body =

@@ -1,6 +1,6 @@
 /* app/convert/source.h - what `tulle convert` reads: a mesh file, a point cache with the mesh that
- * it moves, a body of a run, or numbered mesh files. All frames have the same vertices and
- * triangles. */
+ * it moves, an animation, a body of a run, or numbered mesh files. All frames have the same
+ * vertices and triangles. */
 #ifndef TULLE_APP_CONVERT_SOURCE_H
 #define TULLE_APP_CONVERT_SOURCE_H
 
@@ -8,6 +8,7 @@
 #include "app/cli/mesh_file.h"
 #include "app/cli/numbered_files.h"
 
+#include "tulle_io/animation.h"
 #include "tulle_io/cache.h"
 #include "tulle_io/mesh_files.h"
 #include "tulle_io/run.h"
@@ -15,7 +16,13 @@
 #include <stdbool.h>
 #include <sys/types.h>
 
-typedef enum source_kind { SOURCE_MESH, SOURCE_CACHE, SOURCE_RUN, SOURCE_FILES } source_kind;
+typedef enum source_kind {
+    SOURCE_MESH,
+    SOURCE_CACHE,
+    SOURCE_RUN,
+    SOURCE_FILES,
+    SOURCE_ANIMATION
+} source_kind;
 
 /* A file, whatever it is called. */
 typedef struct file_identity {
@@ -32,6 +39,8 @@ typedef struct convert_source {
     uint32_t gap;            /* the first of them */
     tulle_pc2 *cache;
     tulle_pc2_info cache_info;
+    tulle_animation *animation;
+    tulle_animation_info animation_info;
     tulle_run_reader *run;
     bool borrows_run; /* it is that of another source */
     size_t body;
