@@ -8,6 +8,8 @@ import validator from 'gltf-validator';
 import * as THREE from 'three';
 import {GLTFLoader} from 'three/examples/jsm/loaders/GLTFLoader.js';
 import initTinyUsdz from 'tinyusdz/tinyusdz.js';
+import {execFileSync} from 'node:child_process';
+import {makeRandom} from './make_random.mjs';
 import {readArrays} from './npz.mjs';
 
 const folder = process.argv[2];
@@ -34,7 +36,7 @@ function parse(name) {
   return new GLTFLoader().parseAsync(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length), '');
 }
 // Positions at a time as three.js shows them: after its animation, its morph targets and its transforms.
-function pose(gltf, time) {
+function pose(gltf, time, compareObjects) {
   const mixer = new THREE.AnimationMixer(gltf.scene);
   for (const clip of gltf.animations) {
     const action = mixer.clipAction(clip).setLoop(THREE.LoopOnce);
@@ -43,16 +45,18 @@ function pose(gltf, time) {
   }
   mixer.setTime(time);
   gltf.scene.updateMatrixWorld(true);
-  const positions = [];
-  gltf.scene.traverse(object => {
-    if (!object.isMesh) return;
+  const positions = [], objects = [];
+  gltf.scene.traverse(object => { if (object.isMesh) objects.push(object); });
+  if (compareObjects) objects.sort(compareObjects);
+  for (const object of objects) {
+    if (object.isSkinnedMesh) object.skeleton.update();
     const point = new THREE.Vector3();
     for (let i = 0; i < object.geometry.attributes.position.count; i++) {
       object.getVertexPosition(i, point);
       point.applyMatrix4(object.matrixWorld);
       positions.push(point.x, point.y, point.z);
     }
-  });
+  }
   return positions;
 }
 const frameOf = (positions, frame) => {
@@ -109,6 +113,23 @@ const points = await parse('points.glb');
 const targets = points.scene.getObjectByProperty('isPoints', true).geometry.morphAttributes.position;
 targets.forEach((target, i) => compare(target.array, frameOf(sheet.positions, i), 0, `points.glb, target ${i}`));
 
+// ---- what others write: tulle convert against three.js ----
+
+const randomCount = 60;
+for (let seed = 1; seed <= randomCount; seed++) {
+  const document = makeRandom(seed);
+  fs.writeFileSync(inside('random.gltf'), JSON.stringify(document));
+  execFileSync(process.env.TULLE, ['convert', inside('random.gltf'), inside('random.npz'), '--up', 'y', '--double'], {stdio: 'pipe'});
+  const read = readArrays(inside('random.npz'));
+  const gltf = await parse('random.gltf');
+  // three.js goes through its tree, the file's nodes have numbers.
+  const order = new Map(document.nodes.map((node, i) => [node.name, i]));
+  const numberOf = object => order.get(object.name) ?? order.get(object.parent.name);
+  for (let frame = 0; frame < read.times.data.length; frame++)
+    compare(frameOf(read.positions, frame), pose(gltf, read.times.data[frame], (a, b) => numberOf(a) - numberOf(b)), 2e-5,
+      `random file ${seed} at ${read.times.data[frame]} s`);
+}
+
 // ---- tinyusdz ----
 
 // It is built for pages and looks for one.
@@ -158,3 +179,4 @@ world.children.slice(2).forEach((node, i) => { // each box shows the same mesh a
 });
 assert.ok(open('seam.usda', 'loadFromBinary').numMeshes() === 1);
 console.log(`${files.length} glTF files without errors or warnings; three.js and tinyusdz read the same numbers`);
+console.log(`${randomCount} random glTF files are read as three.js reads them`);

@@ -183,9 +183,14 @@ tulle_status gltf_animation_read(gltf_scene *scene, tulle_error *error) {
 
 /* ---- values at a time ---- */
 
+static void normalize_rotation(double *q) {
+    double const length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (int i = 0; i < 4 && length > 0.0; i++) q[i] /= length;
+}
+
 /* From one rotation to the next on the short way, at constant speed. */
 static void interpolate_rotation(const double *from, const double *to, double part, double *q) {
-    double cosine = 0.0, length = 0.0;
+    double cosine = 0.0;
     for (int i = 0; i < 4; i++) cosine += from[i] * to[i];
     double const side = cosine < 0.0 ? -1.0 : 1.0;
     cosine = fmin(fabs(cosine), 1.0);
@@ -196,8 +201,7 @@ static void interpolate_rotation(const double *from, const double *to, double pa
         second = sin(part * angle) / sin(angle);
     }
     for (int i = 0; i < 4; i++) q[i] = first * from[i] + side * second * to[i];
-    for (int i = 0; i < 4; i++) length += q[i] * q[i];
-    for (int i = 0; i < 4 && length > 0.0; i++) q[i] /= sqrt(length);
+    normalize_rotation(q);
 }
 
 /* Reads the value of a channel: `width` numbers to `values`, which has room for three times as
@@ -242,6 +246,7 @@ static tulle_status sample(gltf_scene *scene, const gltf_channel *channel, gltf_
         status = gltf_read(file, channel->values, at + stride - each, each, tangent, error);
     for (size_t i = 0; i < width && status == TULLE_OK; i++)
         values[i] += interval * (cube - square) * tangent[i];
+    if (path == GLTF_ROTATION) normalize_rotation(values);
     return status;
 }
 
