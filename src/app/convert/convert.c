@@ -346,6 +346,11 @@ static void print_frames(const convert_session *session) {
     else
         printf("  %-11s %u to %u in steps of %u: %u\n", "frames", frames.first, frames.last,
                frames.step, count);
+    if (count > TARGETS_MANY && !session->target.is_numbered &&
+        (session->target.format == CONVERT_GLB || session->target.format == CONVERT_GLTF))
+        printf("  %-11s a morph target each, more than most viewers show; --frames A:B:STEP takes "
+               "fewer\n",
+               "");
     if (count > 1 && session->target.format == CONVERT_PC2 &&
         (frames.first != 0 || frames.step != 1))
         printf("  %-11s the point cache counts them from 0\n", "");
@@ -395,9 +400,8 @@ static void print_animation_losses(const convert_session *session, int *count) {
     const convert_scene *const scene = &session->scene;
     bool const is_gltf =
         session->target.format == CONVERT_GLB || session->target.format == CONVERT_GLTF;
-    bool deforms = false, is_rigid = false, has_absent = false;
+    bool is_rigid = false, has_absent = false;
     for (size_t i = 0; i < scene->count; i++) {
-        deforms = deforms || scene->surfaces[i].motion == TULLE_ANIMATION_DEFORMS;
         is_rigid = is_rigid || scene->surfaces[i].motion == TULLE_ANIMATION_RIGID;
         has_absent = has_absent ||
                      (scene->bodies &&
@@ -407,12 +411,6 @@ static void print_animation_losses(const convert_session *session, int *count) {
         PRINT_LOSS(*count, "places and turns of rigid bodies are rounded to float");
     if (has_absent && session->target.format != CONVERT_USDA)
         PRINT_LOSS(*count, "bodies are written also in frames in which they are not in the scene");
-    if (deforms && is_gltf && !session->target.is_numbered &&
-        frame_range_get_count(session->frames) > TARGETS_MANY)
-        PRINT_LOSS(*count,
-                   "none here, but few viewers show %u morph targets; --frames A:B:STEP takes "
-                   "fewer",
-                   frame_range_get_count(session->frames));
     if (is_gltf && strcmp(session->change.to.unit, "m") != 0)
         PRINT_LOSS(*count, "glTF counts in metres; readers will not know of %s",
                    session->change.to.unit);
@@ -424,7 +422,8 @@ static void print_losses(const convert_session *session) {
     const convert_source *const source = &session->source;
     const convert_target *const target = &session->target;
     int count = 0;
-    if (convert_target_is_float(target) && target->worst_rounding > 0.0)
+    if (convert_target_is_float(target) && !session->scene.def.is_double &&
+        target->worst_rounding > 0.0)
         PRINT_LOSS(count, "positions are rounded to float, by %.2g %s at most",
                    target->worst_rounding, session->change.to.unit);
     if (target->format == CONVERT_STL)

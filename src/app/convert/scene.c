@@ -228,11 +228,15 @@ static const char *get_stem(const char *path) {
 
 void convert_scene_set_surface(convert_scene *scene, tulle_mesh_view mesh, const double *corner_uvs,
                                scene_reader read, void *context) {
-    const char *const name = get_stem(convert_source_get_name(scene->source));
+    const convert_source *const source = scene->source;
+    const char *const name = get_stem(convert_source_get_name(source));
+    bool const is_still = source->kind == SOURCE_RUN &&
+                          tulle_run_reader_get_info(source->run)->bodies[source->body].is_static;
     scene->surfaces[0] = (tulle_animation_surface){.name = *name ? name : "surface",
                                                    .mesh = mesh,
                                                    .corner_uvs = corner_uvs,
-                                                   .motion = TULLE_ANIMATION_DEFORMS};
+                                                   .motion = is_still ? TULLE_ANIMATION_STILL
+                                                                      : TULLE_ANIMATION_DEFORMS};
     memcpy(scene->surfaces[0].color, cloth_colors[0], 3 * sizeof(double));
     scene->count = 1;
     scene->read = read;

@@ -74,18 +74,19 @@ static tulle_status read_sampler(gltf_scene *scene, const json_value *sampler,
 }
 
 /* The values must be as many as the times need. */
-static tulle_status check_channel(const gltf_scene *scene, const json_value *place, uint32_t node,
-                                  gltf_path path, const gltf_channel *channel, tulle_error *error) {
+static tulle_status check_channel(const gltf_scene *scene, const json_value *place,
+                                  const gltf_channel *channel, tulle_error *error) {
     static const uint32_t widths[GLTF_PATH_COUNT] = {3, 4, 3, 1};
     const gltf_accessor *const values = &scene->file->accessors.data[channel->values];
-    uint64_t const each = path == GLTF_WEIGHTS ? scene->nodes.data[node].target_count : 1;
+    gltf_path const path = channel->path;
+    uint64_t const each = path == GLTF_WEIGHTS ? channel->width : 1;
     uint64_t const wanted = scene->keys.data[channel->keys].count * each *
                             (channel->interpolation == GLTF_CUBIC ? 3 : 1);
-    if (values->width == widths[path] && values->count == wanted) return TULLE_OK;
+    if (values->numbers.width == widths[path] && values->count == wanted) return TULLE_OK;
     return json_fail(&scene->file->json, place, error,
                      "the channel needs %llu values of %u numbers, but has %llu of %u",
                      (unsigned long long)wanted, widths[path], (unsigned long long)values->count,
-                     values->width);
+                     values->numbers.width);
 }
 
 static tulle_status read_channel(gltf_scene *scene, const json_value *item,
@@ -110,9 +111,12 @@ static tulle_status read_channel(gltf_scene *scene, const json_value *item,
         return json_fail(&file->json, item, error, "the channel has no sampler, or drives nothing");
     if (kind == GLTF_WEIGHTS && scene->nodes.data[node].target_count == 0) return TULLE_OK;
     gltf_channel *const channel = &scene->nodes.data[node].channels[kind];
+    channel->path = (gltf_path)kind;
+    channel->width = kind == GLTF_WEIGHTS    ? scene->nodes.data[node].target_count
+                     : kind == GLTF_ROTATION ? 4
+                                             : 3;
     status = read_sampler(scene, samplers[number], channel, error);
-    return status == TULLE_OK ? check_channel(scene, item, node, (gltf_path)kind, channel, error)
-                              : status;
+    return status == TULLE_OK ? check_channel(scene, item, channel, error) : status;
 }
 
 static tulle_status read_channels(gltf_scene *scene, const json_value *channels,
@@ -204,10 +208,11 @@ static void interpolate_rotation(const double *from, const double *to, double pa
     normalize_rotation(q);
 }
 
-/* Reads the value of a channel: `width` numbers to `values`, which has room for three times as
- * many. */
-static tulle_status sample(gltf_scene *scene, const gltf_channel *channel, gltf_path path,
-                           double time, size_t width, double *values, tulle_error *error) {
+/* Reads the value of a channel to `values`, which has room for three times as many numbers. */
+static tulle_status sample(gltf_scene *scene, const gltf_channel *channel, double time,
+                           double *values, tulle_error *error) {
+    gltf_path const path = channel->path;
+    size_t const width = channel->width;
     const gltf_keys *const keys = &scene->keys.data[channel->keys];
     const double *const times = scene->times.data + keys->first;
     size_t low = 0, high = keys->count; /* the last key that is not behind */
@@ -282,8 +287,8 @@ static tulle_status pose_nodes(gltf_scene *scene, double time, tulle_error *erro
         memcpy(values[GLTF_SCALE], node->scale, sizeof node->scale);
         for (int path = 0; path < GLTF_WEIGHTS; path++) {
             if (node->channels[path].keys == GLTF_NONE) continue;
-            tulle_status const status = sample(scene, &node->channels[path], (gltf_path)path, time,
-                                               path == GLTF_ROTATION ? 4 : 3, values[path], error);
+            tulle_status const status =
+                sample(scene, &node->channels[path], time, values[path], error);
             if (status) return status;
         }
         if (node->has_matrix)
@@ -313,7 +318,7 @@ static tulle_status add_targets(gltf_scene *scene, const gltf_piece *piece, doub
     memset(weights, 0, piece->target_count * sizeof *weights);
     tulle_status status = TULLE_OK;
     if (channel->keys != GLTF_NONE) {
-        status = sample(scene, channel, GLTF_WEIGHTS, time, piece->target_count, weights, error);
+        status = sample(scene, channel, time, weights, error);
     } else if (node->weights) {
         const json_value *item = json_get_first(&scene->file->json, node->weights);
         for (size_t i = 0; i < piece->target_count; i++) {
@@ -337,6 +342,9 @@ typedef struct skin {
     uint32_t bindings; /* accessor, or GLTF_NONE */
     double *matrices;  /* 16 a joint */
     size_t joint_count;
+    const gltf_piece *piece;        /* that it moves */
+    const double *positions;        /* of that, before */
+    double moved[3 * VERTEX_CHUNK]; /* of some of its vertices, after */
 } skin;
 
 static tulle_status make_skin(gltf_scene *scene, uint32_t number, skin *made, tulle_error *error) {
@@ -370,23 +378,23 @@ static tulle_status make_skin(gltf_scene *scene, uint32_t number, skin *made, tu
     return status;
 }
 
-/* Moves some vertices by the joints of one set; sums are added to `moved`. */
-static tulle_status add_joints(gltf_scene *scene, const gltf_piece *piece, const skin *bound,
-                               const uint32_t accessors[2], size_t first, size_t count,
-                               const double *positions, double *moved, tulle_error *error) {
+/* Adds what the joints of one set, the accessors of joints and weights, make of `count` vertices.
+ */
+static tulle_status add_joints(gltf_scene *scene, skin *bound, const uint32_t set[2], size_t first,
+                               size_t count, tulle_error *error) {
     double joints[4 * VERTEX_CHUNK], weights[4 * VERTEX_CHUNK];
-    tulle_status status = gltf_read(scene->file, accessors[0], first, count, joints, error);
-    if (status == TULLE_OK)
-        status = gltf_read(scene->file, accessors[1], first, count, weights, error);
+    tulle_status status = gltf_read(scene->file, set[0], first, count, joints, error);
+    if (status == TULLE_OK) status = gltf_read(scene->file, set[1], first, count, weights, error);
     for (size_t i = 0; i < 4 * count && status == TULLE_OK; i++) {
         if (weights[i] == 0.0) continue;
+        size_t const vertex = first + i / 4;
         if (!(joints[i] >= 0.0 && joints[i] < (double)bound->joint_count))
-            return json_fail(&scene->file->json, piece->primitive, error,
-                             "vertex %zu hangs at joint %.0f, but there are only %zu",
-                             first + i / 4, joints[i], bound->joint_count);
+            return json_fail(&scene->file->json, bound->piece->primitive, error,
+                             "vertex %zu hangs at joint %.0f, but there are only %zu", vertex,
+                             joints[i], bound->joint_count);
         double point[3];
-        transform(bound->matrices + 16 * (size_t)joints[i], positions + 3 * (first + i / 4), point);
-        for (size_t k = 0; k < 3; k++) moved[3 * (i / 4) + k] += weights[i] * point[k];
+        transform(bound->matrices + 16 * (size_t)joints[i], bound->positions + 3 * vertex, point);
+        for (size_t k = 0; k < 3; k++) bound->moved[3 * (i / 4) + k] += weights[i] * point[k];
     }
     return status;
 }
@@ -418,7 +426,7 @@ static tulle_status find_joint_sets(gltf_scene *scene, const gltf_piece *piece,
 
 static tulle_status apply_skin(gltf_scene *scene, const gltf_piece *piece, double *positions,
                                tulle_error *error) {
-    skin bound = {0};
+    skin bound = {.piece = piece, .positions = positions};
     uint32_t sets[JOINT_SETS][2];
     int set_count = 0;
     tulle_status status = find_joint_sets(scene, piece, sets, &set_count, error);
@@ -428,11 +436,10 @@ static tulle_status apply_skin(gltf_scene *scene, const gltf_piece *piece, doubl
          first += VERTEX_CHUNK) {
         size_t const rest = piece->vertex_count - first;
         size_t const count = rest < VERTEX_CHUNK ? rest : VERTEX_CHUNK;
-        double moved[3 * VERTEX_CHUNK] = {0};
+        memset(bound.moved, 0, sizeof bound.moved);
         for (int i = 0; i < set_count && status == TULLE_OK; i++)
-            status =
-                add_joints(scene, piece, &bound, sets[i], first, count, positions, moved, error);
-        memcpy(positions + 3 * first, moved, 3 * count * sizeof(double));
+            status = add_joints(scene, &bound, sets[i], first, count, error);
+        memcpy(positions + 3 * first, bound.moved, 3 * count * sizeof(double));
     }
     memory_release(scene->file->heap, bound.matrices, 16 * bound.joint_count * sizeof(double));
     return status;

@@ -55,10 +55,10 @@ tulle_status gltf_find_accessor(const gltf_file *file, const json_value *object,
         gltf_find_number(file, object, key, file->accessors.count, number, error);
     if (status || *number == GLTF_NONE) return status;
     const gltf_accessor *const accessor = &file->accessors.data[*number];
-    if (accessor->width == width) return TULLE_OK;
+    if (accessor->numbers.width == width) return TULLE_OK;
     return json_fail(&file->json, accessor->place, error,
                      "the accessor of \"%s\" has elements of %u numbers, not %u", key,
-                     accessor->width, width);
+                     accessor->numbers.width, width);
 }
 
 tulle_status gltf_find_values(const gltf_file *file, const json_value *object, const char *key,
@@ -253,14 +253,14 @@ static uint32_t find_width(const char *type) {
     return 0;
 }
 
-static uint64_t get_stride(const gltf_file *file, const gltf_numbers *numbers, uint32_t width) {
+static uint64_t get_stride(const gltf_file *file, const gltf_numbers *numbers) {
     uint64_t const stride = file->slices.data[numbers->slice].stride;
-    return stride > 0 ? stride : get_size(numbers->type) * width;
+    return stride > 0 ? stride : get_size(numbers->type) * numbers->width;
 }
 
 /* Reads where `count` elements of `width` numbers are, and checks that they are there. */
-static tulle_status take_numbers(gltf_file *file, const json_value *item, uint32_t width,
-                                 uint64_t count, gltf_numbers *numbers, tulle_error *error) {
+static tulle_status take_numbers(gltf_file *file, const json_value *item, uint64_t count,
+                                 gltf_numbers *numbers, tulle_error *error) {
     tulle_status status =
         gltf_find_number(file, item, "bufferView", file->slices.count, &numbers->slice, error);
     if (status == TULLE_OK)
@@ -270,8 +270,8 @@ static tulle_status take_numbers(gltf_file *file, const json_value *item, uint32
         return json_fail(&file->json, item, error, "\"componentType\" is %u, which is none",
                          numbers->type);
     if (numbers->slice == GLTF_NONE || count == 0) return TULLE_OK;
-    uint64_t const size = get_size(numbers->type) * width;
-    uint64_t const end = numbers->offset + (count - 1) * get_stride(file, numbers, width) + size;
+    uint64_t const size = get_size(numbers->type) * numbers->width;
+    uint64_t const end = numbers->offset + (count - 1) * get_stride(file, numbers) + size;
     if (end > file->slices.data[numbers->slice].size)
         return json_fail(&file->json, item, error,
                          "%llu elements reach beyond the buffer view, which ends at byte %llu",
@@ -285,6 +285,7 @@ static tulle_status take_sparse(gltf_file *file, const json_value *item, gltf_ac
     const json_value *const sparse = json_find(&file->json, item, "sparse");
     if (!sparse) return TULLE_OK;
     const json_value *indices, *values;
+    accessor->sparse_indices.width = 1;
     tulle_status status =
         json_take_count(&file->json, sparse, "count", &accessor->sparse_count, error);
     if (status == TULLE_OK && accessor->sparse_count > accessor->count)
@@ -297,12 +298,12 @@ static tulle_status take_sparse(gltf_file *file, const json_value *item, gltf_ac
         status = json_take_whole(&file->json, indices, "componentType",
                                  &accessor->sparse_indices.type, error);
     if (status == TULLE_OK)
-        status = take_numbers(file, indices, 1, accessor->sparse_count, &accessor->sparse_indices,
-                              error);
+        status =
+            take_numbers(file, indices, accessor->sparse_count, &accessor->sparse_indices, error);
     accessor->sparse_values = accessor->numbers;
     if (status == TULLE_OK)
-        status = take_numbers(file, values, accessor->width, accessor->sparse_count,
-                              &accessor->sparse_values, error);
+        status =
+            take_numbers(file, values, accessor->sparse_count, &accessor->sparse_values, error);
     if (status == TULLE_OK &&
         (accessor->sparse_indices.slice == GLTF_NONE || accessor->sparse_values.slice == GLTF_NONE))
         status = json_fail(&file->json, sparse, error, "key \"bufferView\" is missing");
@@ -326,10 +327,10 @@ static tulle_status read_accessors(gltf_file *file, tulle_error *error) {
         const json_value *const normalized = json_find(&file->json, item, "normalized");
         accessor.numbers.is_normalized =
             normalized && normalized->type == JSON_BOOL && normalized->number != 0.0;
-        accessor.width = find_width(type);
-        if (accessor.width == 0)
+        accessor.numbers.width = find_width(type);
+        if (accessor.numbers.width == 0)
             return json_fail(&file->json, item, error, "\"type\" is none that there is");
-        status = take_numbers(file, item, accessor.width, accessor.count, &accessor.numbers, error);
+        status = take_numbers(file, item, accessor.count, &accessor.numbers, error);
         if (status == TULLE_OK) status = take_sparse(file, item, &accessor, error);
         if (status) return status;
         file->accessors.data[file->accessors.count++] = accessor;
@@ -364,13 +365,13 @@ static tulle_status read_bytes(gltf_file *file, const gltf_buffer *buffer, uint6
                         (unsigned long long)(offset + (uint64_t)got));
 }
 
-static tulle_status read_numbers(gltf_file *file, const gltf_numbers *numbers, uint32_t width,
-                                 uint64_t first, uint64_t count, double *values,
-                                 tulle_error *error) {
+static tulle_status read_numbers(gltf_file *file, const gltf_numbers *numbers, uint64_t first,
+                                 uint64_t count, double *values, tulle_error *error) {
     unsigned char chunk[CHUNK_SIZE];
     const gltf_slice *const slice = &file->slices.data[numbers->slice];
     size_t const number_size = get_size(numbers->type);
-    uint64_t const stride = get_stride(file, numbers, width);
+    uint32_t const width = numbers->width;
+    uint64_t const stride = get_stride(file, numbers);
     uint64_t const at_once =
         CHUNK_SIZE / (stride > number_size * width ? stride : number_size * width);
     for (uint64_t done = 0; done < count; done += at_once) {
@@ -403,7 +404,7 @@ static tulle_status read_sparse(gltf_file *file, const gltf_accessor *accessor, 
         uint64_t const rest = accessor->sparse_count - done;
         uint64_t const part = rest < AT_ONCE ? rest : AT_ONCE;
         tulle_status status =
-            read_numbers(file, &accessor->sparse_indices, 1, done, part, indices, error);
+            read_numbers(file, &accessor->sparse_indices, done, part, indices, error);
         for (uint64_t i = 0; i < part && status == TULLE_OK; i++) {
             double const index = indices[i];
             if (!(index >= 0.0 && index < (double)accessor->count))
@@ -411,8 +412,9 @@ static tulle_status read_sparse(gltf_file *file, const gltf_accessor *accessor, 
                                  "sparse element %.0f is not there; there are %llu", index,
                                  (unsigned long long)accessor->count);
             if (index < (double)first || index >= (double)(first + count)) continue;
-            status = read_numbers(file, &accessor->sparse_values, accessor->width, done + i, 1,
-                                  values + ((uint64_t)index - first) * accessor->width, error);
+            status =
+                read_numbers(file, &accessor->sparse_values, done + i, 1,
+                             values + ((uint64_t)index - first) * accessor->numbers.width, error);
         }
         if (status) return status;
     }
@@ -424,10 +426,9 @@ tulle_status gltf_read(gltf_file *file, uint32_t number, uint64_t first, uint64_
     const gltf_accessor *const accessor = &file->accessors.data[number];
     tulle_status status = TULLE_OK;
     if (accessor->numbers.slice == GLTF_NONE)
-        memset(values, 0, (size_t)(count * accessor->width) * sizeof *values);
+        memset(values, 0, (size_t)(count * accessor->numbers.width) * sizeof *values);
     else
-        status =
-            read_numbers(file, &accessor->numbers, accessor->width, first, count, values, error);
+        status = read_numbers(file, &accessor->numbers, first, count, values, error);
     return status == TULLE_OK ? read_sparse(file, accessor, first, count, values, error) : status;
 }
 

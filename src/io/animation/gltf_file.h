@@ -26,13 +26,13 @@ typedef struct gltf_slice {
 typedef struct gltf_numbers {
     uint32_t slice; /* GLTF_NONE: all are 0 */
     uint64_t offset;
-    uint32_t type; /* as glTF names it: 5120 int8 ... 5126 float32 */
+    uint32_t type;  /* as glTF names it: 5120 int8 ... 5126 float32 */
+    uint32_t width; /* numbers of an element */
     bool is_normalized;
 } gltf_numbers;
 
 typedef struct gltf_accessor {
     gltf_numbers numbers;
-    uint32_t width; /* numbers of an element */
     uint64_t count; /* elements */
     uint64_t sparse_count;
     gltf_numbers sparse_indices, sparse_values;

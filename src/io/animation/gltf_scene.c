@@ -141,7 +141,7 @@ static tulle_status add_triangle(gltf_scene *scene, const gltf_piece *piece, con
                                  tulle_error *error) {
     if (!ARRAY_RESERVE(scene->file->heap, &scene->triangles, 3)) return fail_memory(scene, error);
     for (int k = 0; k < 3; k++) {
-        if (!(corner[k] < (double)piece->vertex_count))
+        if (!(corner[k] >= 0.0 && corner[k] < (double)piece->vertex_count))
             return json_fail(&scene->file->json, piece->primitive, error,
                              "a triangle uses vertex %.0f, but there are only %zu", corner[k],
                              piece->vertex_count);

@@ -17,6 +17,8 @@ typedef enum gltf_interpolation { GLTF_LINEAR, GLTF_STEP, GLTF_CUBIC } gltf_inte
 typedef struct gltf_channel {
     uint32_t keys;   /* number of its times; GLTF_NONE: there is no channel */
     uint32_t values; /* accessor */
+    size_t width;    /* numbers of a value */
+    gltf_path path;
     gltf_interpolation interpolation;
 } gltf_channel;
 

@@ -234,7 +234,7 @@ static void everything_moves(void **state) {
                         "passed over: 1 parts of lines, all animations but the first, 1");
     static const uint32_t triangles[] = {0, 1, 2, 1, 3, 2, 4, 5, 6, 4, 6, 7};
     assert_int_equal(info.triangle_count, 4);
-    uint32_t const *const found = tulle_animation_get_triangles(animation);
+    const uint32_t *const found = tulle_animation_get_triangles(animation);
     for (int i = 0; i < 12; i++) /* the strip's indices are 0 1 2 3 */
         assert_int_equal(found[i], triangles[i]);
     /* At the start weights are 0 and 0; the matrix doubles and moves by 10. */
