@@ -446,7 +446,16 @@ static tulle_status write_buffer(gltf_writer *writer, tulle_error *error) {
 
 /* ---- the files ---- */
 
-static tulle_status check_limits(const gltf_writer *writer, tulle_error *error) {
+static tulle_status check_size(const gltf_writer *writer, uint64_t size, tulle_error *error) {
+    if (size <= UINT32_MAX) return TULLE_OK;
+    return error_set_at(error, TULLE_ERROR_LIMIT, writer->job->path, 0, 0,
+                        "would be of more than %llu bytes, but a .glb holds at most 4294967295; "
+                        "write a .gltf, or fewer frames",
+                        (unsigned long long)size - 1);
+}
+
+/* What can be known before frames are read. */
+static tulle_status check_limits(const gltf_writer *writer, bool is_binary, tulle_error *error) {
     const tulle_animation_def *const def = writer->job->def;
     const char *const path = writer->job->path;
     if (writer->plan.has_weights && def->frame_count > SPARSE_TARGETS_MAX)
@@ -459,18 +468,14 @@ static tulle_status check_limits(const gltf_writer *writer, tulle_error *error) 
             return error_set_at(error, TULLE_ERROR_LIMIT, path, 0, 0,
                                 "frames %u and %u have the same time as floats, which glTF has", i,
                                 i - 1);
-    return TULLE_OK;
+    return is_binary ? check_size(writer, writer->plan.total, error) : TULLE_OK;
 }
 
 static tulle_status write_binary(gltf_writer *writer, tulle_error *error) {
     uint64_t const size =
         GLB_HEADER_SIZE + writer->json.count + GLB_CHUNK_SIZE + writer->plan.total;
-    if (size > UINT32_MAX)
-        return error_set_at(error, TULLE_ERROR_LIMIT, writer->job->path, 0, 0,
-                            "would be of %llu bytes, but a .glb holds at most 4294967295; write a "
-                            ".gltf, or fewer frames",
-                            (unsigned long long)size);
-    tulle_status status = output_open(writer->job->path, &writer->buffer, error);
+    tulle_status status = check_size(writer, size, error);
+    if (status == TULLE_OK) status = output_open(writer->job->path, &writer->buffer, error);
     if (status) return status;
     output_text(writer->buffer, "glTF");
     put_word(writer, 2);
@@ -519,7 +524,7 @@ tulle_status gltf_write(animation_job *job, bool is_binary, tulle_error *error) 
     if (status == TULLE_OK) {
         memcpy(bin_path, job->path, path_size);
         memcpy(bin_path + path_size - 5, "bin", 4); /* for gltf */
-        status = check_limits(&writer, error);
+        status = check_limits(&writer, is_binary, error);
     }
     if (status == TULLE_OK) status = make_json(&writer, is_binary ? NULL : bin_path, error);
     if (status == TULLE_OK)

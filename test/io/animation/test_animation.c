@@ -115,6 +115,26 @@ static void many_targets_come_back(void **state) {
     expect_sample(test_path("many.glb"));
 }
 
+/* A .glb ends at 4 GiB; that is known before a frame is read. */
+static void too_large_files_are_refused(void **state) {
+    (void)state;
+    static double times[400];
+    for (int i = 0; i < 400; i++) times[i] = i;
+    tulle_animation_surface const surface = {
+        .name = "a", .mesh = {NULL, 1000000, NULL, 0}, .motion = TULLE_ANIMATION_DEFORMS};
+    tulle_animation_def def = tulle_animation_def_default();
+    def.surfaces = &surface;
+    def.surface_count = 1;
+    def.times = times;
+    def.frame_count = 400;
+    def.read = read_sample;
+    tulle_error error = {0};
+    assert_int_equal(tulle_animation_write(test_path("large.glb"), &def, &error),
+                     TULLE_ERROR_LIMIT);
+    assert_non_null(strstr(error.message, "write a .gltf"));
+    assert_int_not_equal(access(test_path("large.glb"), F_OK), 0);
+}
+
 /* ---- a file with everything that moves vertices ---- */
 
 static const char base64_digits[] =
@@ -425,9 +445,13 @@ static void every_failing_allocation(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gltf_comes_back),          cmocka_unit_test(many_targets_come_back),
-        cmocka_unit_test(everything_moves),         cmocka_unit_test(faults_are_told),
-        cmocka_unit_test(damage_is_found),          cmocka_unit_test(damaged_caches_are_found),
+        cmocka_unit_test(gltf_comes_back),
+        cmocka_unit_test(many_targets_come_back),
+        cmocka_unit_test(too_large_files_are_refused),
+        cmocka_unit_test(everything_moves),
+        cmocka_unit_test(faults_are_told),
+        cmocka_unit_test(damage_is_found),
+        cmocka_unit_test(damaged_caches_are_found),
         cmocka_unit_test(every_failing_allocation),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
