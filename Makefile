@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-formats test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs install format check-format layers sizes clean help
+.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-formats test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-notebooks coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -63,13 +63,58 @@ paper-quick: build-paper
 build-paper:
 	@$(INSTALL_PACKAGES) build paper
 	@$(MAKE) --no-print-directory build-program
-	@cmake --build $(BUILD) -j $(JOBS) --target paper_measure
+	@cmake $(BUILD) >/dev/null
+	@cmake --build $(BUILD) -j $(JOBS) --target paper_measure tulle_python
 
 # The pictures of docs/pictures/paper, of what `make paper` left in DIR.
 DIR ?= reproduced
 paper-pictures:
 	@$(INSTALL_PACKAGES) paper
 	@bash paper/pictures.sh $(DIR)
+
+# The Python package in this checkout: PYTHONPATH=build/release/python python3 -c 'import tulle'. docs/guide/python.md.
+FIND_PYTHON := sh paper/find_python.sh
+python:
+	@$(INSTALL_PACKAGES) build python
+	@$(MAKE) --no-print-directory build-program
+	@cmake $(BUILD) >/dev/null
+	@cmake --build $(BUILD) -j $(JOBS) --target tulle_python
+
+# What turns worlds in notebooks, viewer.js of the package: docs/guide/notebooks.md. Its packages come from npm, into build/viewer.
+viewer: python
+	@$(INSTALL_PACKAGES) viewer
+	@sh python/viewer/build.sh
+	@cp python/tulle/viewer.js $(BUILD)/python/tulle
+
+# The package with the libraries and the program inside, and its sources, in build/wheel: pip install build/wheel/tulle-*.whl
+wheel:
+	@$(INSTALL_PACKAGES) build python wheel viewer
+	@sh python/viewer/build.sh --optional
+	@JOBS=$(JOBS) "$$($(FIND_PYTHON) 'cffi, build.__main__')" -m build --no-isolation --outdir build/wheel .
+
+# The package's types and tests, then those of the wheel in an environment of its own. PYTEST_OPTIONS='-k arrays' chooses.
+PYTEST_OPTIONS ?=
+PYTEST = "$$($(FIND_PYTHON) 'cffi, pytest')" -m pytest -q -p no:cacheprovider $(PYTEST_OPTIONS)
+test-python: python
+	@$(INSTALL_PACKAGES) wheel python-test
+	@MYPYPATH=$(BUILD)/python mypy --cache-dir build/mypy -p tulle
+	@PYTHONPATH=$(BUILD)/python $(PYTEST)
+	@sh tools/test_wheel.sh
+
+# The viewer of notebooks in a browser: what it draws, keys, a page of an executed notebook, no request to anyone. A minute.
+test-notebooks: viewer
+	@$(INSTALL_PACKAGES) python-test notebook-test
+	@PYTHONPATH=$(BUILD)/python sh python/viewer/test.sh
+
+# Random calls of the package with libraries under the address sanitizer; EXAMPLES sequences of them.
+EXAMPLES ?= 200
+test-python-asan: python
+	@$(INSTALL_PACKAGES) python-test
+	@cmake --preset asan-ubsan
+	@cmake --build build/asan-ubsan -j $(JOBS) --target tulle_shared tulle_io_shared
+	@LD_PRELOAD="$$(cc -print-file-name=libasan.so) $$(cc -print-file-name=libubsan.so)" ASAN_OPTIONS=detect_leaks=0 \
+	UBSAN_OPTIONS=halt_on_error=1 TULLE_EXAMPLES=$(EXAMPLES) TULLE_LIBRARY_PATH=build/asan-ubsan PYTHONPATH=$(BUILD)/python PYTHONMALLOC=malloc \
+	$(PYTEST) python/tests/test_random_calls.py python/tests/test_arrays.py
 
 # Everything quick.
 test:
@@ -243,6 +288,13 @@ test-docs: docs
 	@python3 tools/check_links.py
 	@sh tools/check_site.sh build/site
 
+# Sweeps under a Slurm of two nodes on this machine and on Dask clusters, with nodes and workers that die: docs/guide/sweeps.md. Some
+# minutes. Slurm's part needs root, and skips without it.
+test-sweep:
+	@$(INSTALL_PACKAGES) build slurm
+	@$(MAKE) --no-print-directory build-program
+	@PYTHONPATH=python TULLE=$(CURDIR)/$(BUILD)/tulle TULLE_TEST_CLUSTERS=1 "$$(sh paper/find_python.sh 'yaml, numpy, pytest')" -m pytest -p no:cacheprovider -v -rs python/tests/test_sweep*.py
+
 install: all
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 
@@ -291,8 +343,11 @@ help:
 	@echo "make fuzz TARGET=obj SECONDS=60   fuzzes one target with libFuzzer (installs clang); fuzz-afl: with AFL++"
 	@echo "make fuzz-all SECONDS=600   all targets, which share the time"
 	@echo "make coverage     lines and branches of the libraries that the quick tests reach; fails below 95 % and 90 %"
+	@echo "make viewer       what turns worlds in notebooks (installs node and npm)"
+	@echo "make test-notebooks   the viewer in a browser (installs chromium)"
 	@echo "make docs         the book as a static site with search, build/site (installs mkdocs and doxygen)"
 	@echo "make test-docs    the same; every public name has its comment, every link leads somewhere"
+	@echo "make test-sweep   sweeps under Slurm and on Dask, with nodes that die (installs them; some minutes)"
 	@echo "make install      to PREFIX (default /usr/local)"
 	@echo "make format       lay out the code; check-format, layers, sizes: check the rules of the house"
 	@echo "make clean        remove build/"

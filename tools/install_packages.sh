@@ -1,6 +1,7 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, paper, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs, formats
+# usage: install_packages.sh ROLE...      ROLE: build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate,
+#                                 clang, ubsan, msan, fuzz, musl, m32, portability, docs, formats, slurm
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -31,12 +32,46 @@ needs() {
         echo "gnuplot-nox    program:gnuplot     optional"
         echo "python3-numpy  python:numpy        optional"
         echo "python3-matplotlib python:matplotlib optional"
+        echo "python3-cffi   python:cffi         optional"
         ;;
     paper)
         echo "python3        program:python3     needed"
         echo "python3-numpy  python:numpy        needed"
+        echo "python3-cffi   python:cffi,numpy   needed"
         echo "python3-matplotlib python:matplotlib needed"
         echo "ffmpeg         program:ffmpeg      optional"
+        ;;
+    python)
+        echo "python3        program:python3     needed"
+        echo "python3-cffi   python:cffi         needed"
+        echo "python3-numpy  python:cffi,numpy   needed"
+        echo "python3-tqdm   python:cffi,tqdm    optional"
+        echo "python3-yaml   python:cffi,yaml    optional"
+        ;;
+    viewer)
+        echo "nodejs         program:node        optional"
+        echo "npm            program:npm         optional"
+        ;;
+    wheel)
+        echo "python3-build  python:cffi,build.__main__ needed"
+        echo "python3-setuptools python:cffi,setuptools needed"
+        echo "python3-wheel  python:cffi,wheel   needed"
+        echo "python3-venv   python:cffi,ensurepip needed"
+        ;;
+    python-test)
+        echo "python3-pytest python:cffi,pytest  needed"
+        echo "python3-hypothesis python:cffi,hypothesis needed"
+        echo "python3-matplotlib python:cffi,matplotlib optional"
+        echo "python3-nbformat python:cffi,nbformat optional"
+        echo "python3-nbclient python:cffi,nbclient optional"
+        echo "python3-ipykernel python:cffi,ipykernel optional"
+        echo "mypy           program:mypy        needed"
+        ;;
+    notebook-test)
+        echo "nodejs         program:node        needed"
+        echo "npm            program:npm         needed"
+        echo "chromium       program:chromium    needed"
+        echo "python3-nbconvert python:cffi,nbconvert optional"
         ;;
     bench)
         echo "valgrind       program:valgrind    optional"
@@ -92,8 +127,17 @@ needs() {
         echo "npm            program:npm         optional"
         echo "blender        program:blender     optional"
         ;;
+    slurm)
+        echo "python3        program:python3     needed"
+        echo "python3-yaml   python:yaml         needed"
+        echo "python3-numpy  python:numpy        needed"
+        echo "python3-pytest python:pytest       needed"
+        echo "python3-distributed python:distributed optional"
+        echo "munge          file:/usr/sbin/munged optional"
+        echo "slurm-wlm      program:sbatch      optional"
+        ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs and formats" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs, formats and slurm" >&2
         exit 2
         ;;
     esac

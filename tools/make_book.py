@@ -6,6 +6,7 @@ usage: make_book.py OUT [ROOT]   exit 1 if a public name is undocumented
 A page in docs/ links to a header by its path in the tree; in the book that is the header's page in reference/. A link to
 another file outside docs/ (a scene, an example, a script) leads to a page source/PATH that shows it.
 """
+import json
 import os
 import posixpath
 import re
@@ -17,6 +18,12 @@ import make_reference
 
 LANGUAGES = {".c": "c", ".h": "c", ".py": "python", ".sh": "bash", ".yaml": "yaml", ".yml": "yaml", ".cmake": "cmake"}
 LINK = re.compile(r"\]\(([^()\s<>#]+)((?:#[^()\s]*)?)\)")
+
+
+def format_notebook(words):
+    """The cells of a notebook as a page."""
+    cells = ((cell["cell_type"], "".join(cell["source"])) for cell in json.loads(words)["cells"])
+    return "\n\n".join(text if kind == "markdown" else f"```python\n{text}\n```" for kind, text in cells) + "\n"
 
 
 class Book:
@@ -75,6 +82,9 @@ class Book:
                 text = "\n".join(f"- `{name}`" for name in names)
             else:
                 words = check_links.read(path)
+                if place.endswith(".ipynb"):
+                    self.write(f"source/{place}.md", format_notebook(words))
+                    continue
                 text = words if place.endswith(".md") else f"```{LANGUAGES.get(os.path.splitext(place)[1], 'text')}\n{words}```"
             self.write(f"source/{place}.md", text if place.endswith(".md") else f"# {place}\n\n{text}\n")
 

@@ -106,10 +106,10 @@ typedef struct tulle_scene_world {
     size_t obstacle_count;        /* number of obstacles, with all copies */
 } tulle_scene_world;
 /* Makes a world of a scene into `*result`; does not start it. It runs on `threads` threads, 0: one
- * for each processor, and takes memory from `allocator`, null: malloc. Only one world at a time may
- * read the frames of a scene's mesh sequences. Errors name the place of the object in the scene
- * file, with the statuses of tulle_world_create and of what adds objects to a world; null scenes
- * and results are refused with TULLE_ERROR_INVALID_ARGUMENT. */
+ * for each processor, and takes memory from `allocator`, null: malloc. The worlds of a scene may
+ * step in different threads. Errors name the place of the object in the scene file, with the
+ * statuses of tulle_world_create and of what adds objects to a world; null scenes and results are
+ * refused with TULLE_ERROR_INVALID_ARGUMENT. */
 TULLE_API tulle_status tulle_scene_build_world(tulle_scene *loaded, int threads,
                                                const tulle_allocator *allocator,
                                                tulle_scene_world *result, tulle_error *error);

@@ -40,7 +40,7 @@ def compute_stick_shares(recorded: RecordedRun) -> np.ndarray | None:
         reports = recorded.read_reports()
     except DamagedRun:
         return None
-    stick, slip = reports.get("stick_contacts"), reports.get("slip_contacts")
+    stick, slip = reports["stick_contacts"].astype(float), reports["slip_contacts"].astype(float)
     return np.where(stick + slip > 0.0, stick / np.maximum(stick + slip, 1.0), 0.0)
 
 

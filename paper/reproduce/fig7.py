@@ -193,7 +193,7 @@ def _format_published(value: float) -> str:
 def write_angles(measured: Measurement, file: str) -> None:
     """A line an angle and rules."""
     run_frames = len(measured.recorded.frames) - 1
-    triangles = sum(body.triangles for body in measured.recorded.cloths)
+    triangles = sum(body.triangle_count for body in measured.recorded.cloths)
     lines = [ANGLES_HEAD]
     for angle in measured.angles:
         for rules in RULES:

@@ -148,21 +148,21 @@ def read_verdict(session: Session, run: Run) -> Verdict | None:
     obstacles = [body for body in recorded.bodies if body.is_obstacle]
     verdict = Verdict(frames=len(pairs), bad_frames=sum(count > 0 for count in pairs), intersections=sum(pairs),
                       state=recorded.state, time_step=recorded.time_step, conditions=read_conditions(session, run.name),
-                      cloth_vertices=sum(body.vertices for body in recorded.cloths),
-                      cloth_triangles=sum(body.triangles for body in recorded.cloths),
-                      obstacle_vertices=sum(body.vertices for body in obstacles),
-                      obstacle_triangles=sum(body.triangles for body in obstacles))
+                      cloth_vertices=sum(body.vertex_count for body in recorded.cloths),
+                      cloth_triangles=sum(body.triangle_count for body in recorded.cloths),
+                      obstacle_vertices=sum(body.vertex_count for body in obstacles),
+                      obstacle_triangles=sum(body.triangle_count for body in obstacles))
     try:
         reports = recorded.read_reports()
     except DamagedRun:
         return verdict
     verdict.has_reports = True
-    verdict.steps = reports.count
-    if reports.count > 0:
-        verdict.simulated_seconds = float(reports.get("time")[-1])
-        verdict.step_seconds = float(reports.get("total_seconds").sum())
-        verdict.contacts = int(reports.get("contacts").sum())
-        verdict.rescues = int(sum(reports.get(name).sum() for name in RESCUES))
+    verdict.steps = len(reports)
+    if verdict.steps > 0:
+        verdict.simulated_seconds = float(reports["time"][-1])
+        verdict.step_seconds = float(reports["total_seconds"].sum())
+        verdict.contacts = int(reports["contacts"].sum())
+        verdict.rescues = int(sum(reports[name].sum() for name in RESCUES))
     return verdict
 
 

@@ -66,9 +66,9 @@ def read_cells(session: Session, figure: Figure, number: int) -> Cells:
         cell = cells[method]
         cell.steps = steps
         cell.sums = {CS: 0.0, DYN: 0.0, CGM: 0.0}
-        for stage in STAGES:
-            cell.sums[STAGE_COSTS.get(stage, DYN)] += float(reports.get_stage(stage)[:steps].sum())
-        cell.total = float(reports.get("total_seconds")[:steps].sum())
+        for stage, seconds in zip(STAGES, reports["stage_seconds"][:steps].sum(axis=0)):
+            cell.sums[STAGE_COSTS.get(stage, DYN)] += float(seconds)
+        cell.total = float(reports["total_seconds"][:steps].sum())
     return cells
 
 

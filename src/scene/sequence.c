@@ -1,6 +1,6 @@
 /* scene/sequence.c - mesh sequences: numbered mesh files or a PC2 cache. Every frame is read once
  * when the scene is loaded, so that a bad file is found before the run begins. It is read again
- * when the world asks for it; the last two frames are kept. */
+ * when a world asks for it; the last two frames are kept. Several worlds may ask at once. */
 #include "scene/scene_data.h"
 
 #include "base/error.h"
@@ -10,6 +10,7 @@
 #include "tulle_io/mesh_files.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 struct scene_sequence {
@@ -24,7 +25,8 @@ struct scene_sequence {
     pose placement;
     double *kept[2]; /* placed positions */
     uint32_t kept_frame[2];
-    int next_kept; /* the slot to be replaced next */
+    int next_kept;              /* the slot to be replaced next */
+    atomic_flag is_kept_in_use; /* a thread reads or replaces what is kept */
 };
 
 enum {
@@ -120,6 +122,17 @@ static tulle_status read_frame(const scene_sequence *sequence, uint32_t frame, d
     return status;
 }
 
+/* Reads the positions of a frame where it is placed. */
+static tulle_status read_placed(const scene_sequence *sequence, uint32_t frame, double *positions,
+                                tulle_error *error) {
+    tulle_status const status = read_frame(sequence, frame, positions, error);
+    if (status != TULLE_OK) return status;
+    tulle_mesh placed = {.positions = positions, .vertex_count = sequence->vertex_count};
+    tulle_mesh_transform(&placed, sequence->scale, sequence->placement.rotation,
+                         sequence->placement.translation);
+    return TULLE_OK;
+}
+
 /* The frame of the files that is shown as a frame of the world. */
 static uint32_t fold_frame(const scene_sequence *sequence, uint32_t frame) {
     uint32_t const within = frame % sequence->period;
@@ -132,23 +145,25 @@ tulle_status sequence_read(void *context, uint32_t wanted, double *positions, tu
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "frame %u of a sequence of %u",
                          (unsigned)wanted, (unsigned)sequence_get_frame_count(sequence));
     uint32_t const frame = fold_frame(sequence, wanted);
-    size_t byte_count = 3 * sequence->vertex_count * sizeof(double);
-    for (int slot = 0; slot < 2; slot++) {
-        if (sequence->kept_frame[slot] != frame) continue;
-        memcpy(positions, sequence->kept[slot], byte_count);
-        return TULLE_OK;
+    /* While another world uses what is kept, this one reads the file for itself. */
+    if (atomic_flag_test_and_set(&sequence->is_kept_in_use))
+        return read_placed(sequence, frame, positions, error);
+    int slot = 0;
+    while (slot < 2 && sequence->kept_frame[slot] != frame) slot++;
+    tulle_status status = TULLE_OK;
+    if (slot == 2) {
+        slot = sequence->next_kept;
+        sequence->kept_frame[slot] = TULLE_NONE;
+        status = read_placed(sequence, frame, sequence->kept[slot], error);
+        if (status == TULLE_OK) {
+            sequence->kept_frame[slot] = frame;
+            sequence->next_kept = 1 - slot;
+        }
     }
-    int slot = sequence->next_kept;
-    sequence->kept_frame[slot] = TULLE_NONE;
-    tulle_status status = read_frame(sequence, frame, sequence->kept[slot], error);
-    if (status != TULLE_OK) return status;
-    tulle_mesh placed = {.positions = sequence->kept[slot], .vertex_count = sequence->vertex_count};
-    tulle_mesh_transform(&placed, sequence->scale, sequence->placement.rotation,
-                         sequence->placement.translation);
-    sequence->kept_frame[slot] = frame;
-    sequence->next_kept = 1 - slot;
-    memcpy(positions, sequence->kept[slot], byte_count);
-    return TULLE_OK;
+    if (status == TULLE_OK)
+        memcpy(positions, sequence->kept[slot], 3 * sequence->vertex_count * sizeof(double));
+    atomic_flag_clear(&sequence->is_kept_in_use);
+    return status;
 }
 
 uint32_t sequence_get_frame_count(const scene_sequence *sequence) {
@@ -176,6 +191,7 @@ scene_sequence *sequence_place(const scene_work *work, const scene_sequence *ori
     sequence->kept[1] = kept + 3 * origin->vertex_count;
     sequence->kept_frame[0] = sequence->kept_frame[1] = TULLE_NONE;
     sequence->next_kept = 0;
+    atomic_flag_clear(&sequence->is_kept_in_use);
     return sequence;
 }
 

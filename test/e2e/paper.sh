@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # paper/reproduce over small scenes with the names of the paper's: resumes, its tables, its report, missing scenes.
 set -uo pipefail
-sh "$TULLE_SOURCE_DIR/paper/find_python.sh" 'numpy, matplotlib' >/dev/null || { echo "skipped: no python3 with numpy and matplotlib"; exit 77; }
+PYTHONPATH=$TULLE_PYTHON sh "$TULLE_SOURCE_DIR/paper/find_python.sh" 'matplotlib, tulle' >/dev/null ||
+    { echo "skipped: no python3 with numpy, cffi and matplotlib"; exit 77; }
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"

@@ -3,7 +3,8 @@
 # clean, and its page is whole.
 set -uo pipefail
 [ "${TULLE_TEST_LONG:-0}" = 1 ] || { echo "skipped: ten minutes; TULLE_TEST_LONG=1 runs it"; exit 77; }
-sh "$TULLE_SOURCE_DIR/paper/find_python.sh" 'numpy, matplotlib' >/dev/null || { echo "skipped: no python3 with numpy and matplotlib"; exit 77; }
+PYTHONPATH=$TULLE_PYTHON sh "$TULLE_SOURCE_DIR/paper/find_python.sh" 'matplotlib, tulle' >/dev/null ||
+    { echo "skipped: no python3 with numpy, cffi and matplotlib"; exit 77; }
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"

@@ -2,7 +2,8 @@
 # paper/reproduce that is interrupted or killed goes on where it was: what was measured is kept, what was measured under
 # other conditions or of another run is not used.
 set -uo pipefail
-sh "$TULLE_SOURCE_DIR/paper/find_python.sh" 'numpy, matplotlib' >/dev/null || { echo "skipped: no python3 with numpy and matplotlib"; exit 77; }
+PYTHONPATH=$TULLE_PYTHON sh "$TULLE_SOURCE_DIR/paper/find_python.sh" 'matplotlib, tulle' >/dev/null ||
+    { echo "skipped: no python3 with numpy, cffi and matplotlib"; exit 77; }
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"

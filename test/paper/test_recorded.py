@@ -1,130 +1,80 @@
 """Run directories: what is whole is read, what is damaged is told."""
-import json
-import struct
 import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
+import tulle
 
-from reproduce.recorded import RESCUES, STAGES, read_reports, read_run
+from reproduce.recorded import is_run, read_run
 from reproduce.session import DamagedRun
 
-FRAMES, VERTICES = 4, 3
-COLUMNS = ["step", "time", "total_seconds", *(f"{stage}_seconds" for stage in STAGES), "contacts", "stick_contacts",
-           "slip_contacts", *RESCUES, "smallest_gap"]
+FRAMES, STEP = 4, 1 / 90
 
 
 class Run(unittest.TestCase):
     def setUp(self):
         directory = tempfile.TemporaryDirectory()
         self.addCleanup(directory.cleanup)
-        self.directory = Path(directory.name)
-        bodies = [{"name": "sheet", "role": "cloth", "vertices": VERTICES, "triangles": 1, "cache": "sheet.pc2"},
-                  {"name": "ground", "role": "obstacle", "vertices": 4, "triangles": 2, "cache": None}]
-        self.write("run.json", json.dumps({"state": "finished", "scene_hash": "0123456789abcdef", "time_step": 0.02,
-                                           "bodies": bodies}))
-        self.write("frames.csv", "frame,time,step,state_hash,absent,lags\n"
-                   + "".join(f"{i},{0.02 * i},{i},{i:016x},,\n" for i in range(FRAMES)))
-        self.positions = np.arange(FRAMES * VERTICES * 3, dtype="<f4").reshape(FRAMES, VERTICES, 3)
-        self.write_cache()
-        self.write("report.csv", ",".join(COLUMNS) + "\n"
-                   + "".join(",".join([str(step), *["0.5"] * (len(COLUMNS) - 2), ""]) + "\n"
-                             for step in range(FRAMES - 1)))
-
-    def write(self, name: str, text: str):
-        (self.directory / name).write_text(text, encoding="utf-8")
-
-    def write_cache(self, vertices: int = VERTICES, frames: int = FRAMES):
-        head = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, vertices, 0.0, 1.0, frames)
-        (self.directory / "sheet.pc2").write_bytes(head + self.positions.tobytes())
-
-    def change(self, name: str, old: str, new: str):
-        text = (self.directory / name).read_text(encoding="utf-8")
-        self.assertIn(old, text)
-        self.write(name, text.replace(old, new))
+        self.directory = Path(directory.name, "run")
+        sheet = tulle.make_shape("rectangle", resolution=4)
+        self.world = tulle.World(threads=1)
+        for name, height in (("upper", 2), ("lower", 1)):
+            self.world.add_cloth(sheet.transform(translation=(0, 0, height)), name=name)
+        self.world.add_obstacle(tulle.make_shape("plane"), name="ground")
+        self.positions = []
+        with tulle.RunWriter(self.directory, self.world, STEP) as writer:
+            for _ in range(FRAMES - 1):
+                writer.write_report(self.world.step(STEP))
+                writer.write_frame()
+                self.positions.append(np.concatenate([cloth.positions for cloth in self.world.cloths]))
 
     def test_a_whole_run_is_read(self):
         run = read_run(self.directory)
-        self.assertEqual((run.state, run.scene_hash, run.time_step), ("finished", "0123456789abcdef", 0.02))
+        self.assertTrue(is_run(self.directory))
+        self.assertEqual((run.state, run.time_step), ("finished", STEP))
         self.assertEqual([frame.step for frame in run.frames], [0, 1, 2, 3])
-        self.assertEqual([body.name for body in run.cloths], ["sheet"])
-        self.assertEqual(run.describe(), "scene 0123456789abcdef frames 4 last 0000000000000003")
-        np.testing.assert_array_equal(run.read_cloth(2), self.positions[2])
-        self.assertEqual(run.read_reports().count, 3)
+        self.assertEqual(run.frames[-1].state_hash, f"{self.world.state_hash:016x}")
+        self.assertEqual([body.name for body in run.cloths], ["upper", "lower"])
+        self.assertEqual(run.describe(), f"scene {run.scene_hash} frames 4 last {run.frames[-1].state_hash}")
+        np.testing.assert_array_equal(run.read_cloth(2), self.positions[1].astype(np.float32))
+        self.assertEqual(len(run.read_reports()), FRAMES - 1)
 
-    def test_frames_are_those_that_are_in_every_file(self):
-        self.write_cache(frames=3)
-        self.assertEqual(len(read_run(self.directory).frames), 3)
-        self.write_cache()
-        with open(self.directory / "sheet.pc2", "r+b") as file:
-            file.truncate(32 + 12 * VERTICES * 2 + 5)
-        self.assertEqual(len(read_run(self.directory).frames), 2)
-        self.write_cache()
-        text = (self.directory / "frames.csv").read_text(encoding="utf-8")
-        self.write("frames.csv", text[:-4])
-        self.assertEqual(len(read_run(self.directory).frames), 3)
-        (self.directory / "frames.csv").unlink()
-        self.assertEqual(read_run(self.directory).frames, [])
-
-    def test_older_frames_know_no_lags(self):
-        text = (self.directory / "frames.csv").read_text(encoding="utf-8")
-        self.write("frames.csv", text.replace(",lags\n", "\n").replace(",,\n", ",\n"))
-        self.assertEqual(len(read_run(self.directory).frames), FRAMES)
+    def test_a_run_that_goes_on_is_read_up_to_its_last_whole_frame(self):
+        directory = self.directory.parent / "other"
+        writer = tulle.RunWriter(directory, self.world, STEP)
+        self.world.step(STEP)
+        writer.write_frame()
+        run = read_run(directory)
+        self.assertEqual((run.state, len(run.frames)), ("running", 2))
+        path = directory / "frames.csv"
+        path.write_bytes(path.read_bytes()[:-4])
+        self.assertEqual(len(read_run(directory).frames), 1)
+        writer.close()
 
     def test_damage_is_told(self):
-        for name, old, new, told in (("frames.csv", ",,\n", ",\n", "frames.csv:2: this should be frame 0"),
-                                     ("frames.csv", "\n2,", "\n7,", "frames.csv:4: this should be frame 2"),
-                                     ("frames.csv", "frame,time", "time,frame", "does not begin with"),
-                                     ("run.json", "}]", "}", "is no record of a run"),
-                                     ("run.json", "\"state\"", "\"stage\"", "is no record of a run")):
-            self.setUp()
-            self.change(name, old, new)
-            with self.assertRaisesRegex(DamagedRun, told):
-                read_run(self.directory)
-        self.setUp()
-        self.write_cache(vertices=5)
-        with self.assertRaisesRegex(DamagedRun, "holds 5 vertices, but run.json says 3"):
-            read_run(self.directory)
-        (self.directory / "sheet.pc2").unlink()
-        with self.assertRaisesRegex(DamagedRun, "cannot be opened"):
-            read_run(self.directory)
-
-    def test_positions_are_finite(self):
-        self.positions[2, 1, 0] = np.nan
-        self.write_cache()
         run = read_run(self.directory)
+        path = self.directory / "upper.pc2"
+        whole = path.read_bytes()
+        path.write_bytes(whole[:-5] + b"\x07" + whole[-4:])
         run.read_cloth(1)
-        with self.assertRaisesRegex(DamagedRun, "frame 2: a coordinate is not finite"):
-            run.read_cloth(2)
+        with self.assertRaisesRegex(DamagedRun, "frame 3"):
+            run.read_cloth(3)
+        (self.directory / "run.json").write_text("{}", encoding="utf-8")
+        with self.assertRaises(DamagedRun):
+            read_run(self.directory)
+        self.assertFalse(is_run(self.directory.parent))
 
     def test_reports_of_all_steps_are_needed(self):
         path = self.directory / "report.csv"
-        whole = path.read_text(encoding="utf-8")
-        run = read_run(self.directory)
-        self.write("report.csv", "".join(whole.splitlines(keepends=True)[:-1]) + "2,0.5")
-        with self.assertRaisesRegex(DamagedRun, "tells of 2 steps, its frames of 3"):
-            run.read_reports()
-        for text, told in ((whole.replace("0.5", "x", 1), "report.csv:2: the line should have"),
-                           (whole.replace("\n0,", "\n0,0,", 1), "report.csv:2: the line should have"),
-                           ("rubbish\n", "the heading has no column step"),
-                           (whole.replace("solve_motion", "motion"), "no column solve_motion_seconds")):
-            self.write("report.csv", text)
-            with self.assertRaisesRegex(DamagedRun, told):
-                run.read_reports()
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        for text in ("".join(lines[:-1]), "".join(lines).replace("0.01", "x"), "rubbish\n"):
+            path.write_text(text, encoding="utf-8")
+            with self.assertRaises(DamagedRun):
+                read_run(self.directory).read_reports()
         path.unlink()
-        with self.assertRaisesRegex(DamagedRun, "cannot be opened"):
-            run.read_reports()
-
-    def test_stages_of_older_reports_are_those_that_hold_them(self):
-        old = [part for parts in STAGES.values() for part in parts]
-        self.assertEqual(len(old), 12)
-        names = [name for name in COLUMNS if name[:-8] not in STAGES] + [f"{part}_seconds" for part in old]
-        self.write("report.csv", ",".join(names) + "\n"
-                   + ",".join(str(old.index(name[:-8]) if name[:-8] in old else 0) for name in names) + "\n")
-        reports = read_reports(self.directory / "report.csv")
-        for stage, parts in STAGES.items():
-            self.assertEqual(reports.get_stage(stage)[0], sum(old.index(part) for part in parts))
+        with self.assertRaises(DamagedRun):
+            read_run(self.directory).read_reports()
 
 
 if __name__ == "__main__":

@@ -64,13 +64,13 @@ class Frames(unittest.TestCase):
     def test_stills_ascend_and_end_with_the_last_frame(self):
         for scene in SCENES:
             for count in range(1, 200):
-                frames = [Frame(0.0, 0, "0")] * count
-                stills = choose_stills(RecordedRun(Path(), "finished", "0", 0.01, [], frames), Run(scene))
+                frames = [Frame(0, 0.0, "0")] * count
+                stills = choose_stills(RecordedRun(Path(), "finished", "0", 0.01, (), frames), Run(scene))
                 self.assertEqual(len(stills), 3)
                 self.assertEqual(stills[-1], count - 1)
                 if count > 3:
                     self.assertEqual(stills, sorted(set(stills)))
-        self.assertEqual(choose_stills(RecordedRun(Path(), "running", "0", 0.01, [], []), Run("rings")), [])
+        self.assertEqual(choose_stills(RecordedRun(Path(), "running", "0", 0.01, (), []), Run("rings")), [])
 
 
 if __name__ == "__main__":
