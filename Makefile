@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-blender blender-addon test-notebooks coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
+.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-formats test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-blender blender-addon test-notebooks coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -121,6 +121,12 @@ test:
 	@$(INSTALL_PACKAGES) build test
 	@$(MAKE) --no-print-directory build-tests
 	@cd $(BUILD) && $(CTEST)
+
+# What tulle convert writes, opened by other programs: docs/contributing/testing.md.
+test-formats:
+	@$(INSTALL_PACKAGES) build formats
+	@$(MAKE) --no-print-directory build-program
+	@TULLE=$(abspath $(BUILD)/tulle) sh test/formats/run.sh build/formats
 
 # Everything, the whole scenes too: hours. What was interrupted goes on.
 test-long:
@@ -327,6 +333,7 @@ help:
 	@echo "make paper-quick  the same with coarse cloth and short runs: minutes"
 	@echo "make paper-pictures DIR=reproduced   the pictures of docs/experiments/paper.md, of what make paper left there"
 	@echo "make test         all quick tests (installs missing packages)"
+	@echo "make test-formats what tulle convert writes, opened by glTF's validator, three.js, tinyusdz and Blender"
 	@echo "make test-long    all tests, the whole scenes too (hours; what was interrupted goes on)"
 	@echo "make test-asan    the quick tests under the address and undefined-behaviour sanitizers"
 	@echo "make test-ubsan   the quick tests under clang's sanitizer of undefined behaviour"

@@ -10,8 +10,8 @@ Beside the order of the folders of libtulle:
     geom/ of which they have a copy (COMMON); threads and clocks are not among these;
   - render/ and app/ see both libraries from outside: public headers, base/, themselves, and what PARTS says;
   - rooms within a folder see each other as ROOMS says;
-  - libtulle needs libc, libm and threads only, so yaml.h stays in scene/, expat.h and zlib.h in io/vtk/, png.h and Embree
-    in render/, omp.h in base/parallel_openmp.c; immintrin.h in math/simd*.h and in kernels;
+  - libtulle needs libc, libm and threads only, so yaml.h stays in scene/, expat.h in io/vtk/, zlib.h in io/vtk/ and io/animation/, png.h
+    and Embree in render/, omp.h in base/parallel_openmp.c; immintrin.h in math/simd*.h and in kernels;
   - memory of both libraries comes through base/memory.c, and no library ends the process;
   - public headers of libtulle include those of libtulle only, public headers of libtulle_io those of both.
 """
@@ -35,10 +35,10 @@ PARTS = {"check": ("math/vec3.h", "geom/exact_predicates.h"), "render": ("math/v
 # Rooms that see few others of their folder.
 ROOMS = {"detect": {"impact": set(), "patches": set(), "pairs": {"trees"}, "trees": {"impact", "pairs", "patches"}},
          "contact": {"pairs": {"rows"}, "rows": {"pairs", "commit"}, "solve": {"rows", "pairs"}},
-         "io": {"text": set(), "cache": set(), "mesh": {"text"}, "vtk": {"text"}}}
+         "io": {"text": set(), "cache": set(), "mesh": {"text"}, "vtk": {"text"}, "animation": {"text"}}}
 FOREIGN_HEADERS = {"yaml.h": ("src/scene/",), "png.h": ("src/render/",), "embree3/rtcore.h": ("src/render/embree_",),
                    "omp.h": ("src/base/parallel_openmp.c",), "pthread.h": ("src/base/",),
-                   "expat.h": ("src/io/vtk/",), "zlib.h": ("src/io/vtk/",),
+                   "expat.h": ("src/io/vtk/",), "zlib.h": ("src/io/vtk/", "src/io/animation/"),
                    "gmp.h": (), "immintrin.h": ("src/math/simd", "/kernels/"), "x86intrin.h": (), "arm_neon.h": ()}
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]')
 PRAGMA_OMP = re.compile(r"^\s*#\s*pragma\s+omp\b(?!\s+simd)")

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
 # usage: install_packages.sh ROLE...      ROLE: build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate,
-#                                 clang, ubsan, msan, fuzz, musl, m32, portability, docs, slurm, blender
+#                                 clang, ubsan, msan, fuzz, musl, m32, portability, docs, formats, slurm, blender
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
 
@@ -128,6 +128,11 @@ needs() {
         echo "mkdocs-material file:/usr/share/mkdocs/themes/material/mkdocs_theme.yml needed"
         echo "doxygen        program:doxygen     needed"
         ;;
+    formats)
+        echo "nodejs         program:node        optional"
+        echo "npm            program:npm         optional"
+        echo "blender        program:blender     optional"
+        ;;
     slurm)
         echo "python3        program:python3     needed"
         echo "python3-yaml   python:yaml         needed"
@@ -138,7 +143,7 @@ needs() {
         echo "slurm-wlm      program:sbatch      optional"
         ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs, slurm and blender" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs, formats, slurm and blender" >&2
         exit 2
         ;;
     esac

@@ -9,19 +9,19 @@
 extern "C" {
 #endif
 
-/* A PC2 point cache that is read: floats, as Blender's Mesh Cache modifier reads it. Made by
- * tulle_pc2_open, released by tulle_pc2_close. */
+/* A point cache that is read, PC2 or MDD: floats, as Blender's Mesh Cache modifier reads them. Made
+ * by tulle_pc2_open, released by tulle_pc2_close. */
 typedef struct tulle_pc2 tulle_pc2;
-/* What the header of a PC2 file says. */
+/* What the header of a point cache says. */
 typedef struct tulle_pc2_info {
     uint32_t vertex_count; /* vertices of each frame */
     uint32_t frame_count;  /* frames in the file */
-    double start_frame;    /* number of the first frame */
-    double frame_step;     /* frames from one to the next */
+    double start_frame;    /* number of the first frame; 0 of MDD */
+    double frame_step;     /* frames from one to the next; 1 of MDD */
 } tulle_pc2_info;
-/* Opens the PC2 file `path`, makes `*cache`, which is null after an error, and fills `info`, which
- * may be null. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
- * TULLE_ERROR_OUT_OF_MEMORY. */
+/* Opens the file `path`, MDD where that ends in .mdd and PC2 otherwise, makes `*cache`, which is
+ * null after an error, and fills `info`, which may be null. Errors: TULLE_ERROR_INVALID_ARGUMENT
+ * (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info *info,
                                       tulle_error *error);
 /* Reads frame number `frame`, from 0, into `positions`, 3 * vertex_count doubles [m]. Errors:
@@ -29,6 +29,10 @@ TULLE_API tulle_status tulle_pc2_open(const char *path, tulle_pc2 **cache, tulle
  * became shorter, a coordinate that is not finite). */
 TULLE_API tulle_status tulle_pc2_read_frame(tulle_pc2 *cache, uint32_t frame, double *positions,
                                             tulle_error *error);
+/* Gives `*time` [s] of frame number `frame`, from 0, as an MDD file has it; NaN of PC2, which has
+ * none. Errors: as of tulle_pc2_read_frame. */
+TULLE_API tulle_status tulle_pc2_get_time(const tulle_pc2 *cache, uint32_t frame, double *time,
+                                          tulle_error *error);
 /* Releases a cache. Null is fine. */
 TULLE_API void tulle_pc2_close(tulle_pc2 *cache);
 

@@ -316,6 +316,12 @@ TULLE_API tulle_status tulle_run_reader_get_lags(const tulle_run_reader *reader,
 TULLE_API tulle_status tulle_run_reader_read_positions(tulle_run_reader *reader, uint32_t frame,
                                                        size_t body, double *positions,
                                                        tulle_error *error);
+/* Fills `transforms`, one for each body that is_dynamic in the order of bodies, at frame number
+ * `frame`; `inertia` is zero, for runs do not keep it. Errors: TULLE_ERROR_UNSUPPORTED (a run of an
+ * older version, which does not tell), and as of tulle_run_reader_get_mesh. */
+TULLE_API tulle_status tulle_run_reader_read_transforms(tulle_run_reader *reader, uint32_t frame,
+                                                        tulle_transform *transforms,
+                                                        tulle_error *error);
 /* Gives what explains frame number `frame`. `*debug` lives until the next call or until the reader
  * is closed; it is null when the writer knew nothing of the frame. Errors:
  * TULLE_ERROR_INVALID_ARGUMENT (null, no such frame, or a run without debug records),

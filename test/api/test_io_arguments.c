@@ -75,6 +75,20 @@ ARGUMENTS_OF(tulle_pc2_read_frame) {
     tulle_pc2_close(cache);
 }
 
+ARGUMENTS_OF(tulle_pc2_get_time) {
+    (void)unused;
+    tulle_pc2 *cache = NULL;
+    double time = 0.0;
+    FINE(tulle_pc2_open(cache_path, &cache, NULL, &error));
+    REFUSED(tulle_pc2_get_time(NULL, 0, &time, &error));
+    REFUSED(tulle_pc2_get_time(cache, 0, NULL, &error));
+    REFUSED(tulle_pc2_get_time(cache, 1, &time, &error));
+    REFUSED(tulle_pc2_get_time(cache, UINT32_MAX, &time, &error));
+    FINE(tulle_pc2_get_time(cache, 0, &time, NULL));
+    assert_true(isnan(time));
+    tulle_pc2_close(cache);
+}
+
 ARGUMENTS_OF(tulle_pc2_close) {
     (void)unused;
     tulle_pc2_close(NULL);
@@ -419,6 +433,7 @@ ARGUMENTS_OF(tulle_subdivision_make_mesh) {
 static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_pc2_open),
     TABLE_LINE(tulle_pc2_read_frame),
+    TABLE_LINE(tulle_pc2_get_time),
     TABLE_LINE(tulle_pc2_close),
     TABLE_LINE(tulle_pc2_writer_open),
     TABLE_LINE(tulle_pc2_writer_append),

@@ -358,6 +358,17 @@ ARGUMENTS_OF(tulle_run_reader_read_positions) {
     tulle_run_reader_close(reader);
 }
 
+ARGUMENTS_OF(tulle_run_reader_read_transforms) {
+    (void)unused;
+    tulle_run_reader *const reader = make_reader();
+    tulle_transform transforms[BODY_COUNT];
+    REFUSED(tulle_run_reader_read_transforms(NULL, 0, transforms, &error));
+    REFUSED(tulle_run_reader_read_transforms(reader, 0, NULL, &error));
+    REFUSED(tulle_run_reader_read_transforms(reader, UINT32_MAX, transforms, &error));
+    FINE(tulle_run_reader_read_transforms(reader, 0, transforms, NULL));
+    tulle_run_reader_close(reader);
+}
+
 ARGUMENTS_OF(tulle_run_reader_read_debug) {
     (void)unused;
     tulle_run_reader *const reader = make_reader();
@@ -420,6 +431,7 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_run_reader_get_lags),
     TABLE_LINE(tulle_run_reader_is_present),
     TABLE_LINE(tulle_run_reader_read_positions),
+    TABLE_LINE(tulle_run_reader_read_transforms),
     TABLE_LINE(tulle_run_reader_read_debug),
     TABLE_LINE(tulle_run_reader_get_reports),
     TABLE_LINE(tulle_run_reader_find_damage),

@@ -52,6 +52,14 @@ void axes_apply(const axes_change *change, double *points, size_t count) {
         for (size_t i = 0; i < 3 * count; i++) points[i] /= change->divisor;
 }
 
+/* The axis of a rotation turns as a point does. */
+void axes_turn_rotation(const axes_change *change, double rotation[4]) {
+    axes_change const turning = {change->from, change->to, 1.0, 1.0};
+    axes_apply(&turning, rotation + 1, 1);
+}
+
+double axes_get_meters(const char *unit) { return find_unit(unit)->size / 10000.0; }
+
 void axes_print(const axes_change *change) {
     if (strcmp(change->from.up, change->to.up) == 0)
         printf("  %-11s %s up, as before\n", "axes", change->to.up);

@@ -29,6 +29,11 @@ axes_change axes_change_make(axes_frame from, axes_frame to);
  * inches to millimetres, they are rounded up to twice. */
 void axes_apply(const axes_change *change, double *points, size_t count);
 
+/* Turns the axes of a unit quaternion w, x, y, z in place. */
+void axes_turn_rotation(const axes_change *change, double rotation[4]);
+/* [m] of a unit of axes_unit_choices. */
+double axes_get_meters(const char *unit);
+
 /* Prints the lines "axes" and "units" of a report to standard output. */
 void axes_print(const axes_change *change);
 

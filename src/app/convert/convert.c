@@ -10,6 +10,7 @@
 #include "app/cli/progress_bar.h"
 #include "app/commands.h"
 #include "app/convert/judge.h"
+#include "app/convert/scene.h"
 #include "app/convert/target.h"
 #include "base/error.h"
 
@@ -18,13 +19,19 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
+/* Morph targets from which on viewers of glTF fail or take very long: the layers of a texture that
+ * every graphics card of the last years has. */
+enum { TARGETS_MANY = 2048 };
 enum { FILES_SIZE = 2 * NUMBERED_PATH_SIZE + 64 /* [bytes] of a text that names files */ };
 
 /* The words of the command line. */
 typedef struct convert_words {
     const char *mesh, *body, *frame, *frames, *pvd;
-    const char *from_up, *up, *from_unit, *unit;
+    const char *from_up, *up, *from_unit, *unit; /* ups null: as FROM and TO have it */
+    const char *fps, *interpolation;
+    int is_double;
     long levels;
 } convert_words;
 
@@ -36,11 +43,16 @@ typedef struct convert_session {
     long levels;                         /* of subdivision; 0: none */
     tulle_subdivision *subdivision;      /* null: none */
     convert_judge judge;                 /* of subdivided frames */
+    uint32_t judged_count;               /* frames that have been judged */
+    convert_scene scene;                 /* where an animation is written */
+    bool takes_all;                      /* all bodies of a run are written */
     double *read, *written;              /* positions; the same where there is no subdivision */
     size_t vertex_count, triangle_count; /* of what is written */
     const uint32_t *triangles;
     bool is_writing; /* a failure is one of the output */
 } convert_session;
+
+static const char *const interpolation_choices[] = {"linear", "step", NULL};
 
 static options_outcome read_words(int argc, char **argv, convert_words *words) {
     const option_spec options[] = {
@@ -54,14 +66,23 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         {"subdivide", 0, OPTION_INTEGER, &words->levels, "N",
          "smooth by N steps of Loop subdivision; each makes four triangles of one", 0,
          TULLE_SUBDIVISION_LEVELS_MAX, NULL},
-        {"up", 0, OPTION_CHOICE, &words->up, "y|z", "axis that points up in TO (default: z)", 0, 0,
-         axes_up_choices},
+        {"up", 0, OPTION_CHOICE, &words->up, "y|z",
+         "axis that points up in TO (default: z; of .glb and .gltf y)", 0, 0, axes_up_choices},
         {"from-up", 0, OPTION_CHOICE, &words->from_up, "y|z",
-         "axis that points up in FROM (default: z, as Tulle has it)", 0, 0, axes_up_choices},
+         "axis that points up in FROM (default: z, as Tulle has it; of .glb and .gltf y)", 0, 0,
+         axes_up_choices},
         {"units", 0, OPTION_CHOICE, &words->unit, "m|cm|mm|in|ft",
          "unit of length of TO (default: m)", 0, 0, axes_unit_choices},
         {"from-units", 0, OPTION_CHOICE, &words->from_unit, "m|cm|mm|in|ft",
          "unit of length of FROM (default: m, as Tulle has it)", 0, 0, axes_unit_choices},
+        {"fps", 0, OPTION_TEXT, &words->fps, "N",
+         "frames in a second, where FROM has no times (default: 24)", 0, 0, NULL},
+        {"interpolation", 0, OPTION_CHOICE, &words->interpolation, "linear|step",
+         "what .glb and .gltf show between frames: the way from one to the next (default), or\n"
+         "the one before",
+         0, 0, interpolation_choices},
+        {"double", 0, OPTION_FLAG, &words->is_double, NULL,
+         "positions of .npz as float64 (default: float32)", 0, 0, NULL},
         {"pvd", 0, OPTION_TEXT, &words->pvd, "FILE.pvd",
          "also write a ParaView collection of the numbered VTP files with their times", 0, 0, NULL},
     };
@@ -69,9 +90,12 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         .name = "convert",
         .operands = "FROM TO",
         .summary =
-            "Converts FROM, a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2), the directory\n"
-            "of a run, or numbered meshes (frame_%04d.obj or 'frame_*.obj'), to TO, a mesh, a\n"
-            "point cache, or numbered meshes (out_%04d.vtp, with the numbers of their frames).\n"
+            "Converts FROM, a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), an\n"
+            "animation (.glb, .gltf), the directory of a run, or numbered meshes\n"
+            "(frame_%04d.obj or 'frame_*.obj'), to TO, a mesh, a point cache, an animation\n"
+            "(.glb, .gltf, .usda, .npz), or numbered files of meshes (out_%04d.vtp, with the\n"
+            "numbers of their frames). A run becomes an animation with all its bodies, or with\n"
+            "the one that --body names.\n"
             "Says what became of frames, axes and units, and what was lost. A subdivided\n"
             "surface is judged: intersections are told, and the exit code stays 0.",
         .options = options,
@@ -112,17 +136,79 @@ static tulle_status make_subdivision(convert_session *session, tulle_error *erro
     return TULLE_OK;
 }
 
+static tulle_status check_format_options(const convert_session *session, const convert_words *words,
+                                         tulle_error *error) {
+    convert_format const format = session->target.format;
+    const char *text = NULL;
+    if (words->is_double && format != CONVERT_NPZ) text = "--double is for .npz";
+    if (words->interpolation && format != CONVERT_GLB && format != CONVERT_GLTF)
+        text = "--interpolation is for .glb and .gltf";
+    if (words->fps && !convert_is_animation(format))
+        text = "--fps is for formats that have times: .mdd, .glb, .gltf, .usda and .npz";
+    return text ? error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->target.path, 0, 0,
+                               "%s", text)
+                : TULLE_OK;
+}
+
+static tulle_status read_animated(void *context, uint32_t frame, double *positions,
+                                  tulle_error *error);
+
+static tulle_status open_scene(convert_session *session, const convert_words *words,
+                               tulle_error *error) {
+    scene_options const options = {.takes_all = session->takes_all,
+                                   .fps = words->fps,
+                                   .up = session->change.to.up,
+                                   .meters_per_unit = axes_get_meters(words->unit),
+                                   .is_stepped = words->interpolation &&
+                                                 strcmp(words->interpolation, "step") == 0,
+                                   .is_double = words->is_double != 0,
+                                   .change = &session->change};
+    tulle_status const status = convert_scene_open(
+        &session->scene, &session->source, &session->target, &options, session->frames, error);
+    if (status != TULLE_OK || session->takes_all) return status;
+    tulle_mesh_view const mesh = {NULL, session->vertex_count, session->triangles,
+                                  session->triangle_count};
+    convert_scene_set_surface(&session->scene, mesh,
+                              session->subdivision ? NULL : session->source.described.corner_uvs,
+                              read_animated, session);
+    return TULLE_OK;
+}
+
+/* Where the options do not say: y is up in glTF, z in all else. */
+static void choose_axes(convert_session *session, const convert_words *words) {
+    convert_format const format = session->target.format;
+    const char *const up = format == CONVERT_GLB || format == CONVERT_GLTF ? "y" : "z";
+    bool const is_from_y =
+        session->source.kind == SOURCE_ANIMATION && session->source.animation_info.is_y_up;
+    session->change = axes_change_make(
+        (axes_frame){words->from_up ? words->from_up : (is_from_y ? "y" : "z"), words->from_unit},
+        (axes_frame){words->up ? words->up : up, words->unit});
+}
+
+/* Opens what is read and finds out whether all can be done. */
+static tulle_status open_all(convert_session *session, char **operands, const convert_words *words,
+                             tulle_error *error) {
+    tulle_status status = convert_target_open(operands[1], words->pvd, &session->target, error);
+    if (status == TULLE_OK) status = check_format_options(session, words, error);
+    if (status != TULLE_OK) return status;
+    convert_format const format = session->target.format;
+    session->levels = words->levels;
+    source_options const options = {.path = operands[0],
+                                    .mesh_path = words->mesh,
+                                    .body = words->body,
+                                    .takes_all = convert_is_scene(format) && words->levels == 0};
+    status = convert_source_open(&options, &session->source, error);
+    if (status == TULLE_OK) choose_axes(session, words);
+    session->takes_all = options.takes_all && !words->body && session->source.kind == SOURCE_RUN;
+    if (status == TULLE_OK) status = choose_frames(session, words, error);
+    return status == TULLE_OK
+               ? convert_target_check(&session->target, &session->source, session->frames, error)
+               : status;
+}
+
 static tulle_status prepare(convert_session *session, char **operands, const convert_words *words,
                             tulle_error *error) {
-    session->change = axes_change_make((axes_frame){words->from_up, words->from_unit},
-                                       (axes_frame){words->up, words->unit});
-    session->levels = words->levels;
-    source_options const options = {operands[0], words->mesh, words->body};
-    tulle_status status = convert_target_open(operands[1], words->pvd, &session->target, error);
-    if (status == TULLE_OK) status = convert_source_open(&options, &session->source, error);
-    if (status == TULLE_OK) status = choose_frames(session, words, error);
-    if (status == TULLE_OK)
-        status = convert_target_check(&session->target, &session->source, session->frames, error);
+    tulle_status status = open_all(session, operands, words, error);
     if (status != TULLE_OK) return status;
     session->vertex_count = session->source.mesh.vertex_count;
     session->triangle_count = session->source.mesh.triangle_count;
@@ -135,10 +221,12 @@ static tulle_status prepare(convert_session *session, char **operands, const con
     if (!session->read || !session->written)
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for %zu vertices",
                          session->vertex_count);
-    return TULLE_OK;
+    return convert_is_animation(session->target.format) ? open_scene(session, words, error)
+                                                        : TULLE_OK;
 }
 
 static void release(convert_session *session) {
+    convert_scene_close(&session->scene);
     convert_target_close(&session->target);
     if (session->subdivision) free(session->written);
     free(session->read);
@@ -154,11 +242,16 @@ static tulle_mesh_view view_written(const convert_session *session) {
                              session->triangle_count};
 }
 
+/* A frame may be read several times, but its first reading comes after those of all before; then it
+ * is judged. */
 static tulle_status subdivide(convert_session *session, uint32_t frame, progress_bar *bar,
                               tulle_error *error) {
     tulle_status status =
         tulle_subdivision_apply(session->subdivision, session->read, 3, session->written, error);
     if (status != TULLE_OK) return status;
+    if ((frame - session->frames.first) / session->frames.step < session->judged_count)
+        return TULLE_OK;
+    session->judged_count++;
     tulle_mesh_view simulated = tulle_mesh_get_view(&session->source.mesh);
     simulated.positions = session->read;
     subdivided_verdict verdict;
@@ -181,14 +274,36 @@ static tulle_status check_finite(const convert_session *session, uint32_t frame,
     return TULLE_OK;
 }
 
-static tulle_status convert_frame(convert_session *session, uint32_t frame, progress_bar *bar,
-                                  tulle_error *error) {
-    session->is_writing = false;
+/* Makes the positions of a frame as they are to be written. */
+static tulle_status make_frame(convert_session *session, uint32_t frame, progress_bar *bar,
+                               tulle_error *error) {
     tulle_status status = convert_source_read(&session->source, frame, session->read, error);
     if (status == TULLE_OK && session->subdivision) status = subdivide(session, frame, bar, error);
     if (status != TULLE_OK) return status;
     axes_apply(&session->change, session->written, session->vertex_count);
-    status = check_finite(session, frame, error);
+    return check_finite(session, frame, error);
+}
+
+static tulle_status read_animated(void *context, uint32_t frame, double *positions,
+                                  tulle_error *error) {
+    convert_session *const session = context;
+    progress_bar bar = progress_bar_begin();
+    tulle_status const status = make_frame(session, frame, &bar, error);
+    if (status == TULLE_OK)
+        memcpy(positions, session->written, 3 * session->vertex_count * sizeof(double));
+    return status;
+}
+
+static tulle_status convert_frame(convert_session *session, uint32_t frame, progress_bar *bar,
+                                  tulle_error *error) {
+    session->is_writing = false;
+    if (convert_is_animation(session->target.format)) {
+        tulle_status const status =
+            convert_scene_write(&session->scene, (frame_range){frame, frame, 1}, error);
+        session->is_writing = !session->scene.is_reading;
+        return status;
+    }
+    tulle_status const status = make_frame(session, frame, bar, error);
     if (status != TULLE_OK) return status;
     if (interrupt_is_pending()) return error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
     session->is_writing = true;
@@ -199,6 +314,11 @@ static tulle_status convert_frames(convert_session *session, tulle_error *error)
     uint32_t const count = frame_range_get_count(session->frames);
     progress_bar bar = progress_bar_begin();
     tulle_status status = TULLE_OK;
+    if (convert_is_animation(session->target.format) && !session->target.is_numbered) {
+        status = convert_scene_write(&session->scene, session->frames, error);
+        session->is_writing = !session->scene.is_reading;
+        return status;
+    }
     for (uint32_t i = 0; i < count && status == TULLE_OK; i++) {
         status = convert_frame(session, frame_range_get(session->frames, i), &bar, error);
         char rest[PROGRESS_DURATION_SIZE];
@@ -226,17 +346,42 @@ static void print_frames(const convert_session *session) {
     else
         printf("  %-11s %u to %u in steps of %u: %u\n", "frames", frames.first, frames.last,
                frames.step, count);
+    if (count > TARGETS_MANY && !session->target.is_numbered &&
+        (session->target.format == CONVERT_GLB || session->target.format == CONVERT_GLTF))
+        printf("  %-11s a morph target each, more than most viewers show; --frames A:B:STEP takes "
+               "fewer\n",
+               "");
     if (count > 1 && session->target.format == CONVERT_PC2 &&
         (frames.first != 0 || frames.step != 1))
         printf("  %-11s the point cache counts them from 0\n", "");
-    uint32_t const absent = convert_source_count_absent(&session->source, frames);
+    uint32_t const absent =
+        session->takes_all ? 0 : convert_source_count_absent(&session->source, frames);
     if (absent > 0)
         printf("  %-11s in %u of them the body is not in the scene; written all the same\n", "",
                absent);
 }
 
+static void print_bodies(const convert_scene *scene) {
+    size_t vertex_count = 0, triangle_count = 0, rigid_count = 0, copy_count = 0;
+    for (size_t i = 0; i < scene->count; i++) {
+        const tulle_animation_surface *const surface = &scene->surfaces[i];
+        rigid_count += surface->motion == TULLE_ANIMATION_RIGID;
+        copy_count += surface->prototype != i;
+        if (surface->prototype != i) continue;
+        vertex_count += surface->mesh.vertex_count;
+        triangle_count += surface->mesh.triangle_count;
+    }
+    printf("  %-11s %zu: %zu move by translation and rotation, %zu share the mesh of another\n",
+           "bodies", scene->count, rigid_count, copy_count);
+    printf("  %-11s %zu vertices, %zu triangles\n", "meshes", vertex_count, triangle_count);
+}
+
 static void print_counts(const convert_session *session) {
     const tulle_mesh *const mesh = &session->source.mesh;
+    if (session->takes_all) {
+        print_bodies(&session->scene);
+        return;
+    }
     printf("  %-11s %zu vertices, %zu triangles\n", "mesh", mesh->vertex_count,
            mesh->triangle_count);
     if (!session->subdivision) return;
@@ -251,23 +396,50 @@ static void print_counts(const convert_session *session) {
 #define PRINT_LOSS(count, ...)                                                                     \
     (printf("  %-11s ", (count)++ == 0 ? "loss" : ""), printf(__VA_ARGS__), (void)putchar('\n'))
 
+static void print_animation_losses(const convert_session *session, int *count) {
+    const convert_scene *const scene = &session->scene;
+    bool const is_gltf =
+        session->target.format == CONVERT_GLB || session->target.format == CONVERT_GLTF;
+    bool is_rigid = false, has_absent = false;
+    for (size_t i = 0; i < scene->count; i++) {
+        is_rigid = is_rigid || scene->surfaces[i].motion == TULLE_ANIMATION_RIGID;
+        has_absent = has_absent ||
+                     (scene->bodies &&
+                      convert_source_count_absent(&scene->bodies[i].source, session->frames) > 0);
+    }
+    if (is_rigid && is_gltf)
+        PRINT_LOSS(*count, "places and turns of rigid bodies are rounded to float");
+    if (has_absent && session->target.format != CONVERT_USDA)
+        PRINT_LOSS(*count, "bodies are written also in frames in which they are not in the scene");
+    if (is_gltf && strcmp(session->change.to.unit, "m") != 0)
+        PRINT_LOSS(*count, "glTF counts in metres; readers will not know of %s",
+                   session->change.to.unit);
+    else if (is_gltf && strcmp(session->change.to.up, "y") != 0)
+        PRINT_LOSS(*count, "in glTF y points up; readers will not know of z");
+}
+
 static void print_losses(const convert_session *session) {
     const convert_source *const source = &session->source;
     const convert_target *const target = &session->target;
     int count = 0;
-    if (convert_target_is_float(target) && target->worst_rounding > 0.0)
+    if (convert_target_is_float(target) && !session->scene.def.is_double &&
+        target->worst_rounding > 0.0)
         PRINT_LOSS(count, "positions are rounded to float, by %.2g %s at most",
                    target->worst_rounding, session->change.to.unit);
     if (target->format == CONVERT_STL)
         PRINT_LOSS(count,
                    "each triangle has corners of its own; a reader makes one vertex of those "
                    "with the same coordinates");
-    if (target->format == CONVERT_PC2 && session->triangle_count > 0)
+    if (convert_is_cache(target->format) && session->triangle_count > 0)
         PRINT_LOSS(count, "the point cache holds no triangles; keep them in a mesh file");
     if (source->kind != SOURCE_RUN && convert_get_format(source->path) == CONVERT_STL)
         PRINT_LOSS(count, "corners of %zu triangles in the same place became %zu vertices",
                    source->mesh.triangle_count, source->mesh.vertex_count);
     if (source->described.note[0]) PRINT_LOSS(count, "%s", source->described.note);
+    print_animation_losses(session, &count);
+    if (source->kind == SOURCE_ANIMATION)
+        PRINT_LOSS(count, "all surfaces became one mesh; normals, texture coordinates, colors and "
+                          "names are not read");
     if (source->kind == SOURCE_CACHE &&
         (source->cache_info.start_frame != 0.0 || source->cache_info.frame_step != 1.0))
         PRINT_LOSS(count, "the cache began at %g with a frame every %g; that is not kept",
@@ -280,7 +452,7 @@ static void print_report(const convert_session *session) {
     if (convert_target_describe(&session->target, files, sizeof files))
         app_print_names(stdout, "%s\n", files);
     if (session->target.pvd_path) app_print_names(stdout, "%s\n", session->target.pvd_path);
-    convert_source_print(&session->source);
+    convert_source_print(&session->source, session->takes_all);
     print_frames(session);
     print_counts(session);
     axes_print(&session->change);
@@ -298,7 +470,7 @@ static int fail(const convert_session *session, tulle_status status, const tulle
 }
 
 int app_convert(int argc, char **argv) {
-    convert_words words = {.from_up = "z", .up = "z", .from_unit = "m", .unit = "m"};
+    convert_words words = {.from_unit = "m", .unit = "m"};
     options_outcome const outcome = read_words(argc, argv, &words);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
     convert_session *const session = calloc(1, sizeof *session);

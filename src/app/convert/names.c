@@ -7,10 +7,21 @@
 #include <strings.h>
 
 convert_format convert_get_format(const char *path) {
-    static const char *const extensions[] = {".obj", ".ply", ".stl", ".vtp", ".pc2"};
+    static const char *const extensions[] = {".obj", ".ply", ".stl",  ".vtp",  ".pc2",
+                                             ".mdd", ".glb", ".gltf", ".usda", ".npz"};
     size_t const length = strlen(path);
-    for (size_t i = 0; i < 5; i++)
-        if (length >= 4 && strcasecmp(path + length - 4, extensions[i]) == 0)
+    for (size_t i = 0; i < sizeof extensions / sizeof extensions[0]; i++) {
+        size_t const tail = strlen(extensions[i]);
+        if (length >= tail && strcasecmp(path + length - tail, extensions[i]) == 0)
             return (convert_format)(i + 1);
+    }
     return CONVERT_NONE;
 }
+
+bool convert_is_cache(convert_format format) {
+    return format == CONVERT_PC2 || format == CONVERT_MDD;
+}
+
+bool convert_is_animation(convert_format format) { return format >= CONVERT_MDD; }
+
+bool convert_is_scene(convert_format format) { return format >= CONVERT_GLB; }

@@ -88,6 +88,30 @@ static tulle_status open_cache(convert_source *source, const char *mesh_path, tu
                         source->mesh.vertex_count, source->path, info->vertex_count);
 }
 
+static tulle_status open_animation(convert_source *source, tulle_error *error) {
+    source->kind = SOURCE_ANIMATION;
+    tulle_animation_info *const info = &source->animation_info;
+    tulle_status status = make_inputs(source, 2, error);
+    if (status == TULLE_OK)
+        status = tulle_animation_open(source->path, &source->animation, info, error);
+    if (status != TULLE_OK) return status;
+    add_input(source, source->path);
+    char beside[NUMBERED_PATH_SIZE];
+    size_t const length = strlen(source->path);
+    if (length < sizeof beside && convert_get_format(source->path) == CONVERT_GLTF) {
+        snprintf(beside, sizeof beside, "%.*sbin", (int)(length - strlen("gltf")), source->path);
+        add_input(source, beside);
+    }
+    source->frames = frame_range_make(info->frame_count);
+    snprintf(source->described.note, sizeof source->described.note, "%s", info->note);
+    status = tulle_mesh_create(info->vertex_count, info->triangle_count, &source->mesh, error);
+    if (status != TULLE_OK) return status;
+    if (info->triangle_count > 0)
+        memcpy(source->mesh.triangles, tulle_animation_get_triangles(source->animation),
+               3 * info->triangle_count * sizeof(uint32_t));
+    return convert_source_read(source, 0, source->mesh.positions, error);
+}
+
 /* "a, b, c" */
 static void list_bodies(const tulle_run_info *info, char text[BODY_LIST_SIZE]) {
     text[0] = '\0';
@@ -134,19 +158,10 @@ static void add_run_inputs(convert_source *source, const tulle_run_info *info) {
     }
 }
 
-static tulle_status open_run(convert_source *source, const char *body, tulle_error *error) {
-    source->kind = SOURCE_RUN;
-    tulle_status status = tulle_run_reader_open(source->path, &source->run, error);
-    if (status != TULLE_OK) return status;
-    const tulle_run_info *const info = tulle_run_reader_get_info(source->run);
-    if (info->frame_count == 0) return refuse(source, error, "the run holds no whole frame yet");
-    source->frames = frame_range_make(info->frame_count);
-    status = find_body(source, body, error);
-    if (status == TULLE_OK) status = make_inputs(source, 2 * info->body_count, error);
-    if (status != TULLE_OK) return status;
-    add_run_inputs(source, info);
+/* Copies the mesh of the body. */
+static tulle_status take_mesh(convert_source *source, tulle_error *error) {
     tulle_mesh_view view;
-    status = tulle_run_reader_get_mesh(source->run, source->body, &view, error);
+    tulle_status status = tulle_run_reader_get_mesh(source->run, source->body, &view, error);
     if (status == TULLE_OK)
         status = tulle_mesh_create(view.vertex_count, view.triangle_count, &source->mesh, error);
     if (status != TULLE_OK) return status;
@@ -154,6 +169,32 @@ static tulle_status open_run(convert_source *source, const char *body, tulle_err
     if (view.triangle_count > 0)
         memcpy(source->mesh.triangles, view.triangles, 3 * view.triangle_count * sizeof(uint32_t));
     return TULLE_OK;
+}
+
+static tulle_status open_run(convert_source *source, const source_options *options,
+                             tulle_error *error) {
+    source->kind = SOURCE_RUN;
+    tulle_status status = tulle_run_reader_open(source->path, &source->run, error);
+    if (status != TULLE_OK) return status;
+    const tulle_run_info *const info = tulle_run_reader_get_info(source->run);
+    if (info->frame_count == 0) return refuse(source, error, "the run holds no whole frame yet");
+    source->frames = frame_range_make(info->frame_count);
+    if (options->body || !options->takes_all) status = find_body(source, options->body, error);
+    if (status == TULLE_OK) status = make_inputs(source, 2 * info->body_count, error);
+    if (status != TULLE_OK) return status;
+    add_run_inputs(source, info);
+    return take_mesh(source, error);
+}
+
+tulle_status convert_source_open_body(const convert_source *run, size_t body,
+                                      convert_source *source, tulle_error *error) {
+    *source = (convert_source){.kind = SOURCE_RUN,
+                               .path = run->path,
+                               .frames = run->frames,
+                               .run = run->run,
+                               .borrows_run = true,
+                               .body = body};
+    return take_mesh(source, error);
 }
 
 static tulle_status open_files(convert_source *source, tulle_error *error) {
@@ -178,7 +219,7 @@ static tulle_status open_files(convert_source *source, tulle_error *error) {
 static tulle_status check_options(const source_options *options, const convert_source *source,
                                   bool is_run, bool is_cache, tulle_error *error) {
     if (options->mesh_path && !is_cache)
-        return refuse(source, error, "--mesh goes with a point cache (.pc2) alone");
+        return refuse(source, error, "--mesh goes with a point cache (.pc2, .mdd) alone");
     if (options->body && !is_run)
         return refuse(source, error, "--body goes with the directory of a run alone");
     return TULLE_OK;
@@ -188,7 +229,7 @@ tulle_status convert_source_open(const source_options *options, convert_source *
                                  tulle_error *error) {
     *source = (convert_source){.path = options->path};
     bool const is_run = tulle_run_is_directory(options->path) != 0;
-    bool const is_cache = !is_run && convert_get_format(options->path) == CONVERT_PC2;
+    bool const is_cache = !is_run && convert_is_cache(convert_get_format(options->path));
     tulle_status status = check_options(options, source, is_run, is_cache, error);
     if (status != TULLE_OK) return status;
     struct stat facts;
@@ -197,13 +238,16 @@ tulle_status convert_source_open(const source_options *options, convert_source *
                       "this directory holds no run.json; name a run directory, a file, or numbered "
                       "files as in frame_%04d.obj");
     if (is_run)
-        status = open_run(source, options->body, error);
+        status = open_run(source, options, error);
     else if (name_pattern_is_meant(options->path))
         status = is_cache ? refuse(source, error, "point caches are not numbered; name one")
                           : open_files(source, error);
+    else if (is_cache)
+        status = open_cache(source, options->mesh_path, error);
+    else if (convert_is_scene(convert_get_format(options->path)))
+        status = open_animation(source, error);
     else
-        status =
-            is_cache ? open_cache(source, options->mesh_path, error) : open_mesh(source, error);
+        status = open_mesh(source, error);
     if (source->input_count > 0)
         qsort(source->inputs, source->input_count, sizeof *source->inputs, compare_identities);
     return status;
@@ -213,7 +257,8 @@ void convert_source_close(convert_source *source) {
     tulle_mesh_destroy(&source->mesh);
     tulle_mesh_source_destroy(&source->described);
     tulle_pc2_close(source->cache);
-    tulle_run_reader_close(source->run);
+    tulle_animation_close(source->animation);
+    if (!source->borrows_run) tulle_run_reader_close(source->run);
     numbered_files_destroy(&source->files);
     free(source->inputs);
     *source = (convert_source){0};
@@ -249,6 +294,8 @@ static tulle_status read_file(convert_source *source, uint32_t frame, double *po
 static tulle_status read_frame(convert_source *source, uint32_t frame, double *positions,
                                tulle_error *error) {
     switch (source->kind) {
+    case SOURCE_ANIMATION:
+        return tulle_animation_read_frame(source->animation, frame, positions, error);
     case SOURCE_CACHE: return tulle_pc2_read_frame(source->cache, frame, positions, error);
     case SOURCE_RUN:
         return tulle_run_reader_read_positions(source->run, frame, source->body, positions, error);
@@ -276,6 +323,16 @@ double convert_source_get_time(const convert_source *source, uint32_t frame) {
     return time;
 }
 
+tulle_status convert_source_find_time(const convert_source *source, uint32_t frame, double *time,
+                                      tulle_error *error) {
+    *time = (double)NAN;
+    if (source->kind == SOURCE_CACHE) return tulle_pc2_get_time(source->cache, frame, time, error);
+    if (source->kind == SOURCE_RUN) *time = convert_source_get_time(source, frame);
+    if (source->kind == SOURCE_ANIMATION)
+        *time = tulle_animation_get_time(source->animation, frame);
+    return TULLE_OK;
+}
+
 const char *convert_source_get_name(const convert_source *source) {
     if (source->kind != SOURCE_RUN) return source->path;
     return tulle_run_reader_get_info(source->run)->bodies[source->body].name;
@@ -290,10 +347,11 @@ uint32_t convert_source_count_absent(const convert_source *source, frame_range f
     return count;
 }
 
-void convert_source_print(const convert_source *source) {
-    static const char *const kinds[] = {"mesh", "point cache", "run", "numbered meshes"};
+void convert_source_print(const convert_source *source, bool has_all) {
+    static const char *const kinds[] = {"mesh", "point cache", "run", "numbered meshes",
+                                        "animation"};
     app_print_names(stdout, "  %-11s %s %s", "from", kinds[source->kind], source->path);
-    if (source->kind == SOURCE_RUN) {
+    if (source->kind == SOURCE_RUN && !has_all) {
         const tulle_run_body_info *const body =
             &tulle_run_reader_get_info(source->run)->bodies[source->body];
         app_print_names(stdout, ", %s %s", body->is_obstacle ? "obstacle" : "cloth", body->name);

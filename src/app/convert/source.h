@@ -1,6 +1,6 @@
 /* app/convert/source.h - what `tulle convert` reads: a mesh file, a point cache with the mesh that
- * it moves, a body of a run, or numbered mesh files. All frames have the same vertices and
- * triangles. */
+ * it moves, an animation, a body of a run, or numbered mesh files. All frames have the same
+ * vertices and triangles. */
 #ifndef TULLE_APP_CONVERT_SOURCE_H
 #define TULLE_APP_CONVERT_SOURCE_H
 
@@ -8,6 +8,7 @@
 #include "app/cli/mesh_file.h"
 #include "app/cli/numbered_files.h"
 
+#include "tulle_io/animation.h"
 #include "tulle_io/cache.h"
 #include "tulle_io/mesh_files.h"
 #include "tulle_io/run.h"
@@ -15,7 +16,13 @@
 #include <stdbool.h>
 #include <sys/types.h>
 
-typedef enum source_kind { SOURCE_MESH, SOURCE_CACHE, SOURCE_RUN, SOURCE_FILES } source_kind;
+typedef enum source_kind {
+    SOURCE_MESH,
+    SOURCE_CACHE,
+    SOURCE_RUN,
+    SOURCE_FILES,
+    SOURCE_ANIMATION
+} source_kind;
 
 /* A file, whatever it is called. */
 typedef struct file_identity {
@@ -32,7 +39,10 @@ typedef struct convert_source {
     uint32_t gap;            /* the first of them */
     tulle_pc2 *cache;
     tulle_pc2_info cache_info;
+    tulle_animation *animation;
+    tulle_animation_info animation_info;
     tulle_run_reader *run;
+    bool borrows_run; /* it is that of another source */
     size_t body;
     numbered_files files;
     tulle_mesh_source described; /* by the mesh file; of numbered files the first */
@@ -44,25 +54,32 @@ typedef struct source_options {
     const char *path;
     const char *mesh_path; /* --mesh, or null */
     const char *body;      /* --body, or null */
+    bool takes_all;        /* of a run without --body all bodies are meant; the first is opened */
 } source_options;
 
 /* Opens what the options name; release with convert_source_close, also after a failure. */
 tulle_status convert_source_open(const source_options *options, convert_source *source,
                                  tulle_error *error);
 void convert_source_close(convert_source *source);
+/* Opens a body of the run that another source reads, which must be closed later. */
+tulle_status convert_source_open_body(const convert_source *run, size_t body,
+                                      convert_source *source, tulle_error *error);
 
 /* Positions of a frame, 3 * mesh.vertex_count, finite. */
 tulle_status convert_source_read(convert_source *source, uint32_t frame, double *positions,
                                  tulle_error *error);
 /* [s] of a frame of a run; the frame's number for the others. */
 double convert_source_get_time(const convert_source *source, uint32_t frame);
+/* Gives *time [s] of a frame that has one, in a run or an MDD cache; NaN for the others. */
+tulle_status convert_source_find_time(const convert_source *source, uint32_t frame, double *time,
+                                      tulle_error *error);
 /* The name of the body, or of the file. */
 const char *convert_source_get_name(const convert_source *source);
 /* Whether the path names a file that is read. */
 bool convert_source_reads(const convert_source *source, const char *path);
 /* Frames of a range in which the body of a run is not in the scene. */
 uint32_t convert_source_count_absent(const convert_source *source, frame_range frames);
-/* Prints the line "from" of the report. */
-void convert_source_print(const convert_source *source);
+/* Prints the line "from" of the report; has_all: of a run no body in particular is meant. */
+void convert_source_print(const convert_source *source, bool has_all);
 
 #endif

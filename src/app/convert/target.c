@@ -69,9 +69,10 @@ tulle_status convert_target_open(const char *path, const char *pvd_path, convert
     target->is_numbered = name_pattern_is_meant(path);
     if (target->format == CONVERT_NONE)
         return refuse(path, error,
-                      "the name of what is written should end in .obj, .ply, .stl, .vtp or .pc2");
+                      "the name of what is written should end in .obj, .ply, .stl, .vtp, .pc2, "
+                      ".mdd, .glb, .gltf, .usda or .npz");
     if (target->is_numbered) {
-        if (target->format == CONVERT_PC2)
+        if (convert_is_cache(target->format))
             return refuse(path, error, "a point cache holds all frames, so its name has no number");
         tulle_status const status = name_pattern_read(path, &target->pattern, error);
         if (status != TULLE_OK) return status;
@@ -82,6 +83,11 @@ tulle_status convert_target_open(const char *path, const char *pvd_path, convert
     }
     tulle_status const status = check_place(path, error);
     return status == TULLE_OK ? check_pvd(target, error) : status;
+}
+
+/* Of a .gltf: the path of the .bin that is written beside it. */
+static void get_bin_path(char path[NUMBERED_PATH_SIZE]) {
+    strcpy(path + strlen(path) - strlen("gltf"), "bin");
 }
 
 static tulle_status check_not_read(const char *path, const convert_source *source,
@@ -103,7 +109,7 @@ static tulle_status get_path(const convert_target *target, uint32_t frame,
 tulle_status convert_target_check(const convert_target *target, const convert_source *source,
                                   frame_range frames, tulle_error *error) {
     uint32_t const count = frame_range_get_count(frames);
-    if (count > 1 && !target->is_numbered && target->format != CONVERT_PC2)
+    if (count > 1 && !target->is_numbered && target->format < CONVERT_PC2)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, target->path, 0, 0,
                             "is one mesh, but there are %u frames; choose one by --frame, or name "
                             "numbered files, as frame_%%04d.obj",
@@ -114,6 +120,11 @@ tulle_status convert_target_check(const convert_target *target, const convert_so
         char path[NUMBERED_PATH_SIZE];
         tulle_status status = get_path(target, frame_range_get(frames, i), path, error);
         if (status == TULLE_OK) status = check_not_read(path, source, error);
+        if (status == TULLE_OK && target->format == CONVERT_GLTF) {
+            get_bin_path(path);
+            status = check_place(path, error);
+            if (status == TULLE_OK) status = check_not_read(path, source, error);
+        }
         if (status != TULLE_OK || !target->is_numbered) return status;
     }
     return TULLE_OK;
@@ -122,19 +133,18 @@ tulle_status convert_target_check(const convert_target *target, const convert_so
 /* ---- frames ---- */
 
 bool convert_target_is_float(const convert_target *target) {
-    return target->format == CONVERT_PC2 || target->format == CONVERT_STL;
+    return target->format == CONVERT_STL || target->format >= CONVERT_PC2;
 }
 
-/* What float makes of the positions. */
-static tulle_status measure_rounding(convert_target *target, tulle_mesh_view mesh,
-                                     tulle_error *error) {
-    for (size_t i = 0; i < 3 * mesh.vertex_count; i++) {
-        double const rounded = (double)(float)mesh.positions[i];
+tulle_status convert_target_measure(convert_target *target, const double *positions,
+                                    size_t vertex_count, tulle_error *error) {
+    for (size_t i = 0; i < 3 * vertex_count; i++) {
+        double const rounded = (double)(float)positions[i];
         if (!isfinite(rounded))
             return error_set_at(error, TULLE_ERROR_INVALID_MESH, target->path, 0, 0,
                                 "coordinate %c of vertex %zu is %g, which float cannot hold",
-                                "xyz"[i % 3], i / 3, mesh.positions[i]);
-        target->worst_rounding = fmax(target->worst_rounding, fabs(rounded - mesh.positions[i]));
+                                "xyz"[i % 3], i / 3, positions[i]);
+        target->worst_rounding = fmax(target->worst_rounding, fabs(rounded - positions[i]));
     }
     return TULLE_OK;
 }
@@ -176,22 +186,34 @@ static tulle_status append_frame(convert_target *target, tulle_mesh_view mesh, t
     return rename_error(target, status, error);
 }
 
+static void count_written(convert_target *target, uint32_t frame) {
+    if (target->written_count++ == 0) target->first_number = frame;
+    target->last_number = frame;
+}
+
 tulle_status convert_target_write(convert_target *target, uint32_t frame, tulle_mesh_view mesh,
                                   tulle_error *error) {
     char path[NUMBERED_PATH_SIZE];
     tulle_status status = get_path(target, frame, path, error);
     if (status == TULLE_OK && convert_target_is_float(target))
-        status = measure_rounding(target, mesh, error);
+        status = convert_target_measure(target, mesh.positions, mesh.vertex_count, error);
     if (status != TULLE_OK) return status;
     switch (target->format) {
     case CONVERT_PC2: status = append_frame(target, mesh, error); break;
     case CONVERT_VTP: status = tulle_vtp_write(path, mesh, NULL, error); break;
     default: status = tulle_mesh_write(path, mesh, error); break;
     }
-    if (status != TULLE_OK) return status;
-    if (target->written_count++ == 0) target->first_number = frame;
-    target->last_number = frame;
-    return TULLE_OK;
+    if (status == TULLE_OK) count_written(target, frame);
+    return status;
+}
+
+tulle_status convert_target_write_animation(convert_target *target, frame_range frames,
+                                            const tulle_animation_def *def, tulle_error *error) {
+    char path[NUMBERED_PATH_SIZE];
+    tulle_status status = get_path(target, frames.first, path, error);
+    if (status == TULLE_OK) status = tulle_animation_write(path, def, error);
+    if (status == TULLE_OK) count_written(target, frames.first);
+    return status;
 }
 
 /* ---- the end ---- */

@@ -1,11 +1,13 @@
-/* app/convert/target.h - what `tulle convert` writes: one mesh file, a point cache, or numbered
- * mesh files. One file appears whole or not at all; of numbered files each does. */
+/* app/convert/target.h - what `tulle convert` writes: one mesh file, a point cache, an animation,
+ * or numbered files of meshes. One file appears whole or not at all; of numbered files each does.
+ */
 #ifndef TULLE_APP_CONVERT_TARGET_H
 #define TULLE_APP_CONVERT_TARGET_H
 
 #include "app/convert/names.h"
 #include "app/convert/source.h"
 
+#include "tulle_io/animation.h"
 #include "tulle_io/cache.h"
 
 typedef struct convert_target {
@@ -29,7 +31,16 @@ tulle_status convert_target_open(const char *path, const char *pvd_path, convert
 tulle_status convert_target_check(const convert_target *target, const convert_source *source,
                                   frame_range frames, tulle_error *error);
 
-/* Writes a frame; its positions must be finite. */
+/* Looks at positions that are to become floats. Errors: TULLE_ERROR_INVALID_MESH where float cannot
+ * hold one. */
+tulle_status convert_target_measure(convert_target *target, const double *positions,
+                                    size_t vertex_count, tulle_error *error);
+/* Writes an animation of the frames: one file for all, or, where
+ * names are numbered, for the one frame that there is. */
+tulle_status convert_target_write_animation(convert_target *target, frame_range frames,
+                                            const tulle_animation_def *def, tulle_error *error);
+
+/* Writes a frame; its positions must be finite. Not for animations. */
 tulle_status convert_target_write(convert_target *target, uint32_t frame, tulle_mesh_view mesh,
                                   tulle_error *error);
 /* Gives a point cache its name, writes the collection. */

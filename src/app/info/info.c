@@ -1,6 +1,7 @@
 /* app/info/info.c - `tulle info`: tells what mesh files, point caches, scene files and run
  * directories hold. */
 #include "app/info/info.h"
+#include "app/convert/names.h"
 
 #include "app/cli/options.h"
 #include "app/commands.h"
@@ -37,13 +38,14 @@ static options_outcome read_words(int argc, char **argv, info_words *words, size
     const command_spec command = {
         .name = command_name,
         .operands = "FILE|DIR ...",
-        .summary = "Prints what a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2), a scene "
-                   "(.yaml) or\n"
-                   "the directory of a run holds: sizes, topology, quality of the triangles, and "
-                   "whether it\n"
-                   "can be used as cloth or as an obstacle; frames, bodies and contact distance of "
-                   "a scene,\n"
-                   "whose start is judged; frames, bodies and the end of a run.",
+        .summary =
+            "Prints what a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), a scene "
+            "(.yaml) or\n"
+            "the directory of a run holds: sizes, topology, quality of the triangles, and "
+            "whether it\n"
+            "can be used as cloth or as an obstacle; frames, bodies and contact distance of "
+            "a scene,\n"
+            "whose start is judged; frames, bodies and the end of a run.",
         .options = options,
         .option_count = sizeof options / sizeof options[0],
         .operand_minimum = 1,
@@ -72,9 +74,9 @@ static int print_info(const info_words *words, const char *path) {
         status = error_set_at(&error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
                               "this directory holds no run.json; name a run directory or a file");
     else
-        status = is_run                        ? info_print_run(path, &error)
-                 : has_extension(path, ".pc2") ? info_print_cache(path, &error)
-                                               : info_print_mesh(path, &error);
+        status = is_run                                       ? info_print_run(path, &error)
+                 : convert_is_cache(convert_get_format(path)) ? info_print_cache(path, &error)
+                                                              : info_print_mesh(path, &error);
     if (status != TULLE_OK) app_print_error(command_name, &error);
     return app_exit_for_input(status);
 }

@@ -3,6 +3,7 @@
 #include "app/info/info.h"
 
 #include "app/cli/mesh_file.h"
+#include "app/convert/names.h"
 
 #include "tulle/mesh.h"
 #include "tulle_io/cache.h"
@@ -149,11 +150,21 @@ tulle_status info_print_cache(const char *path, tulle_error *error) {
     tulle_pc2_info info;
     tulle_status status = tulle_pc2_open(path, &cache, &info, error);
     if (status != TULLE_OK) return status;
-    app_print_names(stdout, "%s: point cache (PC2)\n", path);
+    double ends[2] = {(double)NAN, (double)NAN};
+    if (info.frame_count > 0) status = tulle_pc2_get_time(cache, 0, &ends[0], error);
+    if (info.frame_count > 0 && status == TULLE_OK)
+        status = tulle_pc2_get_time(cache, info.frame_count - 1, &ends[1], error);
+    bool const has_times = convert_get_format(path) == CONVERT_MDD;
+    app_print_names(stdout, "%s: point cache (%s)\n", path, has_times ? "MDD" : "PC2");
     printf("  %-16s %u\n", "vertices", info.vertex_count);
-    printf("  %-16s %u, first %.6g, one every %.6g\n", "frames", info.frame_count, info.start_frame,
-           info.frame_step);
-    if (info.frame_count > 0) status = print_frame_bounds(cache, 0, info.vertex_count, error);
+    if (has_times)
+        printf("  %-16s %u, from %.6g s to %.6g s\n", "frames", info.frame_count,
+               info.frame_count > 0 ? ends[0] : 0.0, info.frame_count > 0 ? ends[1] : 0.0);
+    else
+        printf("  %-16s %u, first %.6g, one every %.6g\n", "frames", info.frame_count,
+               info.start_frame, info.frame_step);
+    if (info.frame_count > 0 && status == TULLE_OK)
+        status = print_frame_bounds(cache, 0, info.vertex_count, error);
     if (info.frame_count > 1 && status == TULLE_OK)
         status = print_frame_bounds(cache, info.frame_count - 1, info.vertex_count, error);
     tulle_pc2_close(cache);

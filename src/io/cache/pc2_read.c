@@ -1,4 +1,4 @@
-/* io/cache/pc2_read.c - reads PC2 point caches frame by frame. */
+/* io/cache/pc2_read.c - reads PC2 and MDD point caches frame by frame. */
 #define _POSIX_C_SOURCE 200809L
 #include "io/cache/pc2.h"
 
@@ -15,6 +15,7 @@
 #include <fcntl.h>
 #include <math.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -25,6 +26,7 @@ struct tulle_pc2 {
     unsigned char *frame; /* bytes of one frame */
     size_t frame_size;
     int file;
+    bool is_mdd;
     tulle_pc2_info info;
 };
 
@@ -86,12 +88,92 @@ static tulle_status check_file(const char *path, int file, bool may_be_cut, tull
     return check_header(path, header, (uint64_t)facts.st_size, may_be_cut, info, error);
 }
 
-tulle_status pc2_open_file(const char *path, int flags, bool may_be_cut, int *file,
-                           tulle_pc2_info *info, tulle_error *error) {
+/* ---- MDD ---- */
+
+static bool ends_in_mdd(const char *path) {
+    size_t const length = strlen(path);
+    return length >= 4 && strcasecmp(path + length - 4, ".mdd") == 0;
+}
+
+/* [bytes] before the frames: both counts, then a time for each frame. */
+static uint64_t measure_mdd_header(uint32_t frame_count) { return 8 + 4 * (uint64_t)frame_count; }
+
+static uint64_t get_place(const tulle_pc2 *cache, uint32_t frame) {
+    if (!cache->is_mdd) return pc2_size(cache->info.vertex_count, frame);
+    return measure_mdd_header(cache->info.frame_count) +
+           (uint64_t)cache->info.vertex_count * 12 * frame;
+}
+
+static float load_float(const tulle_pc2 *cache, const unsigned char *bytes) {
+    return bytes_to_float(cache->is_mdd ? bytes_load_big_endian(bytes, 4) : bytes_load(bytes, 4));
+}
+
+/* The format has no mark of its own, so the size must be the one that the counts say. */
+static tulle_status check_mdd(const char *path, int file, tulle_pc2_info *info,
+                              tulle_error *error) {
+    struct stat facts;
+    if (fstat(file, &facts) != 0) return file_fail(error, path, errno, "cannot be examined");
+    if (!S_ISREG(facts.st_mode)) return fail_irregular(path, error);
+    unsigned char header[8];
+    ssize_t const count = file_read_at(file, header, sizeof header, 0);
+    if (count < 0) return file_fail(error, path, errno, "cannot be read");
+    if (count < (ssize_t)sizeof header)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "byte %zd: the file ends within the header of %zu bytes", count,
+                            sizeof header);
+    uint32_t const frame_count = (uint32_t)bytes_load_big_endian(header, 4);
+    uint32_t const vertex_count = (uint32_t)bytes_load_big_endian(header + 4, 4);
+    if (vertex_count < 1 || vertex_count > PC2_COUNT_LIMIT || frame_count > PC2_COUNT_LIMIT)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "byte 0: %u frames and %u vertices cannot be; it is no MDD file",
+                            frame_count, vertex_count);
+    *info = (tulle_pc2_info){
+        .vertex_count = vertex_count, .frame_count = frame_count, .frame_step = 1.0};
+    /* Counts below 2^31 can overflow 64 bits as sizes, so the rest is divided. */
+    uint64_t const size = (uint64_t)facts.st_size, head = measure_mdd_header(frame_count);
+    uint64_t const frame_size = (uint64_t)vertex_count * 12;
+    if (size >= head && (size - head) % frame_size == 0 &&
+        (size - head) / frame_size == frame_count)
+        return TULLE_OK;
+    return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                        "byte %llu: the file ends here, but %u frames of %u vertices take %llu "
+                        "bytes each behind a header of %llu; it is cut short or no MDD file",
+                        (unsigned long long)size, frame_count, vertex_count,
+                        (unsigned long long)frame_size, (unsigned long long)head);
+}
+
+tulle_status tulle_pc2_get_time(const tulle_pc2 *cache, uint32_t frame, double *time,
+                                tulle_error *error) {
+    if (!cache || !time || frame >= cache->info.frame_count)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, cache ? cache->path : NULL, 0, 0,
+                            "there is no frame %u; the cache has %u", frame,
+                            cache ? cache->info.frame_count : 0);
+    *time = (double)NAN;
+    if (!cache->is_mdd) return TULLE_OK;
+    unsigned char bytes[4];
+    uint64_t const place = measure_mdd_header(frame);
+    ssize_t const count = file_read_at(cache->file, bytes, sizeof bytes, place);
+    if (count < 0) return file_fail(error, cache->path, errno, "cannot be read");
+    if (count == sizeof bytes) *time = (double)load_float(cache, bytes);
+    if (isfinite(*time)) return TULLE_OK;
+    return error_set_at(error, TULLE_ERROR_PARSE, cache->path, 0, 0,
+                        "byte %llu: the time of frame %u is cut or not finite",
+                        (unsigned long long)place, frame);
+}
+
+/* ---- both ---- */
+
+/* What a file should be. */
+typedef enum cache_kind { CACHE_PC2, CACHE_PC2_MAYBE_CUT, CACHE_MDD } cache_kind;
+
+static tulle_status open_file(const char *path, int flags, cache_kind kind, int *file,
+                              tulle_pc2_info *info, tulle_error *error) {
     *file = open(path, flags | O_CLOEXEC | O_NONBLOCK);
     if (*file < 0 && errno == ENXIO) return fail_irregular(path, error); /* a socket */
     if (*file < 0) return file_fail(error, path, errno, "cannot be opened");
-    tulle_status const status = check_file(path, *file, may_be_cut, info, error);
+    tulle_status const status =
+        kind == CACHE_MDD ? check_mdd(path, *file, info, error)
+                          : check_file(path, *file, kind == CACHE_PC2_MAYBE_CUT, info, error);
     if (status) {
         close(*file);
         *file = -1;
@@ -99,40 +181,55 @@ tulle_status pc2_open_file(const char *path, int flags, bool may_be_cut, int *fi
     return status;
 }
 
+tulle_status pc2_open_file(const char *path, int flags, bool may_be_cut, int *file,
+                           tulle_pc2_info *info, tulle_error *error) {
+    return open_file(path, flags, may_be_cut ? CACHE_PC2_MAYBE_CUT : CACHE_PC2, file, info, error);
+}
+
+/* The cache of a file that `made` holds open; closes it when memory is short. */
+static tulle_status make_cache(const char *path, tulle_pc2 *made, tulle_pc2 **cache,
+                               tulle_pc2_info *info, tulle_error *error) {
+    memory heap = memory_default();
+    made->path_size = strlen(path) + 1;
+    made->frame_size = (size_t)made->info.vertex_count * 12;
+    /* A header without frames may claim any number of vertices. */
+    if (made->info.frame_count == 0) made->frame_size = 0;
+    made->path = memory_allocate(&heap, made->path_size);
+    made->frame = memory_allocate(&heap, made->frame_size);
+    tulle_pc2 *const result = memory_allocate(&heap, sizeof *result);
+    made->heap = heap;
+    if (!result || !made->path || !made->frame) {
+        close(made->file);
+        memory_release(&heap, made->path, made->path_size);
+        memory_release(&heap, made->frame, made->frame_size);
+        memory_release(&heap, result, sizeof *result);
+        return file_fail(error, path, ENOMEM, "cannot be opened");
+    }
+    memcpy(made->path, path, made->path_size);
+    *result = *made;
+    if (info) *info = made->info;
+    *cache = result;
+    return TULLE_OK;
+}
+
 tulle_status tulle_pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info *info,
                             tulle_error *error) {
-    return pc2_open(path, false, cache, info, error);
+    if (!path || !cache)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path and cache may not be null");
+    *cache = NULL;
+    tulle_pc2 made = {.file = -1, .is_mdd = ends_in_mdd(path)};
+    tulle_status const status = open_file(path, O_RDONLY, made.is_mdd ? CACHE_MDD : CACHE_PC2,
+                                          &made.file, &made.info, error);
+    return status ? status : make_cache(path, &made, cache, info, error);
 }
 
 tulle_status pc2_open(const char *path, bool may_be_cut, tulle_pc2 **cache, tulle_pc2_info *info,
                       tulle_error *error) {
-    if (!path || !cache)
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path and cache may not be null");
     *cache = NULL;
-    tulle_pc2 made = {.heap = memory_default(), .path_size = strlen(path) + 1};
+    tulle_pc2 made = {.file = -1};
     tulle_status const status =
         pc2_open_file(path, O_RDONLY, may_be_cut, &made.file, &made.info, error);
-    if (status) return status;
-    memory heap = made.heap;
-    made.frame_size = (size_t)made.info.vertex_count * 12;
-    /* A header without frames may claim any number of vertices. */
-    if (made.info.frame_count == 0) made.frame_size = 0;
-    made.path = memory_allocate(&heap, made.path_size);
-    made.frame = memory_allocate(&heap, made.frame_size);
-    tulle_pc2 *const result = memory_allocate(&heap, sizeof *result);
-    made.heap = heap;
-    if (!result || !made.path || !made.frame) {
-        close(made.file);
-        memory_release(&heap, made.path, made.path_size);
-        memory_release(&heap, made.frame, made.frame_size);
-        memory_release(&heap, result, sizeof *result);
-        return file_fail(error, path, ENOMEM, "cannot be opened");
-    }
-    memcpy(made.path, path, made.path_size);
-    *result = made;
-    if (info) *info = made.info;
-    *cache = result;
-    return TULLE_OK;
+    return status ? status : make_cache(path, &made, cache, info, error);
 }
 
 tulle_status tulle_pc2_read_frame(tulle_pc2 *cache, uint32_t frame, double *positions,
@@ -141,7 +238,7 @@ tulle_status tulle_pc2_read_frame(tulle_pc2 *cache, uint32_t frame, double *posi
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, cache ? cache->path : NULL, 0, 0,
                             "there is no frame %u; the cache has %u", frame,
                             cache ? cache->info.frame_count : 0);
-    uint64_t const offset = pc2_size(cache->info.vertex_count, frame);
+    uint64_t const offset = get_place(cache, frame);
     ssize_t const count = file_read_at(cache->file, cache->frame, cache->frame_size, offset);
     if (count < 0) return file_fail(error, cache->path, errno, "cannot be read");
     if ((size_t)count < cache->frame_size)
@@ -150,7 +247,7 @@ tulle_status tulle_pc2_read_frame(tulle_pc2 *cache, uint32_t frame, double *posi
                             (unsigned long long)offset + (unsigned long long)count, frame);
     size_t const value_count = 3 * (size_t)cache->info.vertex_count;
     for (size_t i = 0; i < value_count; i++) {
-        positions[i] = (double)bytes_to_float(bytes_load(cache->frame + 4 * i, 4));
+        positions[i] = (double)load_float(cache, cache->frame + 4 * i);
         if (!isfinite(positions[i]))
             return error_set_at(error, TULLE_ERROR_PARSE, cache->path, 0, 0,
                                 "byte %llu: coordinate %c of vertex %zu in frame %u is not finite",

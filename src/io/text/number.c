@@ -142,18 +142,28 @@ static size_t restore_point(char *text, size_t length) {
     return length - (end - begin) + 1;
 }
 
-size_t number_format_double(double value, char text[NUMBER_TEXT_SIZE]) {
+/* With the fewest digits, from `least` on, that give `value` again; as a float or as a double. */
+static size_t format(double value, int least, int is_float, char text[NUMBER_TEXT_SIZE]) {
     if (!isfinite(value)) {
         const char *const word = isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf";
         memcpy(text, word, strlen(word) + 1);
         return strlen(word);
     }
     size_t length = 0;
-    for (int digits = 15; digits <= 17; digits++) {
+    for (int digits = least; digits <= (is_float ? 9 : 17); digits++) {
         length = (size_t)snprintf(text, NUMBER_TEXT_SIZE, "%.*g", digits, value);
         length = restore_point(text, length);
         double again = 0.0;
-        if (number_parse_double(text, length, &again) == NUMBER_READ && again == value) break;
+        if (number_parse_double(text, length, &again) != NUMBER_READ) continue;
+        if (again == value || (is_float && (float)again == (float)value)) break;
     }
     return length;
+}
+
+size_t number_format_double(double value, char text[NUMBER_TEXT_SIZE]) {
+    return format(value, 15, 0, text);
+}
+
+size_t number_format_float(float value, char text[NUMBER_TEXT_SIZE]) {
+    return format((double)value, 6, 1, text);
 }

@@ -1,7 +1,8 @@
 /* io/text/number.h - decimal numbers as text, the same in every locale, always correctly rounded.
  *
  * number_parse_double reads  [+-] digits [. digits] [e [+-] digits]  in time linear in its length.
- * number_format_double writes 15, 16 or 17 digits: the fewest that read back to the same double. */
+ * number_format_double writes 15, 16 or 17 digits: the fewest that read back to the same double.
+ * number_format_float writes 6 to 9, the fewest that read back to the same float. */
 #ifndef TULLE_IO_TEXT_NUMBER_H
 #define TULLE_IO_TEXT_NUMBER_H
 
@@ -21,5 +22,6 @@ number_outcome number_parse_integer(const char *text, size_t length, int64_t *va
 enum { NUMBER_TEXT_SIZE = 40 }; /* [bytes] room for any number and a final zero */
 /* Writes value ("nan", "inf" and "-inf" for what is not finite); returns the length. */
 size_t number_format_double(double value, char text[NUMBER_TEXT_SIZE]);
+size_t number_format_float(float value, char text[NUMBER_TEXT_SIZE]);
 
 #endif

@@ -1,0 +1,112 @@
+/* tulle_io/animation.h - surfaces over time in one file: glTF, USD, MDD and NPZ are written, glTF
+ * is read. docs/guide/formats.md describes what each of them holds.
+ *
+ * A writer asks for frames one by one, as often as it needs them, and keeps one at a time. So its
+ * memory does not grow with their positions. A file appears whole or not at all. */
+#ifndef TULLE_IO_ANIMATION_H
+#define TULLE_IO_ANIMATION_H
+
+#include "tulle/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How a surface moves. */
+typedef enum tulle_animation_motion {
+    TULLE_ANIMATION_STILL,   /* it stays as it is in the first frame */
+    TULLE_ANIMATION_DEFORMS, /* every vertex moves */
+    TULLE_ANIMATION_RIGID    /* as a whole, by poses */
+} tulle_animation_motion;
+
+/* A surface of an animation. */
+typedef struct tulle_animation_surface {
+    const char *name;         /* UTF-8, not empty */
+    tulle_mesh_view mesh;     /* positions count where it is rigid alone: those of the pose without
+                                 translation and rotation; else they may be null */
+    const double *corner_uvs; /* 6 * triangle_count, NaN where there are none, as of
+                                 tulle_mesh_source; null: none */
+    tulle_animation_motion motion; /* how it moves */
+    size_t prototype; /* index of the first surface with the same mesh, not after itself; only
+                         rigid surfaces have another than their own */
+    double color[3];  /* red, green, blue, linear, 0 to 1 */
+} tulle_animation_surface;
+
+/* Gives frame number `frame` of the animation, from 0, of surface number `surface`: `values` are
+ * 3 * vertex_count positions, finite, or, where it is rigid, its pose: translation x, y, z and a
+ * unit quaternion w, x, y, z. `context` is that of the def. May be asked for the same frame again.
+ * An error ends the writing and is what the call returns; `error` may be null. */
+typedef tulle_status (*tulle_animation_reader)(void *context, size_t surface, uint32_t frame,
+                                               double *values, tulle_error *error);
+
+/* An animation to write. Made by tulle_animation_def_default. */
+typedef struct tulle_animation_def {
+    uint32_t cookie;                         /* set by tulle_animation_def_default */
+    const tulle_animation_surface *surfaces; /* surface_count */
+    size_t surface_count;                    /* at least 1 */
+    const double *times;                     /* [s] of each frame, rising; frame_count */
+    uint32_t frame_count;                    /* at least 1 */
+    double frame_rate;                       /* [1/s] > 0: USD counts time in 1 / frame_rate */
+    int is_y_up;            /* 1: y points up in the positions; 0: z. Said by USD; glTF means y */
+    double meters_per_unit; /* [m] > 0, a unit of the positions. Said by USD; glTF means 1 */
+    int is_stepped;         /* glTF: 1 holds a frame until the next, 0 goes over to it evenly */
+    int is_double;          /* NPZ: 1 writes float64, 0 float32 */
+    tulle_animation_reader read; /* gives the frames */
+    /* 1 where a surface is in the scene at a frame; null: all are always. Said by USD */
+    int (*is_present)(void *context, size_t surface, uint32_t frame);
+    void *context; /* of the functions */
+} tulle_animation_def;
+/* Metres, z up, 24 frames a second, without surfaces, frames or functions. */
+TULLE_API tulle_animation_def tulle_animation_def_default(void);
+
+/* Writes an animation to the file `path`: .glb or .gltf with a .bin beside it (glTF 2.0), .usda,
+ * .mdd (one surface) or .npz, by its extension. One frame is written as meshes that stand still.
+ * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a value out of range, a motion that the format does
+ * not have), TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that is not finite or
+ * that float cannot hold), TULLE_ERROR_LIMIT (more than the format can count),
+ * TULLE_ERROR_UNSUPPORTED (another extension), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL,
+ * TULLE_ERROR_OUT_OF_MEMORY, and those of the reader. */
+TULLE_API tulle_status tulle_animation_write(const char *path, const tulle_animation_def *def,
+                                             tulle_error *error);
+
+/* ---- reading ---- */
+
+/* An animation that is read: one mesh, whose vertices move from frame to frame. Made by
+ * tulle_animation_open, released by tulle_animation_close. */
+typedef struct tulle_animation tulle_animation;
+/* What the file says. */
+typedef struct tulle_animation_info {
+    size_t vertex_count;    /* of all surfaces together, at least 1 */
+    size_t triangle_count;  /* of all surfaces together */
+    uint32_t frame_count;   /* at least 1 */
+    int is_y_up;            /* 1: y points up; 0: z */
+    double meters_per_unit; /* [m] a unit of the positions */
+    char note[256];         /* what was passed over; or empty */
+} tulle_animation_info;
+
+/* Opens the file `path`, .glb or .gltf (glTF 2.0), makes `*animation`, which is null after an
+ * error, and fills `info`, which may be null. Of the scene all surfaces are read, one behind the
+ * other, as one mesh in the scene's coordinates. Frames are all times of keys of the first
+ * animation; there is one where there is no animation. Morph targets, transforms of nodes and skins
+ * move vertices. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_UNSUPPORTED (another extension of the name; an extension of glTF that is needed),
+ * TULLE_ERROR_LIMIT, TULLE_ERROR_OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_animation_open(const char *path, tulle_animation **animation,
+                                            tulle_animation_info *info, tulle_error *error);
+/* Triangles of the mesh, 3 * triangle_count vertices; owned by the animation. Null where there are
+ * none, and for null. */
+TULLE_API const uint32_t *tulle_animation_get_triangles(const tulle_animation *animation);
+/* [s] of frame number `frame`, from 0; NaN for null and where there is no such frame. */
+TULLE_API double tulle_animation_get_time(const tulle_animation *animation, uint32_t frame);
+/* Reads frame number `frame`, from 0, into `positions`, 3 * vertex_count. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, no such frame), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_OUT_OF_MEMORY. */
+TULLE_API tulle_status tulle_animation_read_frame(tulle_animation *animation, uint32_t frame,
+                                                  double *positions, tulle_error *error);
+/* Releases an animation. Null is fine. */
+TULLE_API void tulle_animation_close(tulle_animation *animation);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,458 @@
+/* Animations: what is written as glTF comes back with the same bits; a file with everything that
+ * moves vertices against sums by hand; every truncation, flipped bit and failing allocation. */
+#define _XOPEN_SOURCE 700
+#include "base/hash.h"
+#include "io/bytes.h"
+
+#include "io/failing_heap.h"
+#include "io/io_support.h"
+#include "tulle_io/animation.h"
+#include "tulle_io/cache.h"
+
+#include <math.h>
+#include <stdbool.h>
+
+enum { VERTEX_MAX = 24, FRAME_MAX = 1100 };
+
+/* A random surface over time; its numbers are floats of all sizes. */
+typedef struct sample {
+    char name[32];
+    size_t vertex_count, triangle_count;
+    uint32_t frame_count;
+    uint32_t triangles[6 * VERTEX_MAX];
+    float positions[FRAME_MAX][3 * VERTEX_MAX];
+    double times[FRAME_MAX];
+} sample;
+static sample made;
+
+static double random_float(uint64_t *seed) {
+    double const size = pow(10.0, 60.0 * random_uniform(seed) - 30.0);
+    return (double)(float)((random_uniform(seed) - 0.5) * (random_next(seed) % 3 ? 2.0 : size));
+}
+
+static void make_sample(uint64_t seed, uint32_t frame_count) {
+    static const char *const names[] = {"sheet", "a b", "\xc3\xa9\xe2\x82\xac \"x\\", "\t1", "_"};
+    snprintf(made.name, sizeof made.name, "%s", names[random_next(&seed) % 5]);
+    made.vertex_count = 1 + random_next(&seed) % VERTEX_MAX;
+    made.triangle_count = random_next(&seed) % (2 * VERTEX_MAX);
+    made.frame_count = frame_count;
+    for (size_t i = 0; i < 3 * made.triangle_count; i++)
+        made.triangles[i] = (uint32_t)(random_next(&seed) % made.vertex_count);
+    double time = (double)(float)(random_uniform(&seed) * 3.0);
+    for (uint32_t f = 0; f < frame_count; f++) {
+        made.times[f] = time;
+        time = (double)(float)(time + 0.01 + random_uniform(&seed));
+        for (size_t i = 0; i < 3 * made.vertex_count; i++)
+            made.positions[f][i] = (float)random_float(&seed);
+    }
+}
+
+static tulle_status read_sample(void *context, size_t surface, uint32_t frame, double *values,
+                                tulle_error *error) {
+    (void)context;
+    (void)surface;
+    (void)error;
+    for (size_t i = 0; i < 3 * made.vertex_count; i++) values[i] = (double)made.positions[frame][i];
+    return TULLE_OK;
+}
+
+static tulle_status write_sample(const char *path, tulle_error *error) {
+    tulle_animation_surface const surface = {
+        .name = made.name,
+        .mesh = {NULL, made.vertex_count, made.triangles, made.triangle_count},
+        .motion = TULLE_ANIMATION_DEFORMS,
+        .color = {0.25, 0.5, 1.0}};
+    tulle_animation_def def = tulle_animation_def_default();
+    def.surfaces = &surface;
+    def.surface_count = 1;
+    def.times = made.times;
+    def.frame_count = made.frame_count;
+    def.read = read_sample;
+    return tulle_animation_write(path, &def, error);
+}
+
+static void expect_sample(const char *path) {
+    tulle_animation *animation = NULL;
+    tulle_animation_info info;
+    tulle_error error = {0};
+    double positions[3 * VERTEX_MAX];
+    if (tulle_animation_open(path, &animation, &info, &error)) fail_msg("%s", error.message);
+    assert_int_equal(info.vertex_count, made.vertex_count);
+    assert_int_equal(info.triangle_count, made.triangle_count);
+    assert_int_equal(info.frame_count, made.frame_count);
+    if (made.triangle_count > 0)
+        assert_memory_equal(tulle_animation_get_triangles(animation), made.triangles,
+                            3 * made.triangle_count * sizeof(uint32_t));
+    for (uint32_t f = 0; f < made.frame_count; f++) {
+        if (made.frame_count > 1)
+            assert_true(tulle_animation_get_time(animation, f) == made.times[f]);
+        assert_int_equal(tulle_animation_read_frame(animation, f, positions, &error), TULLE_OK);
+        for (size_t i = 0; i < 3 * made.vertex_count; i++)
+            assert_true(positions[i] == (double)made.positions[f][i]);
+    }
+    tulle_animation_close(animation);
+}
+
+static void gltf_comes_back(void **state) {
+    (void)state;
+    static const char *const paths[] = {"a.glb", "a b \xc3\xa9%20.gltf"};
+    for (uint64_t seed = 1; seed <= 60; seed++)
+        for (int i = 0; i < 2; i++) {
+            make_sample(seed, 1 + (uint32_t)(seed % 6));
+            assert_int_equal(write_sample(test_path(paths[i]), NULL), TULLE_OK);
+            expect_sample(test_path(paths[i]));
+        }
+}
+
+/* Beyond 1024 targets weights are sparse. */
+static void many_targets_come_back(void **state) {
+    (void)state;
+    make_sample(7, FRAME_MAX);
+    assert_int_equal(write_sample(test_path("many.glb"), NULL), TULLE_OK);
+    struct stat facts;
+    assert_int_equal(stat(test_path("many.glb"), &facts), 0);
+    assert_true(facts.st_size < 4 * FRAME_MAX * FRAME_MAX);
+    expect_sample(test_path("many.glb"));
+}
+
+/* A .glb ends at 4 GiB; that is known before a frame is read. */
+static void too_large_files_are_refused(void **state) {
+    (void)state;
+    static double times[400];
+    for (int i = 0; i < 400; i++) times[i] = i;
+    tulle_animation_surface const surface = {
+        .name = "a", .mesh = {NULL, 1000000, NULL, 0}, .motion = TULLE_ANIMATION_DEFORMS};
+    tulle_animation_def def = tulle_animation_def_default();
+    def.surfaces = &surface;
+    def.surface_count = 1;
+    def.times = times;
+    def.frame_count = 400;
+    def.read = read_sample;
+    tulle_error error = {0};
+    assert_int_equal(tulle_animation_write(test_path("large.glb"), &def, &error),
+                     TULLE_ERROR_LIMIT);
+    assert_non_null(strstr(error.message, "write a .gltf"));
+    assert_int_not_equal(access(test_path("large.glb"), F_OK), 0);
+}
+
+/* ---- a file with everything that moves vertices ---- */
+
+static const char base64_digits[] =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+static void encode(const unsigned char *bytes, size_t count, char *text) {
+    for (size_t i = 0; i < count; i += 3) {
+        uint32_t bits = 0;
+        for (size_t k = 0; k < 3; k++) bits = bits << 8 | (i + k < count ? bytes[i + k] : 0u);
+        for (int k = 0; k < 4; k++) *text++ = base64_digits[bits >> (18 - 6 * k) & 63];
+    }
+    *text = '\0';
+}
+
+/* Node 0 turns by a quarter about z in 1 s and holds node 1, which shows mesh 0 (a strip of
+ * bytes as indices, two targets, one of them sparse) and is moved by a matrix of scale 2. Node 2
+ * shows mesh 1 (a fan without indices) on a skin of the joints 3 and 4, and joint 4 rises on a
+ * cubic spline. */
+static size_t write_everything(const char *path) {
+    static const float values[] = {
+        0, 0,    0, 1,    0,    0,    0,           1,           0, 1, 1, 0, /*   0: four corners */
+        0, 0,    1, 0,    0,    1,    0,           0,           1, 0, 0, 1, /*  48: target 0: up */
+        5, 0,    0,                                             /*  96: target 1 of vertex 2 */
+        0, 1,                                                   /* 108: times */
+        0, 0,    0, 1,    0,    0,    0.70710678f, 0.70710678f, /* 116: rotations */
+        0, 0,    1, 0.5f,                                       /* 148: weights */
+        1, 0,    0, 0,    0.5f, 0.5f, 0,           0,           0, 1, 0, 0, 0, 1, 0, 0, /* 164:
+                                                                                           weights
+                                                                                           of joints
+                                                                                         */
+        0, 0,    0, 0,    0,    0,    2,           0,           0, 0, 0, 0, 4, 0, 0, 0, 0,
+        0,           /* 228: cubic: in, value, out */
+        0, 0.5f, 1}; /* 300: times of the cubic's frames */
+    static const unsigned char small[] = {0, 1, 2, 3, 2, 0, 0, 0,                          /* 312 */
+                                          0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0}; /* 320 */
+    unsigned char bytes[400];
+    char text[600];
+    size_t size = 0;
+    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++, size += 4)
+        bytes_store_float(bytes + size, values[i]);
+    assert_int_equal(size, 312);
+    memcpy(bytes + size, small, sizeof small);
+    size += sizeof small;
+    encode(bytes, size, text);
+    static char json[8192];
+    int const length = snprintf(
+        json, sizeof json,
+        "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,2,3]}],\n"
+        "\"nodes\":[{\"children\":[1]},{\"mesh\":0,\"matrix\":[2,0,0,0,0,2,0,0,0,0,2,0,10,0,0,1]},"
+        "\n"
+        "{\"mesh\":1,\"skin\":0,\"translation\":[100,0,0]},{\"children\":[4]},{}],\n"
+        "\"skins\":[{\"joints\":[3,4]}],\n"
+        "\"meshes\":[{\"primitives\":[{\"mode\":5,\"indices\":6,\"attributes\":{\"POSITION\":0},"
+        "\"targets\":[{\"POSITION\":1},{\"POSITION\":2}]},{\"mode\":1,\"attributes\":{\"POSITION\":"
+        "0}}],\"weights\":[0,1]},\n"
+        "{\"primitives\":[{\"mode\":6,\"attributes\":{\"POSITION\":0,\"JOINTS_0\":7,\"WEIGHTS_0\":8"
+        "}}]}],\n"
+        "\"animations\":[{\"samplers\":[{\"input\":3,\"output\":4},{\"input\":3,\"output\":5,"
+        "\"interpolation\":\"STEP\"},{\"input\":3,\"output\":9,\"interpolation\":\"CUBICSPLINE\"},"
+        "{\"input\":10,\"output\":11}],\n"
+        "\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}},{\"sampler\":"
+        "1,"
+        "\"target\":{\"node\":1,\"path\":\"weights\"}},{\"sampler\":2,\"target\":{\"node\":4,"
+        "\"path\":"
+        "\"translation\"}},{\"sampler\":3,\"target\":{\"node\":3,\"path\":\"scale\"}}]},{}],\n"
+        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},\n"
+        "{\"bufferView\":0,\"byteOffset\":48,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
+        "\n"
+        "{\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":"
+        "{\"bufferView\":0,\"byteOffset\":316,\"componentType\":5121},\"values\":{\"bufferView\":0,"
+        "\"byteOffset\":96}}},\n"
+        "{\"bufferView\":0,\"byteOffset\":108,\"componentType\":5126,\"count\":2,\"type\":"
+        "\"SCALAR\"},"
+        "\n{\"bufferView\":0,\"byteOffset\":116,\"componentType\":5126,\"count\":2,\"type\":"
+        "\"VEC4\"},"
+        "\n{\"bufferView\":0,\"byteOffset\":148,\"componentType\":5126,\"count\":4,\"type\":"
+        "\"SCALAR\""
+        "},\n{\"bufferView\":0,\"byteOffset\":312,\"componentType\":5121,\"count\":4,\"type\":"
+        "\"SCALAR\"},\n{\"bufferView\":0,\"byteOffset\":320,\"componentType\":5121,\"count\":4,"
+        "\"type\":\"VEC4\"},\n{\"bufferView\":0,\"byteOffset\":164,\"componentType\":5126,"
+        "\"count\":4,"
+        "\"type\":\"VEC4\"},\n{\"bufferView\":0,\"byteOffset\":228,\"componentType\":5126,"
+        "\"count\":6,"
+        "\"type\":\"VEC3\"},\n{\"bufferView\":0,\"byteOffset\":300,\"componentType\":5126,"
+        "\"count\":3,"
+        "\"type\":\"SCALAR\"},\n{\"bufferView\":1,\"componentType\":5126,\"count\":3,\"type\":"
+        "\"VEC3\""
+        "}],\n\"bufferViews\":[{\"buffer\":0,\"byteLength\":%zu},{\"buffer\":1,\"byteLength\":36}],"
+        "\n"
+        "\"buffers\":[{\"byteLength\":%zu,\"uri\":\"data:application/octet-stream;base64,%s\"},"
+        "{\"byteLength\":36,\"uri\":\"data:;base64,"
+        "AACAPwAAgD8AAIA/AACAPwAAgD8AAIA/AACAPwAAgD8AAIA/\"}]}\n",
+        size, size, text);
+    assert_true(length > 0 && length < (int)sizeof json);
+    put_file(path, json, (size_t)length);
+    return (size_t)length;
+}
+
+static void expect_point(const double *positions, size_t vertex, double x, double y, double z) {
+    const double *const p = positions + 3 * vertex;
+    if (fabs(p[0] - x) > 1e-6 || fabs(p[1] - y) > 1e-6 || fabs(p[2] - z) > 1e-6)
+        fail_msg("vertex %zu is at %g %g %g, not %g %g %g", vertex, p[0], p[1], p[2], x, y, z);
+}
+
+static void everything_moves(void **state) {
+    (void)state;
+    write_everything(test_path("all.gltf"));
+    tulle_animation *animation = NULL;
+    tulle_animation_info info;
+    tulle_error error = {0};
+    double p[24];
+    if (tulle_animation_open(test_path("all.gltf"), &animation, &info, &error))
+        fail_msg("%d:%d %s", error.line, error.column, error.message);
+    assert_int_equal(info.vertex_count, 8);
+    assert_int_equal(info.frame_count, 3);
+    assert_string_equal(info.note,
+                        "passed over: 1 parts of lines, all animations but the first, 1");
+    static const uint32_t triangles[] = {0, 1, 2, 1, 3, 2, 4, 5, 6, 4, 6, 7};
+    assert_int_equal(info.triangle_count, 4);
+    const uint32_t *const found = tulle_animation_get_triangles(animation);
+    for (int i = 0; i < 12; i++) /* the strip's indices are 0 1 2 3 */
+        assert_int_equal(found[i], triangles[i]);
+    /* At the start weights are 0 and 0; the matrix doubles and moves by 10. */
+    assert_int_equal(tulle_animation_read_frame(animation, 0, p, &error), TULLE_OK);
+    expect_point(p, 1, 12, 0, 0);
+    expect_point(p, 2, 10, 2, 0);
+    expect_point(p, 5, 1, 0, 0); /* the skin's node does not move it */
+    /* Halfway: STEP keeps the weights, the rotation is an eighth of a turn, and the spline with
+     * the slope 2 at its start and 0 at its end is at 2 * 0.125 + 0.5 * 4 = 2.25. */
+    assert_int_equal(tulle_animation_read_frame(animation, 1, p, &error), TULLE_OK);
+    double const half = sqrt(0.5);
+    expect_point(p, 1, 12 * half, 12 * half, 0);
+    expect_point(p, 4, 0, 0, 0);
+    expect_point(p, 5, 1 + 2.25 / 2, 0, 0);
+    expect_point(p, 6, 2.25, 1, 0);
+    /* At the end: weights 1 and 0.5, a quarter of a turn, joint 4 at 4. */
+    assert_int_equal(tulle_animation_read_frame(animation, 2, p, &error), TULLE_OK);
+    expect_point(p, 1, 0, 12, 2);
+    expect_point(p, 2, -2, 15, 2); /* sparse target: 2.5 along x before all else */
+    expect_point(p, 7, 5, 1, 0);
+    tulle_animation_close(animation);
+}
+
+/* ---- what is refused ---- */
+
+static void expect_refused(const char *from, const char *to, tulle_status status,
+                           const char *message) {
+    static char text[16384];
+    size_t size = 0;
+    char *const all = get_file(test_path("all.gltf"), &size);
+    char *const copy = calloc(size + 1, 1);
+    memcpy(copy, all, size);
+    char *const place = strstr(copy, from);
+    assert_non_null(place);
+    int const length = snprintf(text, sizeof text, "%.*s%s%s", (int)(place - copy), copy, to,
+                                place + strlen(from));
+    put_file(test_path("bad.gltf"), text, (size_t)length);
+    free(copy);
+    free(all);
+    tulle_animation *animation = NULL;
+    tulle_error error = {0};
+    double p[24];
+    tulle_status found = tulle_animation_open(test_path("bad.gltf"), &animation, NULL, &error);
+    if (!found) found = tulle_animation_read_frame(animation, 0, p, &error);
+    tulle_animation_close(animation);
+    if (found != status || !strstr(error.message, message))
+        fail_msg("%s: status %d, line %d: %s", to, found, error.line, error.message);
+}
+
+static void faults_are_told(void **state) {
+    (void)state;
+    write_everything(test_path("all.gltf"));
+    expect_refused("\"2.0\"", "\"1.0\"", TULLE_ERROR_PARSE, "version \"1.0\"");
+    expect_refused("\"scene\":0", "\"extensionsRequired\":[\"EXT_x\"],\"scene\":0",
+                   TULLE_ERROR_UNSUPPORTED, "extension EXT_x");
+    expect_refused("[0,2,3]", "[0,9,3]", TULLE_ERROR_PARSE, "no such node");
+    expect_refused("\"children\":[4]", "\"children\":[3]", TULLE_ERROR_PARSE,
+                   "children of each other");
+    expect_refused("\"children\":[4]", "\"children\":[1]", TULLE_ERROR_PARSE, "two parents");
+    expect_refused("\"mesh\":1", "\"mesh\":7", TULLE_ERROR_PARSE, "\"mesh\" is 7");
+    expect_refused("\"indices\":6", "\"indices\":7", TULLE_ERROR_PARSE, "elements of 4 numbers");
+    expect_refused("\"weights\":[0,1]", "\"weights\":[0]", TULLE_ERROR_PARSE, "should be 2");
+    expect_refused("\"output\":4", "\"output\":0", TULLE_ERROR_PARSE, "needs 2 values of 4");
+    expect_refused("\"count\":4", "\"count\":99", TULLE_ERROR_PARSE, "beyond the buffer view");
+    expect_refused("\"byteLength\":36}],", "\"byteLength\":37}],", TULLE_ERROR_PARSE,
+                   "beyond its buffer");
+    expect_refused("data:;base64,AA", "data:;base64,A*", TULLE_ERROR_PARSE, "not in base64");
+    expect_refused("data:;base64,AA", "../../etc/x", TULLE_ERROR_PARSE, "not in the folder");
+    expect_refused("\"joints\":[3,4]", "\"joints\":[3]", TULLE_ERROR_PARSE, "hangs at joint 1");
+    expect_refused("CUBICSPLINE", "CUBE", TULLE_ERROR_PARSE, "not known");
+    tulle_animation *animation = NULL;
+    tulle_error error = {0};
+    assert_int_equal(tulle_animation_open(test_path("none.glb"), &animation, NULL, &error),
+                     TULLE_ERROR_IO);
+    assert_int_equal(tulle_animation_open(test_path("all.usda"), &animation, NULL, &error),
+                     TULLE_ERROR_UNSUPPORTED);
+}
+
+/* ---- damage ---- */
+
+/* Reads the file and all its frames; checks what comes back; the status. */
+static tulle_status read_and_judge(const char *path, size_t file_size, long fail) {
+    tulle_animation *animation = NULL;
+    tulle_animation_info info;
+    tulle_error error = {0};
+    double positions[3 * 512];
+    watch_heap(fail);
+    tulle_status status = tulle_animation_open(path, &animation, &info, &error);
+    if (status) assert_null(animation);
+    for (uint32_t i = 0; !status && i < info.frame_count && info.vertex_count <= 512; i++) {
+        status = tulle_animation_read_frame(animation, i, positions, &error);
+        for (size_t k = 0; !status && k < 3 * info.vertex_count; k++)
+            assert_true(isfinite(positions[k]));
+    }
+    unwatch_heap();
+    assert_true(heap_largest <= 200 * file_size + 65536);
+    for (size_t i = 0; animation && i < 3 * info.triangle_count; i++)
+        assert_true(tulle_animation_get_triangles(animation)[i] < info.vertex_count);
+    if (status && (error.message[0] == '\0' || error.status != status))
+        fail_msg("status %d without a message", status);
+    tulle_animation_close(animation);
+    return status;
+}
+
+static void try_bytes(const char *path, const char *bytes, size_t size) {
+    put_file(path, bytes, size);
+    tulle_status const status = read_and_judge(path, size, -1);
+    if (status != TULLE_OK && status != TULLE_ERROR_PARSE && status != TULLE_ERROR_LIMIT &&
+        status != TULLE_ERROR_UNSUPPORTED && status != TULLE_ERROR_IO)
+        fail_msg("%s gave status %d", path, status);
+}
+
+static void damage_is_found(void **state) {
+    (void)state;
+    make_sample(3, 3);
+    made.vertex_count = 4;
+    made.triangle_count = 2;
+    for (int i = 0; i < 6; i++) made.triangles[i] %= 4;
+    assert_int_equal(write_sample(test_path("small.glb"), NULL), TULLE_OK);
+    write_everything(test_path("all.gltf"));
+    static const char *const names[] = {"small.glb", "all.gltf"};
+    for (int i = 0; i < 2; i++) {
+        size_t size = 0;
+        char *const bytes = get_file(test_path(names[i]), &size);
+        for (size_t cut = 0; cut < size; cut++) try_bytes(test_path(names[i]), bytes, cut);
+        for (size_t bit = 0; bit < 8 * size; bit++) {
+            bytes[bit / 8] ^= (char)(1 << bit % 8);
+            try_bytes(test_path(names[i]), bytes, size);
+            bytes[bit / 8] ^= (char)(1 << bit % 8);
+        }
+        free(bytes);
+    }
+}
+
+/* The size of an MDD file is the one that its counts say, so no part of one is one. */
+static void damaged_caches_are_found(void **state) {
+    (void)state;
+    make_sample(4, 3);
+    const char *const path = test_path("a.mdd");
+    assert_int_equal(write_sample(path, NULL), TULLE_OK);
+    size_t size = 0;
+    char *const bytes = get_file(path, &size);
+    for (size_t step = 0; step <= 9 * size; step++) {
+        size_t const bit = step - size, kept = step < size ? step : size;
+        if (step >= size && bit < 8 * size) bytes[bit / 8] ^= (char)(1 << bit % 8);
+        put_file(path, bytes, kept);
+        if (step >= size && bit < 8 * size) bytes[bit / 8] ^= (char)(1 << bit % 8);
+        tulle_pc2 *cache = NULL;
+        tulle_pc2_info info;
+        tulle_error error = {0};
+        double positions[3 * VERTEX_MAX];
+        tulle_status status = tulle_pc2_open(path, &cache, &info, &error);
+        assert_int_equal(status, step < size || bit < 64 ? TULLE_ERROR_PARSE : TULLE_OK);
+        if (status) assert_true(strncmp(error.message, "byte ", 5) == 0);
+        for (uint32_t f = 0; cache && f < 3; f++) {
+            status = tulle_pc2_read_frame(cache, f, positions, &error);
+            assert_true(status == TULLE_OK || status == TULLE_ERROR_PARSE);
+            for (size_t i = 0; bit == 8 * size && i < 3 * made.vertex_count; i++)
+                assert_true(positions[i] == (double)made.positions[f][i]);
+        }
+        tulle_pc2_close(cache);
+    }
+    free(bytes);
+}
+
+static void every_failing_allocation(void **state) {
+    (void)state;
+    if (!HAS_OWN_HEAP) skip();
+    size_t const size = write_everything(test_path("all.gltf"));
+    long fail = 0;
+    while (read_and_judge(test_path("all.gltf"), size, fail) == TULLE_ERROR_OUT_OF_MEMORY) fail++;
+    assert_true(fail > 10);
+    assert_int_equal(read_and_judge(test_path("all.gltf"), size, fail), TULLE_OK);
+    static const char *const names[] = {"out.glb", "out.gltf", "out.usda", "out.mdd", "out.npz"};
+    make_sample(3, 3);
+    for (int i = 0; i < 5; i++) {
+        tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+        for (fail = 0; status == TULLE_ERROR_OUT_OF_MEMORY; fail++) {
+            assert_true(fail < 200);
+            watch_heap(fail);
+            status = write_sample(test_path(names[i]), NULL);
+            unwatch_heap();
+            assert_int_equal(access(test_path(names[i]), F_OK) == 0, status == TULLE_OK);
+        }
+        assert_int_equal(status, TULLE_OK);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gltf_comes_back),
+        cmocka_unit_test(many_targets_come_back),
+        cmocka_unit_test(too_large_files_are_refused),
+        cmocka_unit_test(everything_moves),
+        cmocka_unit_test(faults_are_told),
+        cmocka_unit_test(damage_is_found),
+        cmocka_unit_test(damaged_caches_are_found),
+        cmocka_unit_test(every_failing_allocation),
+    };
+    return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
+}
