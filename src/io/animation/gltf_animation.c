@@ -34,12 +34,15 @@ static tulle_status find_keys(gltf_scene *scene, uint32_t accessor, uint32_t *nu
         if (scene->keys.data[*number].accessor == accessor) return TULLE_OK;
     if (input->count == 0 || input->numbers.slice == GLTF_NONE)
         return json_fail(&file->json, input->place, error, "times need a buffer view");
+    tulle_status status =
+        gltf_scene_check_size(scene, input->count * sizeof *scene->times.data, error);
+    if (status) return status;
     if (!ARRAY_RESERVE(file->heap, &scene->keys, 1) ||
         !ARRAY_RESERVE(file->heap, &scene->times, (size_t)input->count))
         return fail_memory(scene, error);
     size_t const first = scene->times.count;
     double *const times = scene->times.data + first;
-    tulle_status const status = gltf_read(file, accessor, 0, input->count, times, error);
+    status = gltf_read(file, accessor, 0, input->count, times, error);
     if (status) return status;
     for (size_t i = 1; i < input->count; i++)
         if (!(times[i] > times[i - 1]))

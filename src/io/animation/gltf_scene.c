@@ -6,8 +6,8 @@
 
 #include <string.h>
 
-/* Vertices of all pieces may take so many times the bytes of the files: a mesh may be shown by many
- * nodes, but nothing is to fill the memory from a small file. */
+/* What is made of the files may take so many times their bytes: a mesh may be shown by many nodes,
+ * but nothing is to fill the memory from a small file. */
 enum {
     EXPANSION_LIMIT = 128,
     INDEX_WINDOW = 768 /* read at a time; whole triangles */
@@ -23,6 +23,19 @@ typedef enum primitive_mode {
 
 static tulle_status fail_memory(const gltf_scene *scene, tulle_error *error) {
     return file_fail_memory(error, scene->file->path);
+}
+
+tulle_status gltf_scene_check_size(const gltf_scene *scene, uint64_t more, tulle_error *error) {
+    uint64_t const size = more + 12 * (uint64_t)scene->vertex_count +
+                          scene->primitive_count * sizeof(gltf_piece) +
+                          scene->targets.count * sizeof *scene->targets.data +
+                          scene->triangles.count * sizeof *scene->triangles.data +
+                          scene->times.count * sizeof *scene->times.data;
+    if (size <= EXPANSION_LIMIT * scene->file->file_size) return TULLE_OK;
+    return error_set_at(
+        error, TULLE_ERROR_LIMIT, scene->file->path, 0, 0,
+        "would take more than %d times its size: meshes or times are used too often",
+        EXPANSION_LIMIT);
 }
 
 /* ---- nodes ---- */
@@ -177,9 +190,9 @@ static tulle_status add_triangles(gltf_scene *scene, const gltf_piece *piece, ui
                                    mode == MODE_STRIP && first % 2 ? read[2] : read[1],
                                    mode == MODE_STRIP && first % 2 ? read[1] : read[2]};
         if (status == TULLE_OK) status = add_triangle(scene, piece, corners, error);
+        if (status == TULLE_OK) status = gltf_scene_check_size(scene, 0, error);
         if (status) return status;
-        if (scene->triangles.count / 3 > VERTEX_LIMIT ||
-            scene->triangles.count * sizeof(uint32_t) > EXPANSION_LIMIT * file->file_size)
+        if (scene->triangles.count / 3 > VERTEX_LIMIT)
             return error_set_at(error, TULLE_ERROR_LIMIT, file->path, 0, 0,
                                 "its triangles are too many");
     }
@@ -191,6 +204,9 @@ static tulle_status read_targets(gltf_scene *scene, gltf_piece *piece, tulle_err
     const json_value *const targets = json_find(&file->json, piece->primitive, "targets");
     piece->first_target = scene->targets.count;
     if (!targets || targets->type != JSON_ARRAY) return TULLE_OK;
+    tulle_status const size_status =
+        gltf_scene_check_size(scene, targets->count * sizeof *scene->targets.data, error);
+    if (size_status) return size_status;
     if (!ARRAY_RESERVE(file->heap, &scene->targets, targets->count))
         return fail_memory(scene, error);
     piece->target_count = targets->count;
@@ -214,8 +230,9 @@ static tulle_status add_piece(gltf_scene *scene, uint32_t node, const json_value
     gltf_piece piece = {.node = node, .primitive = primitive, .first_vertex = scene->vertex_count};
     uint32_t mode = MODE_TRIANGLES, indices = GLTF_NONE;
     const json_value *attributes = NULL;
-    tulle_status status = TULLE_OK;
-    if (json_find(&file->json, primitive, "mode"))
+    scene->primitive_count++;
+    tulle_status status = gltf_scene_check_size(scene, 0, error);
+    if (status == TULLE_OK && json_find(&file->json, primitive, "mode"))
         status = json_take_whole(&file->json, primitive, "mode", &mode, error);
     if (status == TULLE_OK && mode > MODE_FAN)
         status = json_fail(&file->json, primitive, error, "\"mode\" is none that there is");
@@ -236,10 +253,11 @@ static tulle_status add_piece(gltf_scene *scene, uint32_t node, const json_value
     if (positions->numbers.slice == GLTF_NONE)
         return json_fail(&file->json, positions->place, error,
                          "positions without a buffer view are not read here");
-    if (positions->count > VERTEX_LIMIT - scene->vertex_count ||
-        (scene->vertex_count + positions->count) * 12 > EXPANSION_LIMIT * file->file_size)
+    status = gltf_scene_check_size(scene, 12 * positions->count, error);
+    if (status) return status;
+    if (positions->count > VERTEX_LIMIT - scene->vertex_count)
         return error_set_at(error, TULLE_ERROR_LIMIT, file->path, 0, 0,
-                            "its vertices are too many: meshes are shown too often");
+                            "its vertices are too many");
     piece.vertex_count = (size_t)positions->count;
     scene->vertex_count += piece.vertex_count;
     status = read_targets(scene, &piece, error);

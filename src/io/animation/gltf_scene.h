@@ -61,6 +61,7 @@ typedef struct gltf_scene {
     ARRAY(double) frames; /* [s] all different times, rising; at least 1 */
     ARRAY(double) scratch, weights;
     size_t vertex_count;
+    uint64_t primitive_count; /* of all nodes, also those that are passed over */
     uint64_t passed_primitives, passed_animations; /* lines; all but the first */
 } gltf_scene;
 
@@ -68,6 +69,8 @@ typedef struct gltf_scene {
  * failure. */
 tulle_status gltf_scene_read(gltf_file *file, gltf_scene *scene, tulle_error *error);
 void gltf_scene_destroy(gltf_scene *scene);
+/* Refuses a scene that, with `more` bytes, takes too many times those of its files. */
+tulle_status gltf_scene_check_size(const gltf_scene *scene, uint64_t more, tulle_error *error);
 /* Reads the animation of nodes that have been read: gltf_animation.c. */
 tulle_status gltf_animation_read(gltf_scene *scene, tulle_error *error);
 /* Positions of all vertices at a time [s]: 3 * vertex_count. */

@@ -333,6 +333,71 @@ static void faults_are_told(void **state) {
                      TULLE_ERROR_UNSUPPORTED);
 }
 
+static void repeat(char **end, const char *text, int count) {
+    for (int i = 0; i < count; i++) *end += sprintf(*end, "%s%s", i > 0 ? "," : "", text);
+}
+
+/* What is used in a file, and how often. */
+typedef struct uses {
+    int nodes, primitives, targets, vertices, times;
+    tulle_status status;
+} uses;
+enum { USES_MANY = 4000, USES_KEYS = 20000 };
+
+static size_t write_uses(uses count, char *text) {
+    static unsigned char bytes[4 * USES_KEYS];
+    static char data[6 * USES_KEYS], primitive[4 * USES_MANY];
+    for (int i = 0; i < USES_KEYS; i++) bytes_store_float(bytes + 4 * (size_t)i, (float)i);
+    encode(bytes, sizeof bytes, data);
+    char *end = primitive + sprintf(primitive, "{\"attributes\":{\"POSITION\":0},\"targets\":[");
+    repeat(&end, "{}", count.targets);
+    sprintf(end, "]}");
+    end = text + sprintf(text, "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[");
+    repeat(&end, "{\"mesh\":0}", count.nodes);
+    end += sprintf(end, "],\"meshes\":[{\"primitives\":[");
+    repeat(&end, primitive, count.primitives);
+    end += sprintf(end,
+                   "]}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":%zu}],\"buffers\":["
+                   "{\"byteLength\":%zu,\"uri\":\"data:;base64,%s\"}],\"accessors\":["
+                   "{\"bufferView\":0,\"componentType\":5126,\"count\":%d,\"type\":\"VEC3\"},"
+                   "{\"componentType\":5126,\"count\":%d,\"type\":\"VEC3\"}",
+                   sizeof bytes, sizeof bytes, data, count.vertices, USES_KEYS);
+    for (int i = 0; i < count.times; i++)
+        end += sprintf(
+            end, ",{\"bufferView\":0,\"componentType\":5126,\"count\":%d,\"type\":\"SCALAR\"}",
+            USES_KEYS);
+    end += sprintf(end, "],\"animations\":[{\"samplers\":[");
+    for (int i = 0; i < count.times; i++)
+        end += sprintf(end, "%s{\"input\":%d,\"output\":1}", i > 0 ? "," : "", 2 + i);
+    end += sprintf(end, "],\"channels\":[");
+    for (int i = 0; i < count.times; i++)
+        end += sprintf(end, "%s{\"sampler\":%d,\"target\":{\"node\":0,\"path\":\"scale\"}}",
+                       i > 0 ? "," : "", i);
+    return (size_t)(end + sprintf(end, "]}]}") - text);
+}
+
+/* A small file whose parts use each other often is not to fill the memory. */
+static void uses_are_limited(void **state) {
+    (void)state;
+    static const uses files[] = {{1, 1, 1, 1, 2, TULLE_OK},
+                                 {1, USES_MANY, 1, 1, 1, TULLE_OK},
+                                 {USES_MANY, 1, USES_MANY, 1, 1, TULLE_ERROR_LIMIT},
+                                 {USES_MANY, USES_MANY, 1, 1, 1, TULLE_ERROR_LIMIT},
+                                 {USES_MANY, USES_MANY, 1, 0, 1, TULLE_ERROR_LIMIT},
+                                 {1, 1, 1, 1, USES_MANY, TULLE_ERROR_LIMIT}};
+    static char text[1 << 20];
+    for (size_t i = 0; i < sizeof files / sizeof files[0]; i++) {
+        put_file(test_path("uses.gltf"), text, write_uses(files[i], text));
+        tulle_animation *animation = NULL;
+        tulle_error error = {0};
+        tulle_status const status =
+            tulle_animation_open(test_path("uses.gltf"), &animation, NULL, &error);
+        tulle_animation_close(animation);
+        if (status != files[i].status) fail_msg("file %zu: %d %s", i, status, error.message);
+        if (status) assert_non_null(strstr(error.message, "times its size"));
+    }
+}
+
 /* ---- damage ---- */
 
 /* Reads the file and all its frames; checks what comes back; the status. */
@@ -450,6 +515,7 @@ int main(void) {
         cmocka_unit_test(too_large_files_are_refused),
         cmocka_unit_test(everything_moves),
         cmocka_unit_test(faults_are_told),
+        cmocka_unit_test(uses_are_limited),
         cmocka_unit_test(damage_is_found),
         cmocka_unit_test(damaged_caches_are_found),
         cmocka_unit_test(every_failing_allocation),
