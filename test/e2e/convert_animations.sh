@@ -103,6 +103,13 @@ END
 convert "a sheet é.obj" seam.glb
 convert "a sheet é.obj" seam.usda
 convert "a sheet é.obj" seam.npz
+# Frames that follow each other faster than any frame rate.
+one='\x3f\x80\0\0'
+printf "\0\0\0\2\0\0\0\1\0\0\0\0\x2b\x8c\xbc\xcc$one$one$one$one$one$one" >fast.mdd
+convert fast.mdd fast.usda
+convert fast.mdd fast.glb
+convert fast.glb faster.mdd
+cmp fast.mdd faster.mdd || fault "times near each other changed"
 python3 "$here/convert_animations.py" || faults=1
 
 refuse 'double is for .npz' falls x.glb --double

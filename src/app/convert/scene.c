@@ -16,6 +16,8 @@ static const double COPY_ROUNDINGS = 8.0;
 /* A frame rate this near to a whole number, as a part of it, is that number. */
 static const double RATE_TOLERANCE = 1e-6;
 static const double DEFAULT_RATE = 24.0;
+/* Frames that follow each other this fast have the default rate; writers take no higher one. */
+static const double RATE_LIMIT = 1e9;
 
 static const double obstacle_color[3] = {0.45, 0.45, 0.45};
 static const double cloth_colors[][3] = {{0.60, 0.10, 0.08}, {0.08, 0.25, 0.55},
@@ -63,7 +65,7 @@ static tulle_status choose_rate(convert_scene *scene, const char *fps, tulle_err
         if (status) return status;
         rate = round_rate((source->frames.last - source->frames.first) / (ends[1] - ends[0]));
     }
-    if (isfinite(rate) && rate > 0.0) scene->def.frame_rate = rate;
+    if (rate > 0.0 && rate < RATE_LIMIT) scene->def.frame_rate = rate;
     return TULLE_OK;
 }
 

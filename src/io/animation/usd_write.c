@@ -117,6 +117,13 @@ static void put_tuples(usd_writer *writer, const float *values, size_t count) {
 
 /* ---- names ---- */
 
+static bool is_taken(const usd_writer *writer, size_t surface) {
+    if (strcmp(writer->names[surface], "Prototypes") == 0) return true;
+    for (size_t i = 0; i < surface; i++)
+        if (strcmp(writer->names[i], writer->names[surface]) == 0) return true;
+    return false;
+}
+
 /* A surface's name with what may stand in an identifier, and a number if another has that name. */
 static void make_name(usd_writer *writer, size_t surface) {
     const char *const name = writer->job->def->surfaces[surface].name;
@@ -129,19 +136,28 @@ static void make_name(usd_writer *writer, size_t surface) {
         made[length++] = is_plain ? *c : '_';
     }
     made[length] = '\0';
-    bool is_taken = strcmp(made, "Prototypes") == 0;
-    for (size_t i = 0; i < surface && !is_taken; i++)
-        is_taken = strcmp(writer->names[i], made) == 0;
-    /* Two numbers before the end of a name make it unlike each that ends in one. */
-    if (is_taken) snprintf(made + length, NAME_SIZE - length, "__%zu__", surface);
+    for (size_t number = surface; is_taken(writer, surface); number++)
+        snprintf(made + length, NAME_SIZE - length, "__%zu__", number);
 }
 
 /* ---- time samples ---- */
 
+static double get_code(const usd_writer *writer, uint32_t frame) {
+    return writer->job->def->times[frame] * writer->job->def->frame_rate;
+}
+
+static bool is_at(const usd_writer *writer, uint32_t frame, double code) {
+    return fabs(get_code(writer, frame) - code) <= CODE_TOLERANCE;
+}
+
+/* Frames that are nearer to each other than the tolerance keep codes of their own. */
 static void put_code(usd_writer *writer, uint32_t frame) {
-    double const code = writer->job->def->times[frame] * writer->job->def->frame_rate;
-    double const whole = round(code);
-    output_double(writer->output, fabs(code - whole) <= CODE_TOLERANCE ? whole + 0.0 : code);
+    double const code = get_code(writer, frame), whole = round(code);
+    bool const has_neighbor =
+        (frame > 0 && is_at(writer, frame - 1, whole)) ||
+        (frame + 1 < writer->job->def->frame_count && is_at(writer, frame + 1, whole));
+    bool const is_whole = is_at(writer, frame, whole) && !has_neighbor;
+    output_double(writer->output, is_whole ? whole + 0.0 : code);
 }
 
 static void begin_samples(usd_writer *writer, const char *name) {

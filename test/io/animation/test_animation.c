@@ -398,6 +398,71 @@ static void uses_are_limited(void **state) {
     }
 }
 
+/* ---- USD ---- */
+
+static void expect_text(const char *text, const char *part, int count) {
+    int found = 0;
+    for (const char *c = text; (c = strstr(c, part)); c++) found++;
+    if (found != count) fail_msg("%d times %s, not %d:\n%s", found, part, count, text);
+}
+
+/* Names that become the same identifier get others, and not one that is there. */
+static void usd_names_differ(void **state) {
+    (void)state;
+    static const char *const names[] = {"a_b__2__", "a_b", "a b", "a/b__2____2__", "\"\n\\\x01"};
+    tulle_animation_surface surfaces[5];
+    tulle_error error = {0};
+    make_sample(3, 1);
+    for (int i = 0; i < 5; i++)
+        surfaces[i] = (tulle_animation_surface){.name = names[i],
+                                                .mesh = {NULL, made.vertex_count, NULL, 0},
+                                                .motion = TULLE_ANIMATION_STILL,
+                                                .prototype = (size_t)i};
+    tulle_animation_def def = tulle_animation_def_default();
+    def.surfaces = surfaces;
+    def.surface_count = 5;
+    def.times = made.times;
+    def.frame_count = 1;
+    def.read = read_sample;
+    if (tulle_animation_write(test_path("names.usda"), &def, &error)) fail_msg("%s", error.message);
+    size_t size = 0;
+    char *const text = get_file(test_path("names.usda"), &size);
+    expect_text(text, "def Points \"a_b__2__\"", 1);
+    expect_text(text, "def Points \"a_b\"", 1);
+    expect_text(text, "def Points \"a_b__3__\"", 1);
+    expect_text(text, "def Points \"a_b__2____2__\"", 1);
+    expect_text(text, "def Points \"____\"", 1);
+    expect_text(text, "displayName = \"\\\"\\n\\\\\\x01\"", 1);
+    free(text);
+}
+
+/* Frames nearly at a whole time code are at it, but no two at the same. */
+static void usd_times_differ(void **state) {
+    (void)state;
+    static const double times[] = {-1.0, -1e-9, 0.5, 1.0, 1.000000001, 1.000000002, 2.000000001};
+    tulle_error error = {0};
+    make_sample(5, 7);
+    for (uint32_t i = 0; i < 7; i++) made.times[i] = times[i];
+    tulle_animation_surface const surface = {.name = "points",
+                                             .mesh = {NULL, made.vertex_count, NULL, 0},
+                                             .motion = TULLE_ANIMATION_DEFORMS};
+    tulle_animation_def def = tulle_animation_def_default();
+    def.surfaces = &surface;
+    def.surface_count = 1;
+    def.times = made.times;
+    def.frame_count = 7;
+    def.frame_rate = 1.0;
+    def.read = read_sample;
+    if (tulle_animation_write(test_path("times.usda"), &def, &error)) fail_msg("%s", error.message);
+    size_t size = 0;
+    char *const text = get_file(test_path("times.usda"), &size);
+    static const char *const codes[] = {" -1: [",          " 0: [",           " 0.5: [", " 1: [",
+                                        " 1.000000001: [", " 1.000000002: [", " 2: ["};
+    for (int i = 0; i < 7; i++) expect_text(text, codes[i], 3); /* extent, points, velocities */
+    expect_text(text, " endTimeCode = 2\n", 1);
+    free(text);
+}
+
 /* ---- damage ---- */
 
 /* Reads the file and all its frames; checks what comes back; the status. */
@@ -516,6 +581,8 @@ int main(void) {
         cmocka_unit_test(everything_moves),
         cmocka_unit_test(faults_are_told),
         cmocka_unit_test(uses_are_limited),
+        cmocka_unit_test(usd_names_differ),
+        cmocka_unit_test(usd_times_differ),
         cmocka_unit_test(damage_is_found),
         cmocka_unit_test(damaged_caches_are_found),
         cmocka_unit_test(every_failing_allocation),
