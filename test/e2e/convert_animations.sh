@@ -131,6 +131,12 @@ refuse 'version "1.0" of glTF' old.gltf x.pc2
 sed 's/g.bin/none.bin/' g.gltf >lost.gltf
 refuse 'none.bin' lost.gltf x.pc2
 refuse 'is one of the files that are read' g.gltf g.gltf
+# The buffer of another name, which would be written beside x.gltf.
+cp g.bin x.bin
+sed 's/g\.bin/x.bin/' g.gltf >named.gltf
+refuse 'x.bin: is one of the files that are read' named.gltf x.gltf
+cmp g.bin x.bin || fault "a buffer that is read was written"
+rm x.bin
 head -c 3000 e.glb >cut.glb
 refuse 'cut.glb: byte 8: should be of' cut.glb x.pc2
 

@@ -5,6 +5,7 @@
 
 #include "app/convert/names.h"
 #include "base/error.h"
+#include "io/animation/animation_read.h"
 
 #include "tulle_io/cache.h"
 
@@ -43,6 +44,12 @@ static tulle_status make_inputs(convert_source *source, size_t count, tulle_erro
 
 static void add_input(convert_source *source, const char *path) {
     if (identify(path, &source->inputs[source->input_count])) source->input_count++;
+}
+
+static void add_open_input(convert_source *source, int file) {
+    struct stat facts;
+    if (file >= 0 && fstat(file, &facts) == 0)
+        source->inputs[source->input_count++] = (file_identity){facts.st_dev, facts.st_ino};
 }
 
 bool convert_source_reads(const convert_source *source, const char *path) {
@@ -91,17 +98,14 @@ static tulle_status open_cache(convert_source *source, const char *mesh_path, tu
 static tulle_status open_animation(convert_source *source, tulle_error *error) {
     source->kind = SOURCE_ANIMATION;
     tulle_animation_info *const info = &source->animation_info;
-    tulle_status status = make_inputs(source, 2, error);
-    if (status == TULLE_OK)
-        status = tulle_animation_open(source->path, &source->animation, info, error);
+    tulle_status status = tulle_animation_open(source->path, &source->animation, info, error);
+    if (status != TULLE_OK) return status;
+    size_t const buffer_count = animation_get_buffer_count(source->animation);
+    status = make_inputs(source, 1 + buffer_count, error);
     if (status != TULLE_OK) return status;
     add_input(source, source->path);
-    char beside[NUMBERED_PATH_SIZE];
-    size_t const length = strlen(source->path);
-    if (length < sizeof beside && convert_get_format(source->path) == CONVERT_GLTF) {
-        snprintf(beside, sizeof beside, "%.*sbin", (int)(length - strlen("gltf")), source->path);
-        add_input(source, beside);
-    }
+    for (size_t i = 0; i < buffer_count; i++)
+        add_open_input(source, animation_get_buffer_file(source->animation, i));
     source->frames = frame_range_make(info->frame_count);
     snprintf(source->described.note, sizeof source->described.note, "%s", info->note);
     status = tulle_mesh_create(info->vertex_count, info->triangle_count, &source->mesh, error);

@@ -1,11 +1,11 @@
 /* io/animation/animation_read.c - tulle_animation_open and what follows: a file of an animation as
  * one mesh that moves. */
+#include "io/animation/animation_read.h"
+
 #include "base/error.h"
 #include "base/memory.h"
 #include "io/animation/gltf_scene.h"
 #include "io/file_data.h"
-
-#include "tulle_io/animation.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -76,6 +76,14 @@ tulle_status tulle_animation_open(const char *path, tulle_animation **animation,
     else
         *animation = made;
     return status;
+}
+
+size_t animation_get_buffer_count(const tulle_animation *animation) {
+    return animation->file.buffers.count;
+}
+
+int animation_get_buffer_file(const tulle_animation *animation, size_t buffer) {
+    return animation->file.buffers.data[buffer].file;
 }
 
 const uint32_t *tulle_animation_get_triangles(const tulle_animation *animation) {
