@@ -133,11 +133,17 @@ static int get_hex(char c) {
     return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
 }
 
+static bool leads_up(const char *path) {
+    for (const char *at = path; (at = strstr(at, "..")) != NULL; at++)
+        if ((at == path || at[-1] == '/') && (at[2] == '/' || at[2] == '\0')) return true;
+    return false;
+}
+
 /* The path of a file beside the .gltf. False where the URI leads elsewhere. */
 static bool make_path(const gltf_file *file, const char *uri, char path[PATH_SIZE]) {
     const char *const slash = strrchr(file->path, '/');
     size_t length = slash ? (size_t)(slash + 1 - file->path) : 0;
-    if (length >= PATH_SIZE || *uri == '\0') return false;
+    if (length >= PATH_SIZE || *uri == '\0' || strchr(uri, ':')) return false;
     memcpy(path, file->path, length);
     char *const name = path + length;
     for (; *uri; uri++) {
@@ -152,7 +158,7 @@ static bool make_path(const gltf_file *file, const char *uri, char path[PATH_SIZ
         length++;
     }
     path[length] = '\0';
-    return name[0] != '/' && !strstr(name, "..") && !strchr(name, ':');
+    return name[0] != '/' && !leads_up(name);
 }
 
 static tulle_status open_buffer(gltf_file *file, const json_value *item, gltf_buffer *buffer,

@@ -104,6 +104,18 @@ static void gltf_comes_back(void **state) {
         }
 }
 
+/* The .gltf names its .bin in a URI, in which such letters have other meanings. */
+static void any_name_comes_back(void **state) {
+    (void)state;
+    static const char *const names[] = {"a:b.gltf", "..c..gltf", "d%2e #?&\"\\\n\xc3\xa9.GLTF"};
+    tulle_error error = {0};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        make_sample(100 + i, 3);
+        if (write_sample(test_path(names[i]), &error)) fail_msg("%s", error.message);
+        expect_sample(test_path(names[i]));
+    }
+}
+
 /* Beyond 1024 targets weights are sparse. */
 static void many_targets_come_back(void **state) {
     (void)state;
@@ -322,7 +334,10 @@ static void faults_are_told(void **state) {
     expect_refused("\"byteLength\":36}],", "\"byteLength\":37}],", TULLE_ERROR_PARSE,
                    "beyond its buffer");
     expect_refused("data:;base64,AA", "data:;base64,A*", TULLE_ERROR_PARSE, "not in base64");
-    expect_refused("data:;base64,AA", "../../etc/x", TULLE_ERROR_PARSE, "not in the folder");
+    static const char *const elsewhere[] = {"../../etc/x", "a/../../x", "%2e%2E/x", "%2fx",
+                                            "/x",          "file:x",    "x%00"};
+    for (size_t i = 0; i < sizeof elsewhere / sizeof elsewhere[0]; i++)
+        expect_refused("data:;base64,AA", elsewhere[i], TULLE_ERROR_PARSE, "not in the folder");
     expect_refused("\"joints\":[3,4]", "\"joints\":[3]", TULLE_ERROR_PARSE, "hangs at joint 1");
     expect_refused("CUBICSPLINE", "CUBE", TULLE_ERROR_PARSE, "not known");
     tulle_animation *animation = NULL;
@@ -575,17 +590,12 @@ static void every_failing_allocation(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gltf_comes_back),
-        cmocka_unit_test(many_targets_come_back),
-        cmocka_unit_test(too_large_files_are_refused),
-        cmocka_unit_test(everything_moves),
-        cmocka_unit_test(faults_are_told),
-        cmocka_unit_test(uses_are_limited),
-        cmocka_unit_test(usd_names_differ),
-        cmocka_unit_test(usd_times_differ),
-        cmocka_unit_test(damage_is_found),
-        cmocka_unit_test(damaged_caches_are_found),
-        cmocka_unit_test(every_failing_allocation),
+        cmocka_unit_test(gltf_comes_back),          cmocka_unit_test(any_name_comes_back),
+        cmocka_unit_test(many_targets_come_back),   cmocka_unit_test(too_large_files_are_refused),
+        cmocka_unit_test(everything_moves),         cmocka_unit_test(faults_are_told),
+        cmocka_unit_test(uses_are_limited),         cmocka_unit_test(usd_names_differ),
+        cmocka_unit_test(usd_times_differ),         cmocka_unit_test(damage_is_found),
+        cmocka_unit_test(damaged_caches_are_found), cmocka_unit_test(every_failing_allocation),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
 }
