@@ -23,6 +23,7 @@ int app_detect(int argc, char **argv);
 int app_info(int argc, char **argv);
 int app_render(int argc, char **argv);
 int app_convert(int argc, char **argv);
+int app_mend(int argc, char **argv);
 int app_fit(int argc, char **argv);
 int app_replay(int argc, char **argv);
 int app_bench(int argc, char **argv);

@@ -26,6 +26,7 @@ static const subcommand subcommands[] = {
     {"info", app_info, "what a mesh, a scene, a point cache or a run holds"},
     {"render", app_render, "pictures and films of a run"},
     {"convert", app_convert, "meshes, point caches and runs from one format to another"},
+    {"mend", app_mend, "an animation of cloth from any tool, without its intersections"},
     {"fit", app_fit,
      "the material file of a fabric from its drape coefficient and bending lengths"},
     {"replay", app_replay, "the recorded calls of a program that embeds the library, again"},
@@ -42,10 +43,10 @@ static void print_help(FILE *stream) {
     for (const subcommand *entry = subcommands; entry->name; entry++)
         fprintf(stream, "  %-10s %s\n", entry->name, entry->summary);
     fputs("\n`tulle SUBCOMMAND --help` tells more; `tulle --version` prints the version.\n"
-          "Exit codes: 0 fine, 1 check found intersections, replay a difference, bench a measure "
-          "that "
-          "got\n"
-          "worse, 2 bad usage or input, 3 the run could not go on, 4 out of memory, 130 "
+          "Exit codes: 0 fine, 1 check found intersections, mend left some, replay a difference, "
+          "bench\n"
+          "a measure that got worse, 2 bad usage or input, 3 the run could not go on, 4 out of "
+          "memory, 130 "
           "interrupted.\n",
           stream);
 }

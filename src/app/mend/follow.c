@@ -1,0 +1,404 @@
+/* app/mend/follow.c - see follow.h. */
+#include "app/mend/follow.h"
+
+#include "base/error.h"
+
+#include "tulle/tulle.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of a mean edge: a departure under it is none. Pictures do not show it. */
+static const double NEAR_SHARE = 1e-3;
+/* Free are vertices so many reaches around what is away or meets; there a departure has decayed to
+ * a hundredth. */
+static const double FREE_REACHES = 5.0;
+/* A failed move is tried again with so many times as many vertices around. */
+enum { WIDER = 4, WIDENINGS_MAX = 2, PRESSED_MAX = 3 };
+/* A frame that one straight move does not reach is cut into so many parts, then so many times as
+ * many. */
+enum { PARTS_FACTOR = 4, PARTS_MAX = 16 };
+/* Bodies that leave the cloth no room are held within so many mean edges of trouble, and free
+ * beyond the other number; then wholly. */
+static const double HOLD_EDGES = 4.0, HOLD_END_EDGES = 12.0;
+enum { HELD_MAX = 2 };
+/* Held bodies that cannot go on without meeting the cloth where it is stay held; at the latest
+ * after so many moves it is tried whether they push it away. */
+enum { HELD_FRAMES = 24 };
+/* A move that needs more solves than this is tried otherwise first. */
+enum { SOLVES_MAX = 50 };
+/* Rounds in which vertices that may not be put on the given way are left where they were. */
+enum { SETTLE_ROUNDS = 8 };
+
+static size_t count_cloth(const mend_follow *follow) {
+    return mend_get_cloth_count(follow->solver.input);
+}
+
+/* ---- what meets on a way ---- */
+
+static tulle_status make_detector(mend_follow *follow, const double *first, tulle_error *error) {
+    const mend_input *const input = follow->solver.input;
+    tulle_detect_surface *const surfaces = calloc(input->surface_count, sizeof *surfaces);
+    if (!surfaces) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory");
+    for (size_t i = 0; i < input->surface_count; i++) {
+        const mend_surface *const surface = &input->surfaces[i];
+        surfaces[i] = (tulle_detect_surface){.vertex_begin = surface->vertex_begin,
+                                             .vertex_end = surface->vertex_end,
+                                             .triangle_begin = surface->triangle_begin,
+                                             .triangle_end = surface->triangle_end,
+                                             .is_obstacle = i > 0,
+                                             .is_static = i > 0 && surface->is_still};
+    }
+    tulle_detect_def def = tulle_detect_def_default();
+    def.triangles = input->triangles;
+    def.triangle_count = input->triangle_count;
+    def.vertex_count = input->vertex_count;
+    def.rest = first;
+    def.surfaces = surfaces;
+    def.surface_count = input->surface_count;
+    def.threads = follow->solver.threads;
+    tulle_status const status = tulle_detector_create(&def, &follow->detector, error);
+    free(surfaces);
+    return status;
+}
+
+/* The events from `start` to `end`; a null `marks` asks only whether there are any. */
+static tulle_status find_events(mend_follow *follow, const double *start, const double *end,
+                                unsigned char *marks, size_t *count, tulle_error *error) {
+    tulle_detect_result result;
+    tulle_status const status =
+        marks ? tulle_detector_find_events(follow->detector, start, end, &result, error)
+              : tulle_detector_find_earliest(follow->detector, start, end, &result, error);
+    *count = status == TULLE_OK ? result.event_count : 0;
+    for (size_t i = 0; i < *count && marks; i++)
+        for (size_t k = 0; k < 4; k++)
+            if (result.events[i].vertices[k] < count_cloth(follow))
+                marks[result.events[i].vertices[k]] = 1;
+    return status;
+}
+
+/* ---- which vertices are free ---- */
+
+/* Marks all vertices within so many edges of the marked ones. */
+static void widen(mend_follow *follow, unsigned char *marks, uint32_t edge_count) {
+    const mend_plate *const plate = &follow->solver.plate;
+    size_t used = 0;
+    for (uint32_t v = 0; v < count_cloth(follow); v++) {
+        follow->distances[v] = marks[v] ? 0 : TULLE_NONE;
+        if (marks[v]) follow->queue[used++] = v;
+    }
+    for (size_t i = 0; i < used; i++) {
+        uint32_t const v = follow->queue[i];
+        if (follow->distances[v] == edge_count) break;
+        for (uint32_t k = plate->neighbour_begin[v]; k < plate->neighbour_begin[v + 1]; k++) {
+            uint32_t const other = plate->neighbours[k];
+            if (follow->distances[other] != TULLE_NONE) continue;
+            follow->distances[other] = follow->distances[v] + 1;
+            marks[other] = 1;
+            follow->queue[used++] = other;
+        }
+    }
+}
+
+static uint32_t get_width(const mend_follow *follow) {
+    return (uint32_t)ceil(FREE_REACHES * follow->solver.reach);
+}
+
+static double measure_distance(const double *a, const double *b, size_t vertex) {
+    double sum = 0.0;
+    for (size_t k = 3 * vertex; k < 3 * vertex + 3; k++) sum += (a[k] - b[k]) * (a[k] - b[k]);
+    return sqrt(sum);
+}
+
+/* From where all are (begin) to target. `departures` are those at the start. */
+static tulle_status choose_free(mend_follow *follow, const double *departures, size_t *event_count,
+                                tulle_error *error) {
+    size_t const count = count_cloth(follow);
+    for (size_t v = 0; v < count; v++) {
+        const double *const u = departures + 3 * v;
+        follow->is_free[v] = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) > follow->near;
+    }
+    tulle_status const status =
+        find_events(follow, follow->begin, follow->target, follow->is_free, event_count, error);
+    memcpy(follow->meets, follow->is_free, count);
+    if (status == TULLE_OK) widen(follow, follow->is_free, get_width(follow));
+    return status;
+}
+
+/* ---- a move and its end ---- */
+
+/* Rounds where files hold floats; nothing else may be written. */
+static void round_cloth(const mend_follow *follow, double *positions) {
+    for (size_t i = 0; i < 3 * count_cloth(follow) && follow->solver.input->is_float; i++)
+        positions[i] = (double)(float)positions[i];
+}
+
+/* Puts vertices that ended next to their targets there, unless they would meet something: those
+ * stay where the move left them. */
+static tulle_status settle(mend_follow *follow, tulle_error *error) {
+    size_t const count = count_cloth(follow);
+    size_t const all = follow->solver.input->vertex_count;
+    unsigned char *const holds = follow->pressed; /* not needed any more */
+    memset(holds, 0, count);
+    for (int round = 0; round <= SETTLE_ROUNDS; round++) {
+        size_t event_count = 0;
+        memcpy(follow->rounded, follow->end, 3 * all * sizeof(double));
+        if (round < SETTLE_ROUNDS) round_cloth(follow, follow->rounded);
+        for (size_t v = 0; v < count && round < SETTLE_ROUNDS; v++)
+            if (!holds[v] && measure_distance(follow->end, follow->target, v) <= follow->near)
+                memcpy(follow->rounded + 3 * v, follow->target + 3 * v, 3 * sizeof(double));
+        if (memcmp(follow->rounded, follow->end, 3 * all * sizeof(double)) == 0) return TULLE_OK;
+        tulle_status const status =
+            find_events(follow, follow->end, follow->rounded, holds, &event_count, error);
+        if (status != TULLE_OK) return status;
+        if (event_count > 0) continue;
+        memcpy(follow->end, follow->rounded, 3 * all * sizeof(double));
+        return TULLE_OK;
+    }
+    return TULLE_OK;
+}
+
+static bool is_growing(const double *departure, const double *change) {
+    return departure[0] * change[0] + departure[1] * change[1] + departure[2] * change[2] >= 0.0;
+}
+
+static bool has_moving_bodies(const mend_follow *follow) {
+    size_t const begin = 3 * count_cloth(follow), end = 3 * follow->solver.input->vertex_count;
+    return memcmp(follow->begin + begin, follow->target + begin, (end - begin) * sizeof(double)) !=
+           0;
+}
+
+static double measure_distance_to_trouble(const mend_follow *follow, size_t vertex) {
+    double nearest = (double)INFINITY;
+    for (size_t v = 0; v < count_cloth(follow); v++) {
+        if (!follow->meets[v]) continue;
+        double sum = 0.0;
+        for (size_t k = 0; k < 3; k++) {
+            double const part = follow->begin[3 * v + k] - follow->begin[3 * vertex + k];
+            sum += part * part;
+        }
+        nearest = fmin(nearest, sum);
+    }
+    return sqrt(nearest);
+}
+
+/* What stands leaves as much room as there is. So bodies stay where they are felt: near cloth that
+ * is away or meets something, with a smooth edge, or wholly. */
+static void hold_bodies(mend_follow *follow, bool is_near) {
+    double const edge = follow->near / NEAR_SHARE;
+    for (size_t v = count_cloth(follow); v < follow->solver.input->vertex_count; v++) {
+        double const distance = is_near ? measure_distance_to_trouble(follow, v) / edge : 0.0;
+        double const place =
+            fmin(fmax((distance - HOLD_EDGES) / (HOLD_END_EDGES - HOLD_EDGES), 0.0), 1.0);
+        double const share = place * place * (3.0 - 2.0 * place);
+        for (size_t i = 3 * v; i < 3 * v + 3 && share < 1.0; i++)
+            follow->target[i] = follow->begin[i] + share * (follow->target[i] - follow->begin[i]);
+    }
+}
+
+/* Whether bodies meet the cloth on their way to their targets, if it stands. */
+static tulle_status find_shut(mend_follow *follow, bool *is_shut, tulle_error *error) {
+    size_t const begin = 3 * count_cloth(follow), end = 3 * follow->solver.input->vertex_count;
+    size_t event_count = 0;
+    memcpy(follow->rounded, follow->begin, begin * sizeof(double));
+    memcpy(follow->rounded + begin, follow->target + begin, (end - begin) * sizeof(double));
+    tulle_status const status =
+        find_events(follow, follow->begin, follow->rounded, NULL, &event_count, error);
+    *is_shut = event_count > 0;
+    return status;
+}
+
+/* Moves from begin to target; leaves the end in follow->end. `departures` are those at the start,
+ * `change` what they changed by in the time that a move takes. */
+static tulle_status make_move(mend_follow *follow, const double *departures, const double *change,
+                              double strength, mend_moved *moved, mend_outcome *outcome,
+                              tulle_error *error) {
+    size_t const count = count_cloth(follow);
+    size_t event_count;
+    /* Critical damping of u'' with implicit Euler: both roots of (1 + s) z^2 - (1 + b) z + b are
+     * the same. */
+    double const kept = 1.0 + 2.0 * strength - 2.0 * sqrt(strength * (1.0 + strength));
+    for (size_t v = 0; v < count; v++) {
+        /* what grows is pushed, and does not go on by itself */
+        bool const grows = is_growing(departures + 3 * v, change + 3 * v);
+        for (size_t i = 3 * v; i < 3 * v + 3; i++)
+            follow->wanted[i] =
+                (departures[i] + (grows ? 0.0 : kept * change[i])) / (1.0 + strength);
+    }
+    mend_move move = {follow->begin, follow->target, follow->wanted, follow->is_free, SOLVES_MAX};
+    *moved = (mend_moved){.end = follow->end, .pressed = follow->pressed};
+    tulle_status status = choose_free(follow, departures, &event_count, error);
+    if (status != TULLE_OK) return status;
+    int held = 0;
+    bool is_shut = false;
+    if (follow->held_count % HELD_FRAMES != 0) status = find_shut(follow, &is_shut, error);
+    if (status != TULLE_OK) return status;
+    if (is_shut) hold_bodies(follow, held++ == 0);
+    for (int widening = 0, pressed = 0;;) {
+        outcome->moves++;
+        status = mend_solver_move(&follow->solver, &move, moved, error);
+        bool const is_stuck = status == TULLE_ERROR_PINCHED || status == TULLE_ERROR_STEP_FAILED;
+        if (is_stuck && follow->may_lag && held < HELD_MAX && has_moving_bodies(follow)) {
+            hold_bodies(follow, held++ == 0);
+        } else if (is_stuck && widening < WIDENINGS_MAX) {
+            widen(follow, follow->is_free, WIDER * get_width(follow));
+            if (++widening == WIDENINGS_MAX) {
+                memset(follow->is_free, 1, count);
+                move.solve_limit = 0;
+            }
+        } else if (status == TULLE_OK && moved->pressed_count > 0 && pressed < PRESSED_MAX) {
+            pressed++;
+            widen(follow, follow->pressed, get_width(follow));
+            for (size_t v = 0; v < count; v++) follow->is_free[v] |= follow->pressed[v];
+        } else {
+            break;
+        }
+    }
+    if (status != TULLE_OK) return status;
+    follow->held_count = held > 0 ? follow->held_count + 1 : 0;
+    size_t free_count = 0;
+    for (size_t v = 0; v < count; v++) free_count += follow->is_free[v];
+    if (free_count > outcome->free_count) outcome->free_count = free_count;
+    return settle(follow, error);
+}
+
+/* From follow->now to `next` in `part_count` moves; leaves the end in follow->end. */
+static tulle_status make_moves(mend_follow *follow, const double *next, uint32_t part_count,
+                               bool *is_straight, mend_outcome *outcome, tulle_error *error) {
+    size_t const all = 3 * follow->solver.input->vertex_count, cloth = 3 * count_cloth(follow);
+    double const left =
+        pow(1.0 - sqrt(follow->strength / (1.0 + follow->strength)), 1.0 / (double)part_count);
+    double const strength = (1.0 - left) * (1.0 - left) / (1.0 - (1.0 - left) * (1.0 - left));
+    double *const departures = follow->last, *const change = follow->last + cloth;
+    memcpy(follow->begin, follow->now, all * sizeof(double));
+    for (size_t i = 0; i < cloth; i++) {
+        departures[i] = follow->now[i] - follow->given[i];
+        change[i] = (departures[i] - follow->departures_before[i]) / (double)part_count;
+    }
+    *is_straight = part_count == 1;
+    for (uint32_t part = 1; part <= part_count; part++) {
+        double const share = (double)part / (double)part_count;
+        for (size_t i = 0; i < all; i++)
+            follow->target[i] = part == part_count
+                                    ? next[i]
+                                    : follow->given[i] + share * (next[i] - follow->given[i]);
+        mend_moved moved;
+        tulle_status const status =
+            make_move(follow, departures, change, strength, &moved, outcome, error);
+        if (status != TULLE_OK) return status;
+        *is_straight = *is_straight && moved.is_straight;
+        memcpy(follow->begin, follow->end, all * sizeof(double));
+        for (size_t i = 0; i < cloth; i++) {
+            double const departure = follow->end[i] - follow->target[i];
+            change[i] = departure - departures[i];
+            departures[i] = departure;
+        }
+    }
+    return TULLE_OK;
+}
+
+/* ---- frames ---- */
+
+tulle_status mend_follow_step(mend_follow *follow, const double *next, mend_outcome *outcome,
+                              tulle_error *error) {
+    size_t const all = 3 * follow->solver.input->vertex_count, cloth = 3 * count_cloth(follow);
+    size_t event_count = 1;
+    bool is_done = false;
+    tulle_status status = TULLE_OK;
+    *outcome = (mend_outcome){0};
+    if (memcmp(follow->now, follow->given, all * sizeof(double)) == 0)
+        status = find_events(follow, follow->now, next, NULL, &event_count, error);
+    if (status == TULLE_OK && event_count == 0) {
+        memcpy(follow->end, next, all * sizeof(double));
+        is_done = true;
+    }
+    for (uint32_t parts = 1; !is_done && status == TULLE_OK; parts *= PARTS_FACTOR) {
+        bool is_straight = false;
+        status = make_moves(follow, next, parts, &is_straight, outcome, error);
+        bool const is_last = parts * PARTS_FACTOR > PARTS_MAX;
+        if ((status == TULLE_ERROR_PINCHED || status == TULLE_ERROR_STEP_FAILED) && !is_last) {
+            status = TULLE_OK;
+            continue;
+        }
+        if (status != TULLE_OK) return status;
+        status = find_events(follow, follow->now, follow->end, NULL, &event_count, error);
+        outcome->crosses = event_count > 0;
+        is_done = event_count == 0 || is_last;
+    }
+    if (status != TULLE_OK) return status;
+    for (size_t i = 0; i < cloth; i++)
+        follow->departures_before[i] = follow->now[i] - follow->given[i];
+    memcpy(follow->now, follow->end, all * sizeof(double));
+    memcpy(follow->given, next, all * sizeof(double));
+    outcome->lag = 0.0;
+    for (size_t v = cloth / 3; v < all / 3; v++)
+        outcome->lag = fmax(outcome->lag, measure_distance(follow->now, follow->given, v));
+    return TULLE_OK;
+}
+
+/* Untangles; vertices that hardly moved stay as they are given. */
+static tulle_status begin_frames(mend_follow *follow, const double *first, tulle_error *error) {
+    size_t const all = 3 * follow->solver.input->vertex_count;
+    memcpy(follow->given, first, all * sizeof(double));
+    memcpy(follow->end, first, all * sizeof(double));
+    memcpy(follow->target, first, all * sizeof(double));
+    tulle_status status = mend_solver_start(&follow->solver, follow->end, error);
+    if (status == TULLE_OK) status = settle(follow, error);
+    if (status != TULLE_OK) return status;
+    memcpy(follow->now, follow->end, all * sizeof(double));
+    for (size_t i = 0; i < 3 * count_cloth(follow); i++)
+        follow->departures_before[i] = follow->now[i] - first[i];
+    return TULLE_OK;
+}
+
+tulle_status mend_follow_open(const mend_input *input, const mend_follow_options *options,
+                              const double *first, mend_follow *follow, tulle_error *error) {
+    *follow = (mend_follow){.strength = options->strength};
+    tulle_status status = mend_solver_open(input, first, &follow->solver, error);
+    if (status != TULLE_OK) return status;
+    mend_solver *const solver = &follow->solver;
+    solver->threads = options->threads;
+    solver->reach = options->reach;
+    follow->may_lag = options->may_lag;
+    follow->near = NEAR_SHARE * 0.01 / solver->scale;
+    if (options->gap > 0.0) {
+        solver->contact_distance = options->gap;
+        solver->minimum_gap = fmin(solver->minimum_gap, 0.5 * options->gap);
+    }
+    size_t const all = 3 * input->vertex_count, count = count_cloth(follow);
+    double **const arrays[] = {&follow->now, &follow->given,   &follow->begin, &follow->target,
+                               &follow->end, &follow->rounded, &follow->wanted};
+    bool has_room = true;
+    for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++)
+        has_room = (*arrays[i] = calloc(all, sizeof(double))) && has_room;
+    follow->departures_before = calloc(count, 3 * sizeof(double));
+    follow->last = calloc(count, 6 * sizeof(double));
+    follow->is_free = calloc(count, 1);
+    follow->pressed = calloc(count, 1);
+    follow->meets = calloc(count, 1);
+    follow->queue = calloc(count, sizeof *follow->queue);
+    follow->distances = calloc(count, sizeof *follow->distances);
+    if (!has_room || !follow->departures_before || !follow->last || !follow->is_free ||
+        !follow->pressed || !follow->meets || !follow->queue || !follow->distances)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for %zu vertices",
+                         input->vertex_count);
+    status = make_detector(follow, first, error);
+    return status == TULLE_OK ? begin_frames(follow, first, error) : status;
+}
+
+void mend_follow_close(mend_follow *follow) {
+    mend_solver_close(&follow->solver);
+    tulle_detector_destroy(follow->detector);
+    double *const arrays[] = {
+        follow->now, follow->given,   follow->begin,  follow->target,
+        follow->end, follow->rounded, follow->wanted, follow->departures_before,
+        follow->last};
+    for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) free(arrays[i]);
+    free(follow->is_free);
+    free(follow->pressed);
+    free(follow->meets);
+    free(follow->queue);
+    free(follow->distances);
+    *follow = (mend_follow){0};
+}

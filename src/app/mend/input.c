@@ -1,0 +1,141 @@
+/* app/mend/input.c - see input.h. */
+#include "app/mend/input.h"
+
+#include "app/convert/names.h"
+#include "base/error.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static tulle_status fail_memory(tulle_error *error) {
+    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for the surfaces");
+}
+
+static tulle_status open_surface(mend_surface *surface, const char *path, const char *mesh_path,
+                                 tulle_error *error) {
+    source_options const options = {.path = path, .mesh_path = mesh_path};
+    tulle_status const status = convert_source_open(&options, &surface->source, error);
+    if (status != TULLE_OK) return status;
+    const convert_source *const source = &surface->source;
+    if (source->mesh.triangle_count == 0)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0, "has no triangles%s",
+                            source->kind == SOURCE_CACHE
+                                ? "; give the mesh that the point cache moves by --mesh, of a body "
+                                  "by --body-mesh"
+                                : "");
+    if (source->needs_frames_named)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                            "there is no file of number %u; all frames are needed", source->gap);
+    bool const is_y_up = source->kind == SOURCE_ANIMATION && source->animation_info.is_y_up;
+    surface->change =
+        axes_change_make((axes_frame){is_y_up ? "y" : "z", "m"}, (axes_frame){"z", "m"});
+    surface->is_still = frame_range_get_count(source->frames) == 1;
+    return TULLE_OK;
+}
+
+static tulle_status open_bodies(const mend_input_options *options, mend_input *input,
+                                tulle_error *error) {
+    size_t mesh_count = 0;
+    for (size_t i = 0; i < options->bodies->count; i++) {
+        const char *const path = options->bodies->items[i];
+        const char *mesh = NULL;
+        if (convert_is_cache(convert_get_format(path)) && mesh_count < options->body_meshes->count)
+            mesh = options->body_meshes->items[mesh_count++];
+        mend_surface *const surface = &input->surfaces[input->surface_count++];
+        tulle_status const status = open_surface(surface, path, mesh, error);
+        if (status != TULLE_OK) return status;
+        uint32_t const count = frame_range_get_count(surface->source.frames);
+        if (count != 1 && count != input->frame_count)
+            return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                                "has %u frames, but the cloth has %u; a body has as many, or one",
+                                count, input->frame_count);
+    }
+    if (mesh_count == options->body_meshes->count) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "--body-mesh is given %zu times, but %zu bodies are point caches",
+                     options->body_meshes->count, mesh_count);
+}
+
+static tulle_status join_surfaces(mend_input *input, tulle_error *error) {
+    for (size_t i = 0; i < input->surface_count; i++) {
+        mend_surface *const surface = &input->surfaces[i];
+        const tulle_mesh *const mesh = &surface->source.mesh;
+        if (input->vertex_count + mesh->vertex_count > INT32_MAX ||
+            input->triangle_count + mesh->triangle_count > INT32_MAX)
+            return error_set(error, TULLE_ERROR_LIMIT, "there are over 2^31 vertices or triangles");
+        surface->vertex_begin = (uint32_t)input->vertex_count;
+        surface->triangle_begin = (uint32_t)input->triangle_count;
+        input->vertex_count += mesh->vertex_count;
+        input->triangle_count += mesh->triangle_count;
+        surface->vertex_end = (uint32_t)input->vertex_count;
+        surface->triangle_end = (uint32_t)input->triangle_count;
+    }
+    input->triangles = calloc(3 * input->triangle_count, sizeof *input->triangles);
+    input->local_triangles = calloc(3 * input->triangle_count, sizeof *input->triangles);
+    if (!input->triangles || !input->local_triangles) return fail_memory(error);
+    for (size_t i = 0; i < input->surface_count; i++) {
+        const mend_surface *const surface = &input->surfaces[i];
+        size_t const begin = 3 * (size_t)surface->triangle_begin;
+        for (size_t k = begin; k < 3 * (size_t)surface->triangle_end; k++) {
+            input->local_triangles[k] = surface->source.mesh.triangles[k - begin];
+            input->triangles[k] = input->local_triangles[k] + surface->vertex_begin;
+        }
+    }
+    return TULLE_OK;
+}
+
+tulle_status mend_input_open(const mend_input_options *options, mend_input *input,
+                             tulle_error *error) {
+    *input = (mend_input){0};
+    input->surfaces = calloc(1 + options->bodies->count, sizeof *input->surfaces);
+    if (!input->surfaces) return fail_memory(error);
+    input->surface_count = 1;
+    tulle_status status =
+        open_surface(&input->surfaces[0], options->path, options->mesh_path, error);
+    if (status != TULLE_OK) return status;
+    input->frame_count = frame_range_get_count(input->surfaces[0].source.frames);
+    status = open_bodies(options, input, error);
+    return status == TULLE_OK ? join_surfaces(input, error) : status;
+}
+
+void mend_input_close(mend_input *input) {
+    for (size_t i = 0; i < input->surface_count; i++)
+        convert_source_close(&input->surfaces[i].source);
+    free(input->surfaces);
+    free(input->triangles);
+    free(input->local_triangles);
+    *input = (mend_input){0};
+}
+
+bool mend_input_reads(const mend_input *input, const char *path) {
+    for (size_t i = 0; i < input->surface_count; i++)
+        if (convert_source_reads(&input->surfaces[i].source, path)) return true;
+    return false;
+}
+
+uint32_t mend_input_get_number(const mend_input *input, uint32_t index) {
+    return frame_range_get(input->surfaces[0].source.frames, index);
+}
+
+tulle_status mend_input_read(mend_input *input, uint32_t index, double *positions,
+                             tulle_error *error) {
+    for (size_t i = 0; i < input->surface_count; i++) {
+        mend_surface *const surface = &input->surfaces[i];
+        uint32_t const frame =
+            frame_range_get(surface->source.frames, surface->is_still ? 0 : index);
+        double *const own = positions + 3 * (size_t)surface->vertex_begin;
+        tulle_status const status = convert_source_read(&surface->source, frame, own, error);
+        if (status != TULLE_OK) return status;
+        size_t const count = surface->source.mesh.vertex_count;
+        axes_apply(&surface->change, own, count);
+        for (size_t k = 0; i == 0 && input->is_float && k < 3 * count; k++) {
+            own[k] = (double)(float)own[k];
+            if (!isfinite(own[k]))
+                return error_set_at(error, TULLE_ERROR_INVALID_MESH, surface->source.path, 0, 0,
+                                    "frame %u: vertex %zu is farther away than float can hold",
+                                    frame, k / 3);
+        }
+    }
+    return TULLE_OK;
+}

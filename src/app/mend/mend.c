@@ -1,0 +1,415 @@
+/* app/mend/mend.c - `tulle mend`: an animation of cloth that intersects becomes the nearest one
+ * that does not.
+ *
+ * Frames go through one by one: read, judged, followed (follow.h), judged again, kept. When the
+ * last one is kept, OUT and the colours are written. */
+#define _POSIX_C_SOURCE 200809L
+#include "app/cli/interrupt.h"
+#include "app/cli/options.h"
+#include "app/cli/progress_bar.h"
+#include "app/commands.h"
+#include "app/mend/colors.h"
+#include "app/mend/follow.h"
+#include "app/mend/output.h"
+#include "app/mend/report.h"
+#include "base/error.h"
+#include "base/timer.h"
+#include "io/file_data.h"
+#include "io/text/number.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const double STRENGTH = 0.5, STRENGTH_LEAST = 1e-3, STRENGTH_MOST = 1e3;
+static const double REACH = 2.0, REACH_LEAST = 0.5, REACH_MOST = 20.0;
+enum { FILES_SIZE = 2 * NUMBERED_PATH_SIZE + 64 /* [bytes] of a text that names files */ };
+
+/* The words of the command line. */
+typedef struct mend_words {
+    const char *mesh, *out, *strength, *reach, *gap, *on_pinch, *fps, *report, *colors;
+    option_list bodies, body_meshes;
+    int is_double, is_json;
+    long threads;
+} mend_words;
+
+typedef struct mend_session {
+    mend_input input;
+    mend_output output;
+    mend_follow follow;
+    mend_follow_options options;
+    mend_history history;
+    mend_summary summary;
+    tulle_check_body *bodies; /* the cloth, then the bodies */
+    double *given;            /* all vertices of the frame at hand */
+    FILE *report;             /* or null */
+    const char *report_path, *colors_path;
+    char report_temporary[NUMBERED_PATH_SIZE];
+    name_pattern colors; /* of numbered files */
+    bool is_json, is_running;
+} mend_session;
+
+static const char *const pinch_choices[] = {"lag", "stop", NULL};
+
+static options_outcome read_words(int argc, char **argv, mend_words *words) {
+    const option_spec options[] = {
+        {"output", 'o', OPTION_TEXT, &words->out, "OUT",
+         "what is written: .pc2, .mdd, .glb, .gltf, .usda, .npz, or numbered meshes", 0, 0, NULL},
+        {"mesh", 'm', OPTION_TEXT, &words->mesh, "FILE",
+         "the mesh whose points a point cache (.pc2, .mdd) moves", 0, 0, NULL},
+        {"body", 'b', OPTION_LIST, &words->bodies, "FILE",
+         "what the cloth meets and does not change: a mesh, or an animation with as many frames;\n"
+         "may be given several times",
+         0, 0, NULL},
+        {"body-mesh", 0, OPTION_LIST, &words->body_meshes, "FILE",
+         "the mesh of a body that is a point cache; the first for the first such body", 0, 0, NULL},
+        {"strength", 0, OPTION_TEXT, &words->strength, "S",
+         "how strongly the cloth is drawn to the given way, 0.001 to 1000 (default: 0.5, which\n"
+         "takes more than half of a departure away in a frame)",
+         0, 0, NULL},
+        {"reach", 0, OPTION_TEXT, &words->reach, "EDGES",
+         "over how many edges a departure goes over into none, 0.5 to 20 (default: 2)", 0, 0, NULL},
+        {"gap", 0, OPTION_TEXT, &words->gap, "LENGTH",
+         "what cloth that is moved keeps clear (default: a twentieth of a mean edge)", 0, 0, NULL},
+        {"on-pinch", 0, OPTION_CHOICE, &words->on_pinch, "lag|stop",
+         "where bodies leave the cloth no room: let it meet them behind where they are (default),\n"
+         "or stop",
+         0, 0, pinch_choices},
+        {"fps", 0, OPTION_TEXT, &words->fps, "N",
+         "frames in a second, where ANIMATION has no times (default: 24)", 0, 0, NULL},
+        {"double", 0, OPTION_FLAG, &words->is_double, NULL,
+         "positions of .npz as float64 (default: float32)", 0, 0, NULL},
+        {"report", 0, OPTION_TEXT, &words->report, "FILE.csv", "a table with a line for each frame",
+         0, 0, NULL},
+        {"colors", 0, OPTION_TEXT, &words->colors, "FILE.ply",
+         "the frame with the largest departure, coloured by departures; numbered files\n"
+         "(away_%04d.ply): all frames",
+         0, 0, NULL},
+        {"json", 0, OPTION_FLAG, &words->is_json, NULL,
+         "say it as JSON: a line for each frame as it is done, and one at the end", 0, 0, NULL},
+        {"threads", 't', OPTION_INTEGER, &words->threads, "N",
+         "threads; the result does not depend on it (default: one per processor)", 1, 256, NULL},
+    };
+    const command_spec command = {
+        .name = "mend",
+        .operands = "ANIMATION",
+        .summary =
+            "Makes of ANIMATION, of cloth, the nearest one in which nothing intersects, neither "
+            "in\n"
+            "frames nor on the straight way between them: a point cache (.pc2, .mdd) with its\n"
+            "mesh, an animation (.glb, .gltf), numbered meshes (frame_%04d.obj or\n"
+            "'frame_*.obj'), or a run. Where it is clean, it comes back as it is, to the bit.\n"
+            "Exit code 1: something still intersects, because bodies leave no room.",
+        .options = options,
+        .option_count = sizeof options / sizeof options[0],
+        .operand_minimum = 1,
+        .operand_maximum = 1};
+    size_t operand_count = 0;
+    return options_parse(&command, argc, argv, &operand_count);
+}
+
+/* ---- preparation ---- */
+
+static tulle_status read_number(const char *name, const char *text, double least, double most,
+                                double *value, tulle_error *error) {
+    if (!text || (number_parse_double(text, strlen(text), value) == NUMBER_READ &&
+                  *value >= least && *value <= most))
+        return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "--%s is \"%s\"; it should be a number from %g to %g", name, text, least,
+                     most);
+}
+
+static tulle_status read_options(mend_session *session, const mend_words *words,
+                                 tulle_error *error) {
+    mend_follow_options *const options = &session->options;
+    *options =
+        (mend_follow_options){.strength = STRENGTH,
+                              .reach = REACH,
+                              .threads = (int)words->threads,
+                              .may_lag = !words->on_pinch || strcmp(words->on_pinch, "lag") == 0};
+    tulle_status status = TULLE_OK;
+    if (!words->out)
+        status = error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                           "-o OUT is missing: the name of what is to be written");
+    if (status == TULLE_OK)
+        status = read_number("strength", words->strength, STRENGTH_LEAST, STRENGTH_MOST,
+                             &options->strength, error);
+    if (status == TULLE_OK)
+        status =
+            read_number("reach", words->reach, REACH_LEAST, REACH_MOST, &options->reach, error);
+    if (status == TULLE_OK)
+        status = read_number("gap", words->gap, 1e-12, 1e12, &options->gap, error);
+    session->is_json = words->is_json != 0;
+    session->colors_path = words->colors;
+    session->report_path = words->report;
+    return status;
+}
+
+/* Names of the table and the colours, before anything is done. */
+static tulle_status open_reports(mend_session *session, tulle_error *error) {
+    const char *const paths[] = {session->report_path, session->colors_path,
+                                 session->output.target.path};
+    for (size_t i = 0; i < 2; i++) {
+        if (!paths[i]) continue;
+        bool const is_taken = strcmp(paths[i], paths[2]) == 0 ||
+                              (i == 1 && paths[0] && strcmp(paths[0], paths[1]) == 0);
+        if (is_taken || mend_input_reads(&session->input, paths[i]))
+            return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, paths[i], 0, 0,
+                                "is read or written otherwise; give another name");
+    }
+    if (session->colors_path) {
+        size_t const length = strlen(session->colors_path);
+        if (length < 4 || strcmp(session->colors_path + length - 4, ".ply") != 0)
+            return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->colors_path, 0, 0,
+                                "the name after --colors should end in .ply");
+        if (name_pattern_is_meant(session->colors_path)) {
+            tulle_status const status =
+                name_pattern_read(session->colors_path, &session->colors, error);
+            if (status != TULLE_OK) return status;
+            if (session->colors.is_any)
+                return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->colors_path, 0, 0,
+                                    "files to be written are named by their numbers, as "
+                                    "away_%%04d.ply");
+        }
+    }
+    if (!session->report_path) return TULLE_OK;
+    char *const temporary = session->report_temporary;
+    int const length =
+        snprintf(temporary, NUMBERED_PATH_SIZE, "%s.%ld.tmp", session->report_path, (long)getpid());
+    if (length < 0 || length >= NUMBERED_PATH_SIZE)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->report_path, 0, 0,
+                            "the path is too long");
+    session->report = fopen(temporary, "w");
+    if (session->report) mend_report_begin_csv(session->report);
+    return session->report ? TULLE_OK
+                           : file_fail(error, session->report_path, errno, "cannot be written");
+}
+
+static tulle_status prepare(mend_session *session, const char *path, const mend_words *words,
+                            tulle_error *error) {
+    mend_output_options const output = {words->out, words->fps, words->is_double != 0};
+    mend_input_options const input = {path, words->mesh, &words->bodies, &words->body_meshes};
+    tulle_status status = read_options(session, words, error);
+    if (status == TULLE_OK) status = mend_output_name(&output, &session->output, error);
+    if (status == TULLE_OK) status = mend_input_open(&input, &session->input, error);
+    if (status == TULLE_OK) {
+        session->input.is_float = mend_output_is_float(&session->output);
+        status = mend_output_open(&output, &session->input, &session->output, error);
+    }
+    if (status == TULLE_OK) status = open_reports(session, error);
+    if (status != TULLE_OK) return status;
+    session->given = calloc(session->input.vertex_count, 3 * sizeof(double));
+    session->bodies = calloc(session->input.surface_count, sizeof *session->bodies);
+    if (!session->given || !session->bodies)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for %zu vertices",
+                         session->input.vertex_count);
+    return mend_history_open(mend_get_cloth_count(&session->input), &session->history, error);
+}
+
+static void release(mend_session *session) {
+    if (session->report) fclose(session->report);
+    if (session->report_temporary[0]) unlink(session->report_temporary);
+    mend_history_close(&session->history);
+    mend_follow_close(&session->follow);
+    mend_output_close(&session->output);
+    mend_input_close(&session->input);
+    free(session->given);
+    free(session->bodies);
+}
+
+/* ---- frames ---- */
+
+/* The cloth at `cloth` among the bodies as they are given. */
+static tulle_status judge(mend_session *session, const double *cloth, mend_pairs *pairs,
+                          tulle_error *error) {
+    const mend_input *const input = &session->input;
+    for (size_t i = 0; i < input->surface_count; i++) {
+        const mend_surface *const surface = &input->surfaces[i];
+        const double *const own = session->given + 3 * (size_t)surface->vertex_begin;
+        session->bodies[i] =
+            (tulle_check_body){{i == 0 ? cloth : own, surface->vertex_end - surface->vertex_begin,
+                                input->local_triangles + 3 * (size_t)surface->triangle_begin,
+                                surface->triangle_end - surface->triangle_begin},
+                               i > 0};
+    }
+    tulle_check_result result;
+    tulle_status const status = tulle_check_intersections(session->bodies, input->surface_count,
+                                                          session->options.threads, &result, error);
+    *pairs = (mend_pairs){0};
+    for (size_t i = 0; i < result.pair_count && status == TULLE_OK; i++) {
+        if (result.pairs[i].body_b == 0)
+            pairs->own++;
+        else
+            pairs->bodies++;
+    }
+    tulle_check_result_destroy(&result);
+    return status;
+}
+
+/* Names the file and the frame. */
+static tulle_status name_frame(const mend_session *session, uint32_t frame, tulle_status status,
+                               tulle_error *error) {
+    if (status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY ||
+        status == TULLE_ERROR_INTERRUPTED || error->file[0])
+        return status;
+    char text[sizeof error->message];
+    snprintf(text, sizeof text, "%s", error->message);
+    return error_set_at(error, status, session->input.surfaces[0].source.path, 0, 0, "frame %u: %s",
+                        frame, text);
+}
+
+static tulle_status mend_frame(mend_session *session, uint32_t index, mend_row *row,
+                               tulle_error *error) {
+    double const start = timer_now();
+    mend_follow *const follow = &session->follow;
+    *row = (mend_row){.frame = mend_input_get_number(&session->input, index)};
+    tulle_status status = mend_input_read(&session->input, index, session->given, error);
+    if (status != TULLE_OK) return status;
+    status = judge(session, session->given, &row->before, error);
+    if (status == TULLE_OK && index == 0)
+        status =
+            mend_follow_open(&session->input, &session->options, session->given, follow, error);
+    else if (status == TULLE_OK)
+        status = mend_follow_step(follow, session->given, &row->outcome, error);
+    if (status != TULLE_OK) return name_frame(session, row->frame, status, error);
+    session->is_running = true;
+    mend_history_add(&session->history, session->given, follow->now, row);
+    row->after = row->before;
+    if (row->away_count > 0) status = judge(session, follow->now, &row->after, error);
+    if (status == TULLE_OK) status = mend_output_keep(&session->output, index, follow->now, error);
+    row->seconds = timer_now() - start;
+    return status;
+}
+
+static tulle_status mend_frames(mend_session *session, tulle_error *error) {
+    progress_bar bar = progress_bar_begin();
+    tulle_status status = TULLE_OK;
+    uint32_t const count = session->input.frame_count;
+    for (uint32_t i = 0; i < count && status == TULLE_OK; i++) {
+        mend_row row;
+        if (interrupt_is_pending())
+            status = error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
+        if (status == TULLE_OK) status = mend_frame(session, i, &row, error);
+        if (status != TULLE_OK) break;
+        mend_summary_add(&session->summary, &row);
+        if (session->report) mend_report_add_csv(session->report, &row);
+        if (session->is_json) mend_report_print_row_json(&row);
+        char rest[PROGRESS_DURATION_SIZE];
+        progress_format_duration(progress_bar_estimate_rest(&bar, i + 1, count), rest);
+        progress_bar_show(&bar, i + 1, count, "frame %u of %u  rest %s", i + 1, count, rest);
+    }
+    progress_bar_clear(&bar);
+    return status;
+}
+
+/* ---- what is written at the end ---- */
+
+/* Leaves positions of the cloth in output.positions, departures in the first numbers of given. */
+static tulle_status read_departures(mend_session *session, uint32_t index, tulle_error *error) {
+    double *const mended = session->output.positions;
+    tulle_status status = mend_input_read(&session->input, index, session->given, error);
+    if (status == TULLE_OK) status = mend_output_read(&session->output, index, mended, error);
+    for (size_t v = 0; v < mend_get_cloth_count(&session->input) && status == TULLE_OK; v++) {
+        double sum = 0.0;
+        for (size_t k = 3 * v; k < 3 * v + 3; k++)
+            sum += (mended[k] - session->given[k]) * (mended[k] - session->given[k]);
+        session->given[v] = sqrt(sum);
+    }
+    return status;
+}
+
+static tulle_status write_colors(mend_session *session, tulle_error *error) {
+    const mend_surface *const cloth = &session->input.surfaces[0];
+    double const largest =
+        session->summary.worst.largest > 0.0 ? session->summary.worst.largest : 1.0;
+    tulle_mesh_view const mesh = {session->output.positions, cloth->vertex_end,
+                                  session->input.local_triangles, cloth->triangle_end};
+    tulle_status status = TULLE_OK;
+    for (uint32_t i = 0; i < session->input.frame_count && status == TULLE_OK; i++) {
+        char path[NUMBERED_PATH_SIZE];
+        uint32_t const number = mend_input_get_number(&session->input, i);
+        if (interrupt_is_pending()) return error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
+        if (session->colors.text && !name_pattern_format(&session->colors, number, path))
+            return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->colors_path, 0, 0,
+                                "the path is too long");
+        if (!session->colors.text && number != session->summary.worst.frame) continue;
+        status = read_departures(session, i, error);
+        if (status == TULLE_OK)
+            status = mend_colors_write(session->colors.text ? path : session->colors_path, mesh,
+                                       session->given, largest, error);
+    }
+    return status;
+}
+
+static tulle_status write_report(mend_session *session, tulle_error *error) {
+    int code = ferror(session->report) ? EIO : 0;
+    errno = 0;
+    if (fclose(session->report) != 0) code = errno ? errno : EIO;
+    session->report = NULL;
+    if (code == 0) code = file_rename(session->report_temporary, session->report_path);
+    if (code != 0) return file_fail(error, session->report_path, code, "cannot be written");
+    session->report_temporary[0] = '\0';
+    return TULLE_OK;
+}
+
+static void print_report(const mend_session *session) {
+    char files[FILES_SIZE];
+    if (session->is_json) {
+        mend_report_print_summary_json(&session->summary);
+        return;
+    }
+    if (convert_target_describe(&session->output.target, files, sizeof files))
+        app_print_names(stdout, "%s\n", files);
+    if (session->report_path) app_print_names(stdout, "%s\n", session->report_path);
+    if (session->colors_path) app_print_names(stdout, "%s\n", session->colors_path);
+    convert_source_print(&session->input.surfaces[0].source, false);
+    for (size_t i = 1; i < session->input.surface_count; i++)
+        app_print_names(stdout, "  %-11s %s\n", "body", session->input.surfaces[i].source.path);
+    mend_report_print_summary(&session->summary);
+}
+
+static int fail(const mend_session *session, tulle_status status, const tulle_error *error) {
+    char files[FILES_SIZE];
+    app_print_error("mend", error);
+    if (convert_target_describe(&session->output.target, files, sizeof files))
+        app_print_message("mend", "whole and there: %s; nothing else was written", files);
+    else if (status == TULLE_ERROR_INTERRUPTED)
+        app_print_message("mend", "nothing was written");
+    return session->is_running ? app_exit_for_run(status) : app_exit_for_input(status);
+}
+
+int app_mend(int argc, char **argv) {
+    mend_words words = {0};
+    options_outcome const outcome = read_words(argc, argv, &words);
+    if (outcome != OPTIONS_READ) return options_exit(outcome);
+    mend_session *const session = calloc(1, sizeof *session);
+    if (!session) {
+        app_print_message("mend", "out of memory");
+        return APP_EXIT_OUT_OF_MEMORY;
+    }
+    session->output.store = -1;
+    tulle_error error = {0};
+    interrupt_catch();
+    tulle_status status = prepare(session, argv[0], &words, &error);
+    if (status == TULLE_OK) status = mend_frames(session, &error);
+    if (status == TULLE_OK) status = mend_output_write(&session->output, &error);
+    if (status == TULLE_OK && session->report) status = write_report(session, &error);
+    if (status == TULLE_OK && session->colors_path) status = write_colors(session, &error);
+    int code = APP_EXIT_FINE;
+    if (status == TULLE_OK) {
+        const mend_summary *const summary = &session->summary;
+        print_report(session);
+        code = app_finish_output("mend");
+        if (code == APP_EXIT_FINE &&
+            (summary->bad_after > 0 || summary->crossing_frames > 0 || summary->lagging_frames > 0))
+            code = APP_EXIT_FALSE;
+    } else {
+        code = fail(session, status, &error);
+    }
+    release(session);
+    free(session);
+    return code;
+}

@@ -1,0 +1,144 @@
+"""Animations for mend.sh.
+
+usage: mend_data.py make                     writes them all here
+       mend_data.py smooth GIVEN MENDED      fails unless far from the ball nothing changed, and near it nothing jumps
+"""
+import struct
+import sys
+
+import numpy as np
+
+
+def make_grid(count, size):
+    x = np.linspace(-size / 2, size / 2, count)
+    places = np.array([(a, b, 0.0) for a in x for b in x])
+    faces = []
+    for i in range(count - 1):
+        for j in range(count - 1):
+            a, b = i * count + j, (i + 1) * count + j
+            faces += [(a, b, b + 1), (a, b + 1, a + 1)]
+    return places, np.array(faces)
+
+
+def make_ball(radius, count=12):
+    around = 2 * count
+    places, faces = [(0, 0, radius)], []
+    for i in range(1, count):
+        t = np.pi * i / count
+        for j in range(around):
+            p = np.pi * j / count
+            places.append((radius * np.sin(t) * np.cos(p), radius * np.sin(t) * np.sin(p), radius * np.cos(t)))
+    places.append((0, 0, -radius))
+    for j in range(around):
+        k = (j + 1) % around
+        faces.append((0, 1 + j, 1 + k))
+        for i in range(count - 2):
+            a, b = 1 + i * around + j, 1 + i * around + k
+            faces += [(a, a + around, b + around), (a, b + around, b)]
+        low = 1 + (count - 2) * around
+        faces.append((len(places) - 1, low + k, low + j))
+    return np.array(places, float), np.array(faces)
+
+
+def write_obj(path, places, faces):
+    with open(path, "w", encoding="utf-8") as file:
+        for place in places:
+            file.write("v {!r} {!r} {!r}\n".format(*map(float, place)))
+        for face in faces:
+            file.write("f {} {} {}\n".format(*(int(corner) + 1 for corner in face)))
+
+
+def write_cache(path, frames):
+    frames = np.asarray(frames, "<f4")
+    with open(path, "wb") as file:
+        file.write(struct.pack("<12siiffi", b"POINTCACHE2\0", 1, frames.shape[1], 0.0, 1.0, len(frames)) + frames.tobytes())
+
+
+def read_cache(path):
+    with open(path, "rb") as file:
+        data = file.read()
+    count, frames = struct.unpack("<i", data[16:20])[0], struct.unpack("<i", data[28:32])[0]
+    return np.frombuffer(data[32:], "<f4").reshape(frames, count, 3).astype(float)
+
+
+def make_jaws(places, faces):
+    """Two blocks in one mesh."""
+    parts, corners = [], []
+    for low, high in ((0.01, 0.05), (-0.05, -0.01)):
+        base = sum(len(part) for part in parts)
+        for height in (high, low):
+            part = places * [1.2, 1.2, 1.0]
+            part[:, 2] = height
+            parts.append(part)
+        corners += [tuple(base + c for c in face) for face in faces]
+        corners += [tuple(base + len(places) + c for c in face[::-1]) for face in faces]
+    return np.concatenate(parts), corners
+
+
+def make():
+    sheet, faces = make_grid(51, 1.0)
+    small, small_faces = make_grid(9, 0.1)
+    ball, ball_faces = make_ball(0.1)
+    write_obj("sheet.obj", sheet, faces)
+    write_obj("small.obj", small, small_faces)
+    write_obj("ball.obj", ball, ball_faces)
+    coarse, coarse_faces = make_grid(13, 0.4)
+    write_obj("layers.obj", np.concatenate([coarse, coarse]), np.concatenate([coarse_faces, coarse_faces + len(coarse)]))
+    for seed in range(1, 5):
+        rng = np.random.default_rng(seed)
+        wave, phase, turn = rng.uniform(3, 12, 2), rng.uniform(0, 6), rng.uniform(-0.5, 0.5)
+        frames = []
+        for k in range(10):
+            lower = coarse.copy()
+            lower[:, 2] = 0.03 * np.sin(wave[0] * coarse[:, 0] + phase + 0.3 * k) * np.cos(wave[1] * coarse[:, 1])
+            upper = lower + [0.0, 0.0, 10.0 ** rng.uniform(-5, -2)]
+            c, s = np.cos(turn * k), np.sin(turn * k)
+            frames.append(np.concatenate([lower, upper]) @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + rng.normal(size=3))
+        write_cache(f"clean{seed}.pc2", frames)
+    heights = [0.13 - 0.06 * np.sin(np.pi * k / 24) ** 2 for k in range(40)]
+    write_cache("poke.pc2", [sheet + [0, 0, heights[min(k, 24)]] for k in range(40)])
+    write_cache("start.pc2", [sheet + [0, 0, 0.05 + 0.01 * k] for k in range(12)])
+    write_cache("short.pc2", [sheet] * 5)
+    bump = np.exp(-(coarse[:, 0] ** 2 + coarse[:, 1] ** 2) / 0.01)[:, None] * [0, 0, 1]
+    frames = []
+    for k in range(24):
+        apart = 0.01 * np.cos(np.pi * np.clip((k - 4) / 4, 0, 1)) if k < 14 else -0.01 * np.cos(np.pi * np.clip((k - 16) / 4, 0, 1))
+        frames.append(np.concatenate([coarse, coarse + [0.003, 0.002, 0.01] + bump * (apart - 0.01)]))
+    write_cache("exchange.pc2", frames)
+    jaws, jaw_faces = make_jaws(*make_grid(5, 1.0))
+    write_obj("jaws.obj", jaws, jaw_faces)
+    move = np.where(np.arange(len(jaws)) < len(jaws) // 2, -1, 1)[:, None] * [0, 0, 1]
+    write_cache("jaws.pc2", [jaws + 0.015 * move * np.sin(np.pi * k / 8) ** 2 for k in range(9)])
+    write_cache("between.pc2", [sheet] * 9)
+    jump = np.array([sheet + [0, 0, 0.2]] * 6)
+    jump[3, 1300] = [0, 0, -0.5]
+    write_cache("jump.pc2", jump)
+    broken = np.array([sheet] * 3)
+    broken[1, 7, 1] = np.nan
+    write_cache("nan.pc2", broken)
+    flat = np.array([sheet] * 3)
+    flat[0, 52] = flat[0, 51]
+    write_cache("flat.pc2", flat)
+    write_cache("inside.pc2", [small * 0.5] * 3)
+
+
+def smooth(given, mended):
+    given, mended = read_cache(given), read_cache(mended)
+    away = (given != mended).any(axis=2)
+    corners = np.abs(given[:, :, :2]).max(axis=2) > 0.49
+    assert not (away & corners).any(), "vertices far from the ball are not as they were given"
+    assert not away[:3].any() and not away[-1].any(), "frames without trouble are not as they were given"
+    departure = mended - given
+    change = np.abs(np.diff(departure, axis=0)).max()
+    bend = np.abs(np.diff(departure, 2, axis=0)).max()
+    assert change < 0.03 and bend < 0.03, f"departures change by {change} a frame and bend by {bend}"
+    lengths = np.linalg.norm(departure, axis=2)
+    side = lengths.reshape(len(lengths), 51, 51)
+    jump = max(np.abs(np.diff(side, axis=1)).max(), np.abs(np.diff(side, axis=2)).max())
+    assert jump < 0.5 * lengths.max(), f"departures jump by {jump} between neighbours"
+
+
+if sys.argv[1] == "make":
+    make()
+else:
+    smooth(*sys.argv[2:])
