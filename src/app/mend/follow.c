@@ -209,12 +209,12 @@ static tulle_status find_shut(mend_follow *follow, bool *is_shut, tulle_error *e
     return status;
 }
 
-/* Moves from begin to target; leaves the end in follow->end. `departures` are those at the start,
- * `change` what they changed by in the time that a move takes. */
-static tulle_status make_move(mend_follow *follow, const double *departures, const double *change,
-                              double strength, mend_moved *moved, mend_outcome *outcome,
-                              tulle_error *error) {
+/* Moves from begin to target; leaves the end in follow->end. follow->last has the departures at the
+ * start, then what they changed by in the time that a move takes. */
+static tulle_status make_move(mend_follow *follow, double strength, mend_moved *moved,
+                              mend_outcome *outcome, tulle_error *error) {
     size_t const count = count_cloth(follow);
+    const double *const departures = follow->last, *const change = follow->last + 3 * count;
     size_t event_count;
     /* Critical damping of u'' with implicit Euler: both roots of (1 + s) z^2 - (1 + b) z + b are
      * the same. */
@@ -284,8 +284,7 @@ static tulle_status make_moves(mend_follow *follow, const double *next, uint32_t
                                     ? next[i]
                                     : follow->given[i] + share * (next[i] - follow->given[i]);
         mend_moved moved;
-        tulle_status const status =
-            make_move(follow, departures, change, strength, &moved, outcome, error);
+        tulle_status const status = make_move(follow, strength, &moved, outcome, error);
         if (status != TULLE_OK) return status;
         *is_straight = *is_straight && moved.is_straight;
         memcpy(follow->begin, follow->end, all * sizeof(double));

@@ -123,10 +123,17 @@ static double get_rigidity(const mend_solver *solver) {
     return get_draw() * length * length * rest_length * rest_length * REST_LENGTH * REST_LENGTH;
 }
 
+/* The cloth when it is moved; all zero when it only starts. */
+typedef struct cloth_motion {
+    const double *velocities;
+    const tulle_pin *pin; /* or null */
+    bool moves;
+} cloth_motion;
+
 /* Adds the cloth at `positions`, in the world's unit, and the bodies. */
 static tulle_status add_surfaces(const mend_solver *solver, const double *positions,
-                                 const double *velocities, const tulle_pin *pin,
-                                 const double *targets, tulle_world *world, tulle_error *error) {
+                                 const cloth_motion *motion, tulle_world *world,
+                                 tulle_error *error) {
     const mend_input *const input = solver->input;
     tulle_cloth_def def = tulle_cloth_def_default();
     tulle_material *const material = &def.material;
@@ -135,9 +142,9 @@ static tulle_status add_surfaces(const mend_solver *solver, const double *positi
                                  input->surfaces[0].triangle_end};
     def.rest_positions = solver->rest;
     def.has_flat_rest = 1;
-    def.velocities = velocities;
-    def.pins = pin;
-    def.pin_count = pin ? 1 : 0;
+    def.velocities = motion->velocities;
+    def.pins = motion->pin;
+    def.pin_count = motion->pin ? 1 : 0;
     material->area_density = AREA_DENSITY / (REST_LENGTH * REST_LENGTH);
     material->springs =
         (tulle_springs){.stretch_stiffness = STRETCH_SHARE * get_draw() * WORLD_EDGE * WORLD_EDGE,
@@ -158,7 +165,7 @@ static tulle_status add_surfaces(const mend_solver *solver, const double *positi
                               surface->triangle_end - surface->triangle_begin};
         body.friction = body.restitution = 0.0;
         body.dynamic_friction = -1.0;
-        body.drive = surface->is_still || !targets ? TULLE_DRIVE_NONE : TULLE_DRIVE_DEFORMING;
+        body.drive = surface->is_still || !motion->moves ? TULLE_DRIVE_NONE : TULLE_DRIVE_DEFORMING;
         status = tulle_world_add_obstacle(world, &body, NULL, error);
     }
     return status;
@@ -184,7 +191,8 @@ tulle_status mend_solver_start(mend_solver *solver, double *now, tulle_error *er
         solver->scaled[i] = solver->scale * now[i];
     tulle_status status = make_world(solver, TULLE_START_UNTANGLE, &limit, &world, error);
     if (status == TULLE_OK)
-        status = add_surfaces(solver, solver->scaled, NULL, NULL, NULL, world, error);
+        status =
+            add_surfaces(solver, solver->scaled, &(cloth_motion){.moves = false}, world, error);
     if (status == TULLE_OK) status = tulle_world_start(world, error);
     if (status == TULLE_OK) read_cloth(solver, world, now);
     tulle_world_destroy(world);
@@ -306,6 +314,7 @@ tulle_status mend_solver_move(mend_solver *solver, const mend_move *move, mend_m
     tulle_pin const pin = {.vertices = solver->vertices + values.free_count,
                            .vertex_count = values.pinned_count,
                            .release_time = (double)INFINITY};
+    cloth_motion const motion = {values.velocities, values.pinned_count > 0 ? &pin : NULL, true};
     tulle_attachment_def draw = tulle_attachment_def_default();
     draw.cloth = the_cloth;
     draw.vertices = solver->vertices;
@@ -317,9 +326,7 @@ tulle_status mend_solver_move(mend_solver *solver, const mend_move *move, mend_m
     tulle_attachment_id id;
     solve_limit limit = {.most = move->solve_limit};
     tulle_status status = make_world(solver, TULLE_START_REFUSE, &limit, &world, error);
-    if (status == TULLE_OK)
-        status = add_surfaces(solver, values.now, values.velocities,
-                              values.pinned_count > 0 ? &pin : NULL, values.targets, world, error);
+    if (status == TULLE_OK) status = add_surfaces(solver, values.now, &motion, world, error);
     if (status == TULLE_OK && values.free_count > 0)
         status = tulle_world_attach(world, &draw, &id, error);
     if (status == TULLE_OK) status = tulle_world_start(world, error);
