@@ -36,6 +36,18 @@ for seed in 1 2 3 4; do
     mend 0 clean$seed.pc2 --mesh layers.obj -o back.pc2
     cmp clean$seed.pc2 back.pc2 || fault "clean$seed is not as it was"
 done
+# In every format a clean one is what convert makes of it.
+mkdir mended converted
+for name in x.mdd x.glb x.gltf x.usda x.npz %03d.obj %03d.vtp; do
+    mend 0 clean1.pc2 --mesh layers.obj -o mended/$name
+    "$TULLE" convert clean1.pc2 converted/$name --mesh layers.obj >out || fault "convert to $name"
+done
+diff -r mended converted || fault "a format differs from convert's"
+mend 0 mended/x.glb -o mended/y.glb
+"$TULLE" convert converted/x.glb converted/y.glb >out
+cmp mended/y.glb converted/y.glb || fault "glTF to glTF"
+mend 0 'mended/*.obj' -o mended/y.mdd
+cmp mended/y.mdd mended/x.mdd || fault "numbered meshes to MDD"
 # A sphere that pokes through the middle of a sheet: clean, the same for any number of threads, far away as it was.
 mend 0 poke.pc2 --mesh sheet.obj --body ball.obj -o one.pc2 --reach 1 --threads 1 --report one.csv --colors worst.ply
 mend 0 poke.pc2 --mesh sheet.obj --body ball.obj -o three.pc2 --reach 1 --threads 3
