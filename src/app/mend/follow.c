@@ -1,6 +1,7 @@
 /* app/mend/follow.c - see follow.h. */
 #include "app/mend/follow.h"
 
+#include "app/mend/shorten.h"
 #include "base/error.h"
 
 #include "tulle/tulle.h"
@@ -14,8 +15,8 @@ static const double NEAR_SHARE = 1e-3;
 /* Free are vertices so many reaches around what is away or meets; there a departure has decayed to
  * a hundredth. */
 static const double FREE_REACHES = 5.0;
-/* A failed move is tried again with so many times as many vertices around. */
-enum { WIDER = 4, WIDENINGS_MAX = 2, PRESSED_MAX = 3 };
+/* A move is repeated so often with what contact presses on as well. */
+enum { PRESSED_MAX = 3 };
 /* A frame that one straight move does not reach is cut into so many parts, then so many times as
  * many. */
 enum { PARTS_FACTOR = 4, PARTS_MAX = 16 };
@@ -27,7 +28,7 @@ enum { HELD_MAX = 2 };
  * after so many moves it is tried whether they push it away. */
 enum { HELD_FRAMES = 24 };
 /* A move that needs more solves than this is tried otherwise first. */
-enum { SOLVES_MAX = 50 };
+enum { SOLVES_MAX = 32 };
 /* Rounds in which vertices that may not be put on the given way are left where they were. */
 enum { SETTLE_ROUNDS = 8 };
 
@@ -209,6 +210,26 @@ static tulle_status find_shut(mend_follow *follow, bool *is_shut, tulle_error *e
     return status;
 }
 
+/* Shortens the straight way from `begin` to follow->end where it meets something. */
+static tulle_status straighten(mend_follow *follow, const double *begin, bool *is_clean,
+                               tulle_error *error) {
+    const mend_input *const input = follow->solver.input;
+    mend_way const way = {follow->detector, count_cloth(follow), input->vertex_count, begin,
+                          follow->end,      input->is_float};
+    return mend_shorten(&way, is_clean, error);
+}
+
+/* What no world moves goes to where it is drawn as far as it can. Bodies that then hit it stand. */
+static tulle_status go_straight(mend_follow *follow, tulle_error *error) {
+    size_t const all = 3 * follow->solver.input->vertex_count, cloth = 3 * count_cloth(follow);
+    bool is_clean = false;
+    memcpy(follow->end, follow->target, all * sizeof(double));
+    for (size_t i = 0; i < cloth; i++) follow->end[i] += follow->wanted[i];
+    tulle_status const status = straighten(follow, follow->begin, &is_clean, error);
+    if (status == TULLE_OK && !is_clean) memcpy(follow->end, follow->begin, all * sizeof(double));
+    return status;
+}
+
 /* Moves from begin to target; leaves the end in follow->end. follow->last has the departures at the
  * start, then what they changed by in the time that a move takes. */
 static tulle_status make_move(mend_follow *follow, double strength, mend_moved *moved,
@@ -235,18 +256,17 @@ static tulle_status make_move(mend_follow *follow, double strength, mend_moved *
     if (follow->held_count % HELD_FRAMES != 0) status = find_shut(follow, &is_shut, error);
     if (status != TULLE_OK) return status;
     if (is_shut) hold_bodies(follow, held++ == 0);
-    for (int widening = 0, pressed = 0;;) {
+    for (int pressed = 0;;) {
         outcome->moves++;
         status = mend_solver_move(&follow->solver, &move, moved, error);
         bool const is_stuck = status == TULLE_ERROR_PINCHED || status == TULLE_ERROR_STEP_FAILED;
         if (is_stuck && follow->may_lag && held < HELD_MAX && has_moving_bodies(follow)) {
             hold_bodies(follow, held++ == 0);
-        } else if (is_stuck && widening < WIDENINGS_MAX) {
-            widen(follow, follow->is_free, WIDER * get_width(follow));
-            if (++widening == WIDENINGS_MAX) {
-                memset(follow->is_free, 1, count);
-                move.solve_limit = 0;
-            }
+        } else if (is_stuck && memchr(follow->is_free, 0, count)) {
+            memset(follow->is_free, 1, count);
+        } else if (is_stuck && (follow->may_lag || !has_moving_bodies(follow))) {
+            status = go_straight(follow, error);
+            break;
         } else if (status == TULLE_OK && moved->pressed_count > 0 && pressed < PRESSED_MAX) {
             pressed++;
             widen(follow, follow->pressed, get_width(follow));
@@ -265,7 +285,7 @@ static tulle_status make_move(mend_follow *follow, double strength, mend_moved *
 
 /* From follow->now to `next` in `part_count` moves; leaves the end in follow->end. */
 static tulle_status make_moves(mend_follow *follow, const double *next, uint32_t part_count,
-                               bool *is_straight, mend_outcome *outcome, tulle_error *error) {
+                               mend_outcome *outcome, tulle_error *error) {
     size_t const all = 3 * follow->solver.input->vertex_count, cloth = 3 * count_cloth(follow);
     double const left =
         pow(1.0 - sqrt(follow->strength / (1.0 + follow->strength)), 1.0 / (double)part_count);
@@ -276,7 +296,6 @@ static tulle_status make_moves(mend_follow *follow, const double *next, uint32_t
         departures[i] = follow->now[i] - follow->given[i];
         change[i] = (departures[i] - follow->departures_before[i]) / (double)part_count;
     }
-    *is_straight = part_count == 1;
     for (uint32_t part = 1; part <= part_count; part++) {
         double const share = (double)part / (double)part_count;
         for (size_t i = 0; i < all; i++)
@@ -286,7 +305,6 @@ static tulle_status make_moves(mend_follow *follow, const double *next, uint32_t
         mend_moved moved;
         tulle_status const status = make_move(follow, strength, &moved, outcome, error);
         if (status != TULLE_OK) return status;
-        *is_straight = *is_straight && moved.is_straight;
         memcpy(follow->begin, follow->end, all * sizeof(double));
         for (size_t i = 0; i < cloth; i++) {
             double const departure = follow->end[i] - follow->target[i];
@@ -313,17 +331,21 @@ tulle_status mend_follow_step(mend_follow *follow, const double *next, mend_outc
         is_done = true;
     }
     for (uint32_t parts = 1; !is_done && status == TULLE_OK; parts *= PARTS_FACTOR) {
-        bool is_straight = false;
-        status = make_moves(follow, next, parts, &is_straight, outcome, error);
+        status = make_moves(follow, next, parts, outcome, error);
         bool const is_last = parts * PARTS_FACTOR > PARTS_MAX;
         if ((status == TULLE_ERROR_PINCHED || status == TULLE_ERROR_STEP_FAILED) && !is_last) {
             status = TULLE_OK;
             continue;
         }
         if (status != TULLE_OK) return status;
-        status = find_events(follow, follow->now, follow->end, NULL, &event_count, error);
-        outcome->crosses = event_count > 0;
-        is_done = event_count == 0 || is_last;
+        status = straighten(follow, follow->now, &is_done, error);
+        if (status != TULLE_OK) return status;
+        if (!is_done && is_last && follow->may_lag) {
+            memcpy(follow->end, follow->now, all * sizeof(double));
+            is_done = true;
+        }
+        outcome->crosses = !is_done;
+        is_done = is_done || is_last;
     }
     if (status != TULLE_OK) return status;
     for (size_t i = 0; i < cloth; i++)

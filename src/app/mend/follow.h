@@ -5,8 +5,8 @@
  * result. Else the vertices that are away, those that the motion to the next frame makes meet, and
  * what is near them along the mesh become free, and a world moves them (solve.h); all others stay
  * on the given way. A vertex that ends next to its given position is put there. Every frame is
- * reached without an intersection, and so is a frame from the one before on straight lines, but for
- * frames that `crosses` tells of. */
+ * clean, and so is the straight way from the one before, shortened where it is not (shorten.h); but
+ * for frames that `crosses` tells of. */
 #ifndef TULLE_APP_MEND_FOLLOW_H
 #define TULLE_APP_MEND_FOLLOW_H
 

@@ -106,7 +106,7 @@ static tulle_status make_world(const mend_solver *solver, tulle_start_intersecti
     def.contact_distance = solver->scale * solver->contact_distance;
     def.minimum_gap = solver->scale * solver->minimum_gap;
     def.membrane = TULLE_MEMBRANE_SPRINGS;
-    def.quality = TULLE_QUALITY_EXACT;
+    def.quality = TULLE_QUALITY_NORMAL;
     def.cg_tolerance = CG_TOLERANCE;
     def.friction_cloth_cloth = 0.0;
     def.start_intersections = start;
@@ -335,7 +335,6 @@ tulle_status mend_solver_move(mend_solver *solver, const mend_move *move, mend_m
     if (status == TULLE_OK) status = find_pressed(solver, world, move, moved, error);
     if (status == TULLE_OK) {
         read_end(solver, world, move, moved->end);
-        moved->is_straight = report.substeps == 1;
     }
     tulle_world_destroy(world);
     if (status == TULLE_ERROR_INTERRUPTED && limit.is_over && !interrupt_is_pending())

@@ -46,7 +46,6 @@ typedef struct mend_moved {
     double *end;            /* all vertices */
     unsigned char *pressed; /* by vertex of the cloth: pinned, and contact presses on it */
     size_t pressed_count;
-    bool is_straight; /* all went on straight lines */
 } mend_moved;
 
 /* The fields end and pressed are the caller's memory. Errors: those of tulle_world_step;
