@@ -316,6 +316,9 @@ typedef struct tulle_cloth_def {
     /* 3 * triangle_count directions of the warp in the rest shape, of any length from 1e-100 on;
      * null: all along the grain */
     const double *warps;
+    /* triangle_count factors on all stiffness and hysteresis of the material, 0.01 .. 100: a stiff
+     * collar, a soft hem. Null: 1 everywhere */
+    const double *stiffness_factors;
     /* what tulle_world_set_material_law calls the surface, at most 63 bytes; null: nothing */
     const char *contact_material;
     double thickness;         /* [m] 0: the world's contact distance decides */
@@ -729,7 +732,7 @@ TULLE_API tulle_stretch tulle_world_find_largest_stretch(const tulle_world *worl
  * table cloth does, a third is wanted: coarser cells hold it up. */
 typedef struct tulle_fineness {
     double mean_edge; /* [m] mean length of the edges between rest positions; 0: not known */
-    /* [m] (B / (area density * gravity))^(1/3) with the smaller rigidity B of warp and weft; 0:
+    /* [m] (B / (area density * gravity))^(1/3) with the least rigidity B of warp and weft; 0:
      * nothing bends it or nothing pulls. Source: Peirce 1930. */
     double bending_length;
 } tulle_fineness;

@@ -242,9 +242,10 @@ class World(Unique):
             definition.material = structs.Material.make(material, {}, "material")
         count = mesh.vertex_count
         for field, rows in (("rest_positions", count), ("velocities", count), ("rest_corners", mesh.triangle_count),
-                            ("warps", mesh.triangle_count)):
+                            ("warps", mesh.triangle_count), ("stiffness_factors", mesh.triangle_count)):
             value = getattr(definition, field)
-            if value is not None and np.size(value) != (9 if field == "rest_corners" else 3) * rows:
+            numbers = {"rest_corners": 9, "stiffness_factors": 1}.get(field, 3)
+            if value is not None and np.size(value) != numbers * rows:
                 raise InvalidArgumentError(f"{field} should have {rows} rows, one for each "
                                            f"{'vertex' if rows == count else 'triangle'}, not shape {np.shape(value)}")
         made = definition.to_c(keep)

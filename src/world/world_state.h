@@ -67,6 +67,7 @@ typedef struct world_cloth {
     double *velocities;   /* [m/s] at the start; the same */
     double *rest_corners; /* [m] 9 * triangle_count; null: those of `rest` */
     double *warps;        /* 3 * triangle_count; null: along the grain */
+    double *factors;      /* triangle_count, on the stiffness; null: 1 */
     bool has_flat_rest;
     tulle_crease *creases; /* crease_count */
     size_t crease_count;

@@ -130,7 +130,7 @@ tulle_status world_build_model(tulle_world *world, tulle_error *error) {
     return TULLE_OK;
 }
 
-/* Hash of what a saved state must fit: meshes, rest shapes, masses, time scripts. */
+/* Hash of what a saved state must fit: meshes, rest shapes, masses, factors, time scripts. */
 static uint64_t hash_defs(const tulle_world *world) {
     uint64_t hash = HASH_SEED;
     size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
@@ -143,6 +143,9 @@ static uint64_t hash_defs(const tulle_world *world) {
             hash = hash_bytes(hash, cloth->creases[k].vertices, sizeof cloth->creases[k].vertices);
             hash = hash_bytes(hash, &cloth->creases[k].angle, sizeof cloth->creases[k].angle);
         }
+        if (cloth->factors)
+            hash = hash_bytes(hash, cloth->factors,
+                              cloth->mesh.triangle_count * sizeof *cloth->factors);
     }
     hash =
         hash_bytes(hash, world->topo.triangles, 3 * world->topo.triangle_count * sizeof(uint32_t));
