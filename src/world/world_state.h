@@ -20,6 +20,7 @@
 #include "tulle/attach.h"
 #include "tulle/bodies.h"
 #include "tulle/events.h"
+#include "tulle/live.h"
 #include "tulle/query.h"
 #include "world/motion.h"
 
@@ -442,7 +443,8 @@ void world_destroy_obstacle(memory *heap, world_obstacle *obstacle);
 
 /* start.c: tulle_world_start; without judgement when a saved state is about to take the place of
  * the first one. */
-tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error);
+tulle_status world_start(tulle_world *world, bool is_judged, const tulle_moment *moment,
+                         tulle_error *error);
 /* start_arrays.c: releases what the start made; fine before it. */
 void world_release_start(tulle_world *world);
 /* start_arrays.c: releases what cloths were at first, of which the start made its own. */

@@ -721,6 +721,7 @@ static const char *const not_recorded[] = {"tulle_cloth_get_patches",
                                            "tulle_world_record",
                                            "tulle_world_set_stop_request",
                                            "tulle_world_set_tasks",
+                                           "tulle_world_start_at", /* as tulle_world_start */
                                            "tulle_world_update_queries"};
 
 static bool is_known_call(const char *name) {

@@ -193,7 +193,7 @@ static tulle_status end_step(step_context *context, tulle_status status) {
 static tulle_status make_step(tulle_world *world, double time_step, tulle_step_report *report,
                               tulle_error *error) {
     double const start = timer_now();
-    tulle_status status = world_start(world, true, error);
+    tulle_status status = world_start(world, true, NULL, error);
     if (status != TULLE_OK) return status;
 
     tulle_step_report local = {
