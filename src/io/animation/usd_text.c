@@ -19,7 +19,7 @@
 #include <unistd.h>
 
 enum {
-    WINDOW_SIZE = 1 << 16,     /* [bytes] */
+    WINDOW_SIZE = 1 << 15,     /* [bytes] */
     FIRST_PORTION = 1 << 12,   /* [bytes] read after a jump; twice as many each time after that */
     BRACKET_DEPTH_MAX = 64,    /* of a value */
     WORD_LIMIT = 1 << 20,      /* [bytes] of a word that is kept; no name is longer */
