@@ -529,7 +529,8 @@ tulle_status usd_layer_open(memory *heap, const char *path, usd_layer *layer, tu
                            .type = USD_GROUP};
     tulle_status status = usd_text_open(heap, path, &layer->text, error);
     if (status) return status;
-    if (!ARRAY_RESERVE(heap, &layer->texts, 1) || !ARRAY_RESERVE(heap, &layer->prims, 1))
+    if (!ARRAY_RESERVE(heap, &layer->texts, 1) || !ARRAY_RESERVE(heap, &layer->prims, 1) ||
+        !ARRAY_RESERVE(heap, &layer->samples, 1))
         return fail_memory(layer, error);
     layer->texts.data[layer->texts.count++] = '\0';
     layer->prims.data[layer->prims.count++] = root;
