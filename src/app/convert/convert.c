@@ -308,8 +308,7 @@ static tulle_status make_frame(convert_session *session, uint32_t frame, progres
 static tulle_status read_animated(void *context, uint32_t frame, double *positions,
                                   tulle_error *error) {
     convert_session *const session = context;
-    progress_bar bar = progress_bar_begin();
-    tulle_status const status = make_frame(session, frame, &bar, error);
+    tulle_status const status = make_frame(session, frame, &session->scene.bar, error);
     if (status == TULLE_OK)
         memcpy(positions, session->written, 3 * session->vertex_count * sizeof(double));
     return status;

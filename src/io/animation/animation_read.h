@@ -12,7 +12,7 @@ typedef struct animation_content {
     tulle_animation_info info;
     const uint32_t *triangles; /* 3 * info.triangle_count */
     const double *times;       /* [s] info.frame_count */
-    size_t file_count;         /* read beside the one that was opened */
+    size_t file_count;         /* read beside the one that was opened, or with it */
 } animation_content;
 
 /* The reader of a format. */
@@ -25,7 +25,7 @@ typedef struct animation_reader {
                          tulle_error *error);
     tulle_status (*read)(void *state, uint32_t frame, double *positions, tulle_error *error);
     void (*close)(void *state);
-    /* The descriptor of a further file; -1 where it is in memory. Null where there are none. */
+    /* The descriptor of such a file. Null where there are none. */
     int (*get_file)(const void *state, size_t number);
 } animation_reader;
 

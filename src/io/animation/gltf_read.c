@@ -38,7 +38,7 @@ static tulle_status open_gltf(memory *heap, const char *path, void *state,
     describe(&gltf->scene, &content->info);
     content->triangles = gltf->scene.triangles.data;
     content->times = gltf->scene.frames.data;
-    content->file_count = gltf->file.buffers.count;
+    content->file_count = gltf->file.sources.count;
     return TULLE_OK;
 }
 
@@ -54,7 +54,7 @@ static void close_gltf(void *state) {
 }
 
 static int get_file(const void *state, size_t number) {
-    return ((const gltf_state *)state)->file.buffers.data[number].file;
+    return ((const gltf_state *)state)->file.sources.data[number].file;
 }
 
 const animation_reader gltf_reader = {.extensions = {".glb", ".gltf"},

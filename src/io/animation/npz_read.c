@@ -2,14 +2,13 @@
  * triangles and times where there are any. */
 #include "base/error.h"
 #include "io/animation/animation_read.h"
+#include "io/animation/expansion.h"
 #include "io/animation/npz_archive.h"
 #include "io/file_data.h"
 
 #include <math.h>
 #include <stdio.h>
 
-/* What is made of a file may take so many times its bytes, which may be compressed. */
-enum { EXPANSION_LIMIT = 128 };
 #define COUNT_LIMIT ((uint64_t)INT32_MAX)
 /* [1/s] of frames without times. */
 static const double DEFAULT_RATE = 24.0;
@@ -44,9 +43,11 @@ static tulle_status check_positions(npz_state *npz, tulle_error *error) {
 static tulle_status check_size(const npz_state *npz, uint64_t triangle_count, tulle_error *error) {
     uint64_t const size =
         12 * npz->vertex_count + 8 * npz->frame_count + 12 * triangle_count;
-    if (size <= EXPANSION_LIMIT * (npz->archive.size + 1024)) return TULLE_OK;
+    uint64_t const limit = expansion_get_limit(npz->archive.size);
+    if (size <= limit) return TULLE_OK;
     return error_set_at(error, TULLE_ERROR_LIMIT, npz->archive.path, 0, 0,
-                        "would take more than %d times its size", EXPANSION_LIMIT);
+                        "would take more than %llu MB of memory, which is too many times its size",
+                        (unsigned long long)(limit >> 20) + 1);
 }
 
 static tulle_status read_triangles(npz_state *npz, npz_array *array, tulle_error *error) {

@@ -7,15 +7,13 @@
 
 #include "base/error.h"
 #include "base/sort.h"
+#include "io/animation/expansion.h"
 #include "io/animation/matrix.h"
 #include "io/file_data.h"
 
 #include <math.h>
 
-/* What is made of a file may take so many times its bytes: a mesh may be shown many times, but
- * nothing is to fill the memory from a small file. */
 enum {
-    EXPANSION_LIMIT = 128,
     SPEC_MAX = 64,     /* prims that make one together */
     REFERENCE_MAX = 32, /* references that lead on to each other */
     DEPTH_MAX = 200    /* nodes below each other */
@@ -38,10 +36,12 @@ static tulle_status check_size(const usd_scene *scene, uint64_t more, tulle_erro
                           scene->nodes.count * sizeof *scene->nodes.data +
                           scene->pieces.count * sizeof *scene->pieces.data +
                           scene->triangles.count * sizeof *scene->triangles.data;
-    if (size <= EXPANSION_LIMIT * (scene->layer->text.size + 1024)) return TULLE_OK;
+    uint64_t const limit = expansion_get_limit(scene->layer->text.size);
+    if (size <= limit) return TULLE_OK;
     return error_set_at(error, TULLE_ERROR_LIMIT, scene->layer->text.path, 0, 0,
-                        "would take more than %d times its size: prims are used too often",
-                        EXPANSION_LIMIT);
+                        "would take more than %llu MB of memory, which is too many times its size: "
+                        "it uses prims too often",
+                        (unsigned long long)(limit >> 20) + 1);
 }
 
 /* ---- prims that make one ---- */
