@@ -43,9 +43,8 @@ void frame_cache_close(frame_cache *cache) {
 
 tulle_status frame_cache_read(frame_cache *cache, uint32_t frame, double *positions,
                               tulle_error *error) {
-    return cache->animation
-               ? tulle_animation_read_frame(cache->animation, frame, positions, error)
-               : tulle_pc2_read_frame(cache->points, frame, positions, error);
+    return cache->animation ? tulle_animation_read_frame(cache->animation, frame, positions, error)
+                            : tulle_pc2_read_frame(cache->points, frame, positions, error);
 }
 
 tulle_status frame_cache_make_mesh(frame_cache *cache, uint32_t frame, tulle_mesh *mesh,

@@ -1,6 +1,7 @@
-/* scene/sequence.c - mesh sequences: numbered mesh files, a point cache or an animation. Every frame
- * is read once when the scene is loaded, so that a bad file is found before the run begins. It is read again
- * when a world asks for it; the last two frames are kept. Several worlds may ask at once. */
+/* scene/sequence.c - mesh sequences: numbered mesh files, a point cache or an animation. Every
+ * frame is read once when the scene is loaded, so that a bad file is found before the run begins.
+ * It is read again when a world asks for it; the last two frames are kept. Several worlds may ask
+ * at once. */
 #include "scene/frame_cache.h"
 #include "scene/scene_data.h"
 
@@ -346,8 +347,8 @@ static double find_largest_step(const double *from, const double *to, size_t ver
 }
 
 /* `room`: for the positions of three frames. */
-static tulle_status measure_steps(scene_sequence *sequence, double *room,
-                                  sequence_steps *steps, tulle_error *error) {
+static tulle_status measure_steps(scene_sequence *sequence, double *room, sequence_steps *steps,
+                                  tulle_error *error) {
     size_t const count = 3 * sequence->vertex_count;
     double *const first = room, *before = room + count, *now = room + 2 * count;
     size_t vertex;

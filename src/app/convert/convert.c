@@ -69,13 +69,15 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         {"up", 0, OPTION_CHOICE, &words->up, "y|z",
          "axis that points up in TO (default: z; of .glb and .gltf y)", 0, 0, axes_up_choices},
         {"from-up", 0, OPTION_CHOICE, &words->from_up, "y|z",
-         "axis that points up in FROM (default: z, as Tulle has it; of .glb and .gltf y; of .usda as\n"
-         "the file says)", 0, 0,
-         axes_up_choices},
+         "axis that points up in FROM (default: z, as Tulle has it; of .glb and .gltf y; of .usda "
+         "as\n"
+         "the file says)",
+         0, 0, axes_up_choices},
         {"units", 0, OPTION_CHOICE, &words->unit, "m|cm|mm|in|ft",
          "unit of length of TO (default: m)", 0, 0, axes_unit_choices},
         {"from-units", 0, OPTION_CHOICE, &words->from_unit, "m|cm|mm|in|ft",
-         "unit of length of FROM (default: m, as Tulle has it; of .usda as the file says)", 0, 0, axes_unit_choices},
+         "unit of length of FROM (default: m, as Tulle has it; of .usda as the file says)", 0, 0,
+         axes_unit_choices},
         {"fps", 0, OPTION_TEXT, &words->fps, "N",
          "frames in a second, where FROM has no times (default: 24)", 0, 0, NULL},
         {"interpolation", 0, OPTION_CHOICE, &words->interpolation, "linear|step",

@@ -90,7 +90,8 @@ static tulle_status choose_rate(convert_scene *scene, const char *fps, tulle_err
     if (source->kind == SOURCE_RUN) {
         const tulle_run_info *const info = tulle_run_reader_get_info(source->run);
         rate = round_rate(1.0 / (info->time_step * info->steps_per_frame));
-    } else if (has_times(source) && !scene->ignores_times && source->frames.last > source->frames.first) {
+    } else if (has_times(source) && !scene->ignores_times &&
+               source->frames.last > source->frames.first) {
         double ends[2];
         tulle_status status =
             convert_source_find_time(source, source->frames.first, &ends[0], error);

@@ -36,8 +36,7 @@ static const animation_reader *find_reader(const char *path) {
 static tulle_status open_file(tulle_animation *animation, const char *path, tulle_error *error) {
     animation->path_size = strlen(path) + 1;
     animation->path = memory_allocate(&animation->heap, animation->path_size);
-    animation->state =
-        memory_allocate_zeroed(&animation->heap, 1, animation->reader->state_size);
+    animation->state = memory_allocate_zeroed(&animation->heap, 1, animation->reader->state_size);
     if (!animation->path || !animation->state) return file_fail_memory(error, path);
     memcpy(animation->path, path, animation->path_size);
     return animation->reader->open(&animation->heap, animation->path, animation->state,

@@ -1,5 +1,6 @@
-/* io/animation/expansion.h - how much memory a reader may fill from a file. A mesh may be shown many
- * times, and numbers may be compressed, but nothing is to fill the memory from a small file. */
+/* io/animation/expansion.h - how much memory a reader may fill from a file. A mesh may be shown
+ * many times, and numbers may be compressed, but nothing is to fill the memory from a small file.
+ */
 #ifndef TULLE_IO_ANIMATION_EXPANSION_H
 #define TULLE_IO_ANIMATION_EXPANSION_H
 

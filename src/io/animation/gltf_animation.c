@@ -344,7 +344,8 @@ static tulle_status add_joints(gltf_scene *scene, skin *bound, const uint32_t se
                              "vertex %zu hangs at joint %.0f, but there are only %zu", vertex,
                              joints[i], bound->joint_count);
         double point[3];
-        matrix_transform(bound->matrices + 16 * (size_t)joints[i], bound->positions + 3 * vertex, point);
+        matrix_transform(bound->matrices + 16 * (size_t)joints[i], bound->positions + 3 * vertex,
+                         point);
         for (size_t k = 0; k < 3; k++) bound->moved[3 * (i / 4) + k] += weights[i] * point[k];
     }
     return status;

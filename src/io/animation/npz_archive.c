@@ -18,15 +18,15 @@
 #include <unistd.h>
 
 enum {
-    END_SIZE = 22,        /* [bytes] of the record at the end */
-    COMMENT_MAX = 65535,  /* [bytes] behind it */
-    LOCATOR_SIZE = 20,    /* [bytes] of the record that leads to that of ZIP64 */
-    END64_SIZE = 56,      /* [bytes] of the latter */
-    ENTRY_SIZE = 46,      /* [bytes] of an entry of the directory without its name */
-    LOCAL_SIZE = 30,      /* [bytes] of the head of a file, the same */
-    HEAD_MAX = 1 << 14,   /* [bytes] of the head of an array */
-    ENCRYPTED = 1,        /* a flag */
-    STORED = 0,           /* methods */
+    END_SIZE = 22,       /* [bytes] of the record at the end */
+    COMMENT_MAX = 65535, /* [bytes] behind it */
+    LOCATOR_SIZE = 20,   /* [bytes] of the record that leads to that of ZIP64 */
+    END64_SIZE = 56,     /* [bytes] of the latter */
+    ENTRY_SIZE = 46,     /* [bytes] of an entry of the directory without its name */
+    LOCAL_SIZE = 30,     /* [bytes] of the head of a file, the same */
+    HEAD_MAX = 1 << 14,  /* [bytes] of the head of an array */
+    ENCRYPTED = 1,       /* a flag */
+    STORED = 0,          /* methods */
     DEFLATED = 8
 };
 
@@ -199,7 +199,8 @@ static tulle_status find_data(const npz_archive *archive, npz_array *array, uint
     npz_entry *const entry = &array->entry;
     entry->place = local + LOCAL_SIZE + bytes_load(bytes + 26, 2) + bytes_load(bytes + 28, 2);
     if (entry->place > archive->size || entry->packed_size > archive->size - entry->place)
-        return npz_array_fail(archive, array, error, "reaches beyond the archive, which is cut short");
+        return npz_array_fail(archive, array, error,
+                              "reaches beyond the archive, which is cut short");
     if (!entry->is_deflated && entry->size != entry->packed_size)
         return npz_array_fail(archive, array, error, "is stored, but in two sizes");
     return TULLE_OK;
@@ -233,8 +234,8 @@ static tulle_status inflate_window(npz_archive *archive, npz_array *array, tulle
         if (stream->avail_in == 0) {
             uint64_t const rest = array->entry.packed_size - array->packed_done;
             size_t const count = rest < NPZ_WINDOW_SIZE ? (size_t)rest : NPZ_WINDOW_SIZE;
-            tulle_status const status = read_bytes(
-                archive, array->entry.place + array->packed_done, count, array->packed, error);
+            tulle_status const status = read_bytes(archive, array->entry.place + array->packed_done,
+                                                   count, array->packed, error);
             if (status) return status;
             array->packed_done += count;
             stream->next_in = array->packed;
@@ -279,8 +280,8 @@ static tulle_status fill_window(npz_archive *archive, npz_array *array, uint64_t
 static tulle_status read_entry_bytes(npz_archive *archive, npz_array *array, uint64_t offset,
                                      size_t count, unsigned char *bytes, tulle_error *error) {
     while (count > 0) {
-        bool const is_here = offset >= array->window_offset &&
-                             offset < array->window_offset + array->window_count;
+        bool const is_here =
+            offset >= array->window_offset && offset < array->window_offset + array->window_count;
         tulle_status const status = is_here ? TULLE_OK : fill_window(archive, array, offset, error);
         if (status) return status;
         size_t const at = (size_t)(offset - array->window_offset);
@@ -302,12 +303,14 @@ static tulle_status check_sum(npz_archive *archive, npz_array *array, tulle_erro
         sum = (uint32_t)crc32_z(sum, array->window, array->window_count);
         done += array->window_count;
         if (done > array->entry.size)
-            return npz_array_fail(archive, array, error, "its compressed data are of more bytes than "
-                                                         "the archive says");
+            return npz_array_fail(archive, array, error,
+                                  "its compressed data are of more bytes than "
+                                  "the archive says");
     }
     if (sum == array->entry.sum) return TULLE_OK;
-    return npz_array_fail(archive, array, error, "its sum is not the one in the archive: the file "
-                                                 "is damaged");
+    return npz_array_fail(archive, array, error,
+                          "its sum is not the one in the archive: the file "
+                          "is damaged");
 }
 
 /* ---- the head of an array ---- */
@@ -482,8 +485,8 @@ tulle_status npz_array_read(npz_archive *archive, npz_array *array, const uint64
         index = index * array->shape[k] + at[k];
     }
     unsigned char bytes[8];
-    tulle_status const status = read_entry_bytes(archive, array, array->first + index * array->width,
-                                                 array->width, bytes, error);
+    tulle_status const status = read_entry_bytes(
+        archive, array, array->first + index * array->width, array->width, bytes, error);
     if (status) return status;
     *value = decode(array, array->is_big_endian ? bytes_load_big_endian(bytes, array->width)
                                                 : bytes_load(bytes, array->width));

@@ -1,5 +1,6 @@
-/* io/animation/npz_archive.h - arrays of a NumPy archive (.npz) that is read: a ZIP file of .npy files,
- * stored or deflated. Numbers are read where they are; only a window of them is in memory. */
+/* io/animation/npz_archive.h - arrays of a NumPy archive (.npz) that is read: a ZIP file of .npy
+ * files, stored or deflated. Numbers are read where they are; only a window of them is in memory.
+ */
 #ifndef TULLE_IO_ANIMATION_NPZ_ARCHIVE_H
 #define TULLE_IO_ANIMATION_NPZ_ARCHIVE_H
 
@@ -8,14 +9,14 @@
 #include <zlib.h>
 
 enum {
-    NPZ_NAME_SIZE = 32,     /* [bytes] of the names that are looked for */
-    NPZ_DIMENSION_MAX = 4,  /* of an array */
+    NPZ_NAME_SIZE = 32,       /* [bytes] of the names that are looked for */
+    NPZ_DIMENSION_MAX = 4,    /* of an array */
     NPZ_WINDOW_SIZE = 1 << 14 /* [bytes] */
 };
 
 /* A file of the archive. */
 typedef struct npz_entry {
-    char name[NPZ_NAME_SIZE]; /* "positions.npy" */
+    char name[NPZ_NAME_SIZE];          /* "positions.npy" */
     uint64_t place, packed_size, size; /* [bytes] of its data in the archive, and unpacked */
     uint32_t sum;
     bool is_deflated;
@@ -23,8 +24,8 @@ typedef struct npz_entry {
 
 typedef struct npz_array {
     npz_entry entry;
-    char kind;     /* f, i or u */
-    size_t width;  /* [bytes] of a number */
+    char kind;    /* f, i or u */
+    size_t width; /* [bytes] of a number */
     bool is_big_endian, is_fortran;
     size_t dimension_count;
     uint64_t shape[NPZ_DIMENSION_MAX];

@@ -41,8 +41,7 @@ static tulle_status check_positions(npz_state *npz, tulle_error *error) {
 
 /* Refuses what would take too many times the file's bytes. */
 static tulle_status check_size(const npz_state *npz, uint64_t triangle_count, tulle_error *error) {
-    uint64_t const size =
-        12 * npz->vertex_count + 8 * npz->frame_count + 12 * triangle_count;
+    uint64_t const size = 12 * npz->vertex_count + 8 * npz->frame_count + 12 * triangle_count;
     uint64_t const limit = expansion_get_limit(npz->archive.size);
     if (size <= limit) return TULLE_OK;
     return error_set_at(error, TULLE_ERROR_LIMIT, npz->archive.path, 0, 0,
@@ -55,8 +54,7 @@ static tulle_status read_triangles(npz_state *npz, npz_array *array, tulle_error
     bool const is_empty = array->shape[0] == 0 && array->dimension_count > 0;
     if (is_empty) return TULLE_OK;
     if (array->kind == 'f' || array->dimension_count != 2 || array->shape[1] != 3)
-        return npz_array_fail(archive, array, error,
-                              "should be whole numbers, triangles x 3");
+        return npz_array_fail(archive, array, error, "should be whole numbers, triangles x 3");
     uint64_t const count = array->shape[0];
     tulle_status status = check_size(npz, count, error);
     if (status) return status;
@@ -73,10 +71,9 @@ static tulle_status read_triangles(npz_state *npz, npz_array *array, tulle_error
         double vertex = 0.0;
         status = npz_array_read(archive, array, at, &vertex, error);
         if (status == TULLE_OK && !(vertex >= 0.0 && vertex < (double)npz->vertex_count))
-            status = npz_array_fail(archive, array, error,
-                                    "triangle %llu uses vertex %.0f, but there are only %llu",
-                                    (unsigned long long)at[0], vertex,
-                                    (unsigned long long)npz->vertex_count);
+            status = npz_array_fail(
+                archive, array, error, "triangle %llu uses vertex %.0f, but there are only %llu",
+                (unsigned long long)at[0], vertex, (unsigned long long)npz->vertex_count);
         if (status == TULLE_OK) npz->triangles[3 * at[0] + at[1]] = (uint32_t)vertex;
     }
     return status;

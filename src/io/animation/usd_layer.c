@@ -264,12 +264,23 @@ static tulle_status parse_any_metadata(usd_layer *layer, uint32_t prim, tulle_er
 /* ---- attributes ---- */
 
 static usd_name find_name(const char *name) {
-    static const char *const names[USD_OP] = {
-        "points",      "faceVertexCounts", "faceVertexIndices", "holeIndices",
-        "orientation", "subdivisionScheme", "visibility",       "purpose",
-        "xformOpOrder", "prototypes",      "protoIndices",      "positions",
-        "orientations", "scales",          "invisibleIds",      "primvars:skel:jointIndices",
-        "tulle:times"};
+    static const char *const names[USD_OP] = {"points",
+                                              "faceVertexCounts",
+                                              "faceVertexIndices",
+                                              "holeIndices",
+                                              "orientation",
+                                              "subdivisionScheme",
+                                              "visibility",
+                                              "purpose",
+                                              "xformOpOrder",
+                                              "prototypes",
+                                              "protoIndices",
+                                              "positions",
+                                              "orientations",
+                                              "scales",
+                                              "invisibleIds",
+                                              "primvars:skel:jointIndices",
+                                              "tulle:times"};
     if (strncmp(name, "xformOp:", 8) == 0) return USD_OP;
     int i = 0;
     while (i < USD_OP && strcmp(name, names[i]) != 0) i++;
@@ -277,14 +288,15 @@ static usd_name find_name(const char *name) {
 }
 
 /* The attribute at hand, which may be told in several places: a value here, samples there. */
-static tulle_status take_attribute(usd_layer *layer, uint32_t prim, usd_name name,
-                                   uint32_t *number, tulle_error *error) {
+static tulle_status take_attribute(usd_layer *layer, uint32_t prim, usd_name name, uint32_t *number,
+                                   tulle_error *error) {
     usd_text *const text = &layer->text;
     *number = usd_layer_find_attribute(layer, prim, name, text->word.data);
     if (*number != USD_NONE) return TULLE_OK;
-    usd_attribute made = {
-        .name = name, .piece = USD_NONE, .next = layer->prims.data[prim].first_attribute,
-        .place = text->place};
+    usd_attribute made = {.name = name,
+                          .piece = USD_NONE,
+                          .next = layer->prims.data[prim].first_attribute,
+                          .place = text->place};
     if (layer->prims.data[prim].attribute_count++ == ATTRIBUTE_MAX)
         return usd_text_fail(text, text->place, error, "the prim has more than %d attributes",
                              ATTRIBUTE_MAX);
@@ -316,14 +328,16 @@ static tulle_status parse_samples(usd_layer *layer, uint32_t number, tulle_error
         if (status == TULLE_OK) status = usd_text_expect(text, ':', error);
         sample.place = text->place;
         if (status == TULLE_OK && usd_text_is_name(text, "None") && number != USD_NONE)
-            status = usd_text_fail(text, text->place, error, "a sample without a value is not read here");
+            status = usd_text_fail(text, text->place, error,
+                                   "a sample without a value is not read here");
         if (status == TULLE_OK) status = usd_text_skip(text, error);
         if (status == TULLE_OK && !usd_text_is_sign(text, '}'))
             status = usd_text_expect(text, ',', error);
         if (status || number == USD_NONE) continue;
         if (!ARRAY_RESERVE(text->heap, &layer->samples, 1)) return fail_memory(layer, error);
         if (layer->samples.count > first)
-            is_rising = is_rising && layer->samples.data[layer->samples.count - 1].code < sample.code;
+            is_rising =
+                is_rising && layer->samples.data[layer->samples.count - 1].code < sample.code;
         layer->samples.data[layer->samples.count++] = sample;
     }
     if (status) return status;
@@ -334,11 +348,12 @@ static tulle_status parse_samples(usd_layer *layer, uint32_t number, tulle_error
     attribute->first_sample = first;
     attribute->sample_count = layer->samples.count - first;
     usd_sample *const samples = layer->samples.data + first;
-    if (!is_rising) sort_in_place(samples, attribute->sample_count, sizeof *samples, compare_samples);
+    if (!is_rising)
+        sort_in_place(samples, attribute->sample_count, sizeof *samples, compare_samples);
     for (size_t i = 1; i < attribute->sample_count; i++)
         if (!(samples[i - 1].code < samples[i].code))
-            return usd_text_fail(text, samples[i].place, error, "there are two samples at the time %g",
-                                 samples[i].code);
+            return usd_text_fail(text, samples[i].place, error,
+                                 "there are two samples at the time %g", samples[i].code);
     return next(layer, error);
 }
 
@@ -382,8 +397,8 @@ static tulle_status parse_property(usd_layer *layer, uint32_t prim, bool is_doub
 
 static usd_type find_type(const char *name) {
     static const char *const shapes[] = {
-        "Cube",   "Sphere",     "Cylinder",  "Cylinder_1",    "Capsule", "Capsule_1",
-        "Cone",   "Plane",      "TetMesh",   "BasisCurves",   "Volume",  "HermiteCurves",
+        "Cube",        "Sphere",     "Cylinder",     "Cylinder_1",  "Capsule", "Capsule_1",
+        "Cone",        "Plane",      "TetMesh",      "BasisCurves", "Volume",  "HermiteCurves",
         "NurbsCurves", "NurbsPatch", "OpenVDBAsset", NULL};
     if (strcmp(name, "Mesh") == 0) return USD_MESH;
     if (strcmp(name, "Points") == 0) return USD_POINT_CLOUD;
@@ -432,7 +447,9 @@ static tulle_status parse_prim(usd_layer *layer, uint32_t parent, int depth, tul
                      .first_attribute = USD_NONE,
                      .first_arc = USD_NONE,
                      .last_arc = USD_NONE,
-                     .specifier = first == 'd' ? USD_DEF : first == 'o' ? USD_OVER : USD_CLASS};
+                     .specifier = first == 'd'   ? USD_DEF
+                                  : first == 'o' ? USD_OVER
+                                                 : USD_CLASS};
     if (depth >= DEPTH_MAX)
         return usd_text_fail(text, text->place, error, "more than %d prims in each other",
                              DEPTH_MAX);

@@ -94,7 +94,7 @@ typedef struct usd_layer {
     size_t slot_count;
     bool is_y_up;
     double meters_per_unit, codes_per_second, frames_per_second, start_code; /* NaN: not told */
-    uint32_t default_prim;                                                  /* in texts */
+    uint32_t default_prim;                                                   /* in texts */
     usd_passed passed;
 } usd_layer;
 

@@ -73,8 +73,8 @@ tulle_status usd_attribute_read(usd_scene *scene, uint32_t number, double code, 
     scene->scratch.count = 0;
     if (!ARRAY_RESERVE(scene->layer->text.heap, &scene->scratch, needed))
         return file_fail_memory(error, scene->layer->text.path);
-    status = read_value(scene, attribute, samples[low + 1].place, width, count,
-                        scene->scratch.data, error);
+    status = read_value(scene, attribute, samples[low + 1].place, width, count, scene->scratch.data,
+                        error);
     double const interval = samples[low + 1].code - samples[low].code;
     if (status == TULLE_OK)
         interpolate(scene->scratch.data, (code - samples[low].code) / interval, width, count,
@@ -193,9 +193,9 @@ tulle_status usd_node_read_local(usd_scene *scene, usd_node *node, double code,
 static tulle_status read_instances(usd_scene *scene, const usd_instancer *instancer,
                                    uint32_t attribute, double code, size_t width, double *values,
                                    tulle_error *error) {
-    return attribute == USD_NONE ? TULLE_OK
-                                 : usd_attribute_read(scene, attribute, code, width,
-                                                      instancer->count, values, error);
+    return attribute == USD_NONE
+               ? TULLE_OK
+               : usd_attribute_read(scene, attribute, code, width, instancer->count, values, error);
 }
 
 static tulle_status pose_instancer(usd_scene *scene, const usd_instancer *instancer, double code,

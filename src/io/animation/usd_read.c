@@ -19,7 +19,8 @@ static void add_note(tulle_animation_info *info, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     size_t const room = sizeof info->note - length;
-    int const added = snprintf(info->note + length, room, "%s", length > 0 ? ", " : "passed over: ");
+    int const added =
+        snprintf(info->note + length, room, "%s", length > 0 ? ", " : "passed over: ");
     if (added > 0 && (size_t)added < room)
         vsnprintf(info->note + length + added, room - (size_t)added, format, arguments);
     va_end(arguments);

@@ -14,9 +14,9 @@
 #include <math.h>
 
 enum {
-    SPEC_MAX = 64,     /* prims that make one together */
+    SPEC_MAX = 64,      /* prims that make one together */
     REFERENCE_MAX = 32, /* references that lead on to each other */
-    DEPTH_MAX = 200    /* nodes below each other */
+    DEPTH_MAX = 200     /* nodes below each other */
 };
 #define COUNT_LIMIT ((size_t)INT32_MAX)
 /* [time codes] Times that are told apart from the codes are as near to them. */
@@ -62,7 +62,8 @@ static tulle_status add_spec(usd_scene *scene, size_t first, uint32_t prim, int 
              i = layer->arcs.data[i].next) {
             const usd_arc *const arc = &layer->arcs.data[i];
             if (arc->is_inherited != (pass == 0)) continue;
-            uint32_t const target = usd_layer_find_prim(layer, usd_layer_get_text(layer, arc->path));
+            uint32_t const target =
+                usd_layer_find_prim(layer, usd_layer_get_text(layer, arc->path));
             status = target != USD_NONE && target != 0
                          ? add_spec(scene, first, target, depth + 1, error)
                          : usd_text_fail(&layer->text, arc->place, error,
@@ -81,7 +82,8 @@ static uint32_t find_attribute(const usd_scene *scene, spec_range specs, usd_nam
                                          full_name);
         /* What is only declared says nothing. */
         usd_place place;
-        if (found != USD_NONE && name != USD_PROTOTYPES && !usd_find_value(scene->layer, found, &place))
+        if (found != USD_NONE && name != USD_PROTOTYPES &&
+            !usd_find_value(scene->layer, found, &place))
             found = USD_NONE;
     }
     return found;
@@ -109,8 +111,10 @@ static bool read_op_name(const char *name, usd_op *op) {
         const char *name;
         usd_op_kind kind;
         size_t width;
-    } kinds[] = {{"translate", USD_TRANSLATE, 3}, {"scale", USD_SCALE, 3},
-                 {"rotate", USD_ROTATE, 3},       {"orient", USD_ORIENT, 4},
+    } kinds[] = {{"translate", USD_TRANSLATE, 3},
+                 {"scale", USD_SCALE, 3},
+                 {"rotate", USD_ROTATE, 3},
+                 {"orient", USD_ORIENT, 4},
                  {"transform", USD_MATRIX, 16}};
     if (strncmp(name, "xformOp:", 8) != 0) return false;
     name += 8;
@@ -175,7 +179,8 @@ static tulle_status read_ops(usd_scene *scene, spec_range specs, usd_node *node,
         if (status == TULLE_OK) status = usd_text_next(text, error);
         if (status == TULLE_OK && !usd_text_is_sign(text, ']'))
             status = usd_text_expect(text, ',', error);
-        if (status == TULLE_OK) status = check_size(scene, scene->ops.count * sizeof(usd_op), error);
+        if (status == TULLE_OK)
+            status = check_size(scene, scene->ops.count * sizeof(usd_op), error);
     }
     if (status == TULLE_OK && !node->is_moving)
         status = usd_node_read_local(scene, node, 0.0, error);
@@ -246,14 +251,14 @@ static tulle_status read_faces(usd_scene *scene, spec_range specs, const usd_pie
     tulle_status status =
         read_constant(scene, piece->face_counts, &faces->counts, &faces->count, error);
     if (status == TULLE_OK)
-        status = read_constant(scene, piece->face_indices, &faces->indices, &faces->index_count,
-                               error);
+        status =
+            read_constant(scene, piece->face_indices, &faces->indices, &faces->index_count, error);
     uint32_t const holes = find_attribute(scene, specs, USD_HOLES, NULL);
     if (status == TULLE_OK && holes != USD_NONE)
         status = read_constant(scene, holes, &faces->holes, &faces->hole_count, error);
     if (status == TULLE_OK)
-        status = is_token(scene, specs, USD_ORIENTATION, "leftHanded", &faces->is_left_handed,
-                          error);
+        status =
+            is_token(scene, specs, USD_ORIENTATION, "leftHanded", &faces->is_left_handed, error);
     usd_find_value(scene->layer, piece->face_counts, &faces->count_place);
     usd_find_value(scene->layer, piece->face_indices, &faces->index_place);
     return status;
@@ -296,8 +301,7 @@ static tulle_status make_triangles(usd_scene *scene, const usd_piece *piece,
                                  i, count, faces->index_count - first);
         /* Holes rise, as the standard wants them. */
         while (next_hole < faces->hole_count && faces->holes[next_hole] < (double)i) next_hole++;
-        bool const is_hole =
-            next_hole < faces->hole_count && faces->holes[next_hole] == (double)i;
+        bool const is_hole = next_hole < faces->hole_count && faces->holes[next_hole] == (double)i;
         tulle_status status = TULLE_OK;
         if (!is_hole) status = add_fan(scene, piece, faces, first, (size_t)count, error);
         if (status == TULLE_OK) status = check_size(scene, 0, error);
@@ -363,8 +367,7 @@ static tulle_status keep_points(usd_scene *scene, usd_piece *piece, tulle_error 
 static tulle_status note_mesh(usd_scene *scene, spec_range specs, tulle_error *error) {
     bool is_plain = false;
     usd_passed *const passed = &scene->layer->passed;
-    tulle_status const status =
-        is_token(scene, specs, USD_SUBDIVISION, "none", &is_plain, error);
+    tulle_status const status = is_token(scene, specs, USD_SUBDIVISION, "none", &is_plain, error);
     passed->smooth += !is_plain;
     passed->skins += find_attribute(scene, specs, USD_JOINTS, NULL) != USD_NONE;
     return status;
@@ -420,7 +423,8 @@ static tulle_status build_prim(usd_scene *scene, uint32_t parent, uint32_t prim,
     size_t const first = scene->specs.count;
     tulle_status status = add_spec(scene, first, prim, 0, error);
     if (status == TULLE_OK)
-        status = build(scene, parent, (spec_range){first, scene->specs.count - first}, depth, error);
+        status =
+            build(scene, parent, (spec_range){first, scene->specs.count - first}, depth, error);
     scene->specs.count = first;
     return status;
 }
@@ -439,9 +443,8 @@ static tulle_status read_prototypes(usd_scene *scene, uint32_t relationship, uin
     bool const is_list = status == TULLE_OK && usd_text_is_sign(text, '[');
     if (is_list) status = usd_text_next(text, error);
     while (status == TULLE_OK && !(is_list && usd_text_is_sign(text, ']'))) {
-        uint32_t const prim = text->kind == USD_PATH
-                                  ? usd_layer_find_prim(scene->layer, text->word.data)
-                                  : USD_NONE;
+        uint32_t const prim =
+            text->kind == USD_PATH ? usd_layer_find_prim(scene->layer, text->word.data) : USD_NONE;
         if (prim == USD_NONE || prim == 0)
             status = usd_text_fail_word(text, "the path of a prim of this file", error);
         else if (!ARRAY_RESERVE(text->heap, &found, 1))
@@ -495,11 +498,10 @@ static tulle_status add_instancer(usd_scene *scene, uint32_t node, spec_range sp
     double *numbers = NULL;
     size_t prim_count = 0;
     if (indices == USD_NONE) return TULLE_OK;
-    tulle_status status = read_prototypes(
-        scene, find_attribute(scene, specs, USD_PROTOTYPES, NULL), &prims, &prim_count, error);
+    tulle_status status = read_prototypes(scene, find_attribute(scene, specs, USD_PROTOTYPES, NULL),
+                                          &prims, &prim_count, error);
     if (status == TULLE_OK) status = read_constant(scene, indices, &numbers, &made.count, error);
-    if (status == TULLE_OK)
-        status = check_size(scene, made.count * sizeof(usd_node), error);
+    if (status == TULLE_OK) status = check_size(scene, made.count * sizeof(usd_node), error);
     if (status == TULLE_OK && (!ARRAY_RESERVE(heap, &scene->instances, made.count) ||
                                !ARRAY_RESERVE(heap, &scene->instancers, 1)))
         status = fail_memory(scene, error);
@@ -530,8 +532,8 @@ static tulle_status build_children(usd_scene *scene, uint32_t node, spec_range s
                                               length) == USD_NONE;
             tulle_status status = TULLE_OK;
             for (size_t k = 0; k < specs.count && is_new && status == TULLE_OK; k++) {
-                uint32_t const other = usd_layer_find_child(
-                    layer, scene->specs.data[specs.first + k], name, length);
+                uint32_t const other =
+                    usd_layer_find_child(layer, scene->specs.data[specs.first + k], name, length);
                 if (other != USD_NONE) status = add_spec(scene, first, other, 0, error);
             }
             if (is_new && status == TULLE_OK)
@@ -545,15 +547,14 @@ static tulle_status build_children(usd_scene *scene, uint32_t node, spec_range s
 }
 
 /* Whether prims are invisible at all times, or guides and stand-ins, which no picture shows. */
-static tulle_status is_hidden(usd_scene *scene, spec_range specs, bool *is_so,
-                              tulle_error *error) {
+static tulle_status is_hidden(usd_scene *scene, spec_range specs, bool *is_so, tulle_error *error) {
     usd_layer *const layer = scene->layer;
     uint32_t const number = find_attribute(scene, specs, USD_VISIBILITY, NULL);
     bool is_guide = false, is_proxy = false;
     tulle_status status = is_token(scene, specs, USD_PURPOSE, "guide", &is_guide, error);
+    if (status == TULLE_OK) status = is_token(scene, specs, USD_PURPOSE, "proxy", &is_proxy, error);
     if (status == TULLE_OK)
-        status = is_token(scene, specs, USD_PURPOSE, "proxy", &is_proxy, error);
-    if (status == TULLE_OK) status = is_token(scene, specs, USD_VISIBILITY, "invisible", is_so, error);
+        status = is_token(scene, specs, USD_VISIBILITY, "invisible", is_so, error);
     size_t const count = number == USD_NONE ? 0 : layer->attributes.data[number].sample_count;
     size_t const first = count > 0 ? layer->attributes.data[number].first_sample : 0;
     bool const begins_hidden = *is_so;
@@ -641,7 +642,8 @@ static tulle_status take_exact_times(usd_scene *scene, tulle_error *error) {
     while (number < layer->attributes.count && layer->attributes.data[number].name != USD_TIMES)
         number++;
     usd_place place;
-    if (number == layer->attributes.count || !usd_find_value(layer, number, &place)) return TULLE_OK;
+    if (number == layer->attributes.count || !usd_find_value(layer, number, &place))
+        return TULLE_OK;
     size_t const count = scene->frames.count;
     size_t found = 0;
     scene->scratch.count = 0;

@@ -16,8 +16,8 @@ typedef enum usd_op_kind {
 /* A step of a prim's transform. */
 typedef struct usd_op {
     usd_op_kind kind;
-    size_t width;   /* numbers */
-    char axes[4];   /* "X", "XYZ": what the numbers mean where they are not x, y and z */
+    size_t width; /* numbers */
+    char axes[4]; /* "X", "XYZ": what the numbers mean where they are not x, y and z */
     bool is_inverse;
     uint32_t attribute;
 } usd_op;

@@ -19,11 +19,11 @@
 #include <unistd.h>
 
 enum {
-    WINDOW_SIZE = 1 << 15,     /* [bytes] */
-    FIRST_PORTION = 1 << 12,   /* [bytes] read after a jump; twice as many each time after that */
-    BRACKET_DEPTH_MAX = 64,    /* of a value */
-    WORD_LIMIT = 1 << 20,      /* [bytes] of a word that is kept; no name is longer */
-    SHOWN_SIZE = 48            /* [bytes] of a word in a message */
+    WINDOW_SIZE = 1 << 15,   /* [bytes] */
+    FIRST_PORTION = 1 << 12, /* [bytes] read after a jump; twice as many each time after that */
+    BRACKET_DEPTH_MAX = 64,  /* of a value */
+    WORD_LIMIT = 1 << 20,    /* [bytes] of a word that is kept; no name is longer */
+    SHOWN_SIZE = 48          /* [bytes] of a word in a message */
 };
 
 /* ---- the window ---- */
@@ -343,8 +343,8 @@ static tulle_status skip_brackets(usd_text *text, char first, tulle_error *error
             else if (open)
                 expected[depth++] = closing[open - opening];
             else if ((c == ')' || c == ']' || c == '}') && c != expected[--depth])
-                status = usd_text_fail(text, here, error, "\"%c\" should be \"%c\"", c,
-                                       expected[depth]);
+                status =
+                    usd_text_fail(text, here, error, "\"%c\" should be \"%c\"", c, expected[depth]);
         }
         if (status) return status;
     }

@@ -33,10 +33,10 @@ typedef struct usd_text {
     int code; /* errno of a read that failed; 0: none */
     /* The word at hand. */
     usd_kind kind;
-    char sign;          /* USD_SIGN */
-    ARRAY(char) word;   /* ends with a zero */
-    double number;      /* USD_NUMBER */
-    usd_place place;    /* where it begins */
+    char sign;        /* USD_SIGN */
+    ARRAY(char) word; /* ends with a zero */
+    double number;    /* USD_NUMBER */
+    usd_place place;  /* where it begins */
 } usd_text;
 
 /* Opens a file and reads its first word. Release with usd_text_close, also after a failure. */

@@ -264,10 +264,9 @@ tulle_status json_read(memory *heap, const char *path, const char *text, size_t 
     document->strings = memory_allocate(heap, document->strings_size);
     size_t root = 0;
     peek(&parser);
-    tulle_status status = document->strings ? reserve_values(&parser, error)
-                                            : file_fail_memory(error, path);
-    if (!status && !add_value(&parser, &root))
-        status = file_fail_memory(error, parser.text.path);
+    tulle_status status =
+        document->strings ? reserve_values(&parser, error) : file_fail_memory(error, path);
+    if (!status && !add_value(&parser, &root)) status = file_fail_memory(error, parser.text.path);
     if (!status) status = parse_value(&parser, root, 0, error);
     if (!status) {
         peek(&parser);

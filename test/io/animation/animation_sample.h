@@ -1,5 +1,5 @@
-/* A random animation for tests: written, read and compared; files with damage, judged. Include in one
- * file of the program only. */
+/* A random animation for tests: written, read and compared; files with damage, judged. Include in
+ * one file of the program only. */
 #ifndef TULLE_TEST_ANIMATION_SAMPLE_H
 #define TULLE_TEST_ANIMATION_SAMPLE_H
 
@@ -47,8 +47,8 @@ static inline void make_sample(uint64_t seed, uint32_t frame_count) {
     }
 }
 
-static inline tulle_status read_sample(void *context, size_t surface, uint32_t frame, double *values,
-                                tulle_error *error) {
+static inline tulle_status read_sample(void *context, size_t surface, uint32_t frame,
+                                       double *values, tulle_error *error) {
     (void)context;
     (void)surface;
     (void)error;

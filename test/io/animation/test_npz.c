@@ -1,6 +1,6 @@
-/* NPZ that is read: what is written comes back with the same bits; what is refused; every truncation,
- * flipped bit and failing allocation. Archives of other types, orders and methods are those of
- * test/e2e/convert_round_trips.py. */
+/* NPZ that is read: what is written comes back with the same bits; what is refused; every
+ * truncation, flipped bit and failing allocation. Archives of other types, orders and methods are
+ * those of test/e2e/convert_round_trips.py. */
 #define _XOPEN_SOURCE 700
 #include "io/animation/animation_sample.h"
 
@@ -15,7 +15,8 @@ static void npz_comes_back(void **state) {
         double positions[3 * VERTEX_MAX];
         assert_int_equal(tulle_animation_open(test_path("a.npz"), &animation, NULL, NULL), 0);
         assert_int_equal(tulle_animation_read_frame(animation, 0, positions, NULL), 0);
-        assert_true(signbit(positions[0]) && tulle_animation_get_time(animation, 0) == made.times[0]);
+        assert_true(signbit(positions[0]) &&
+                    tulle_animation_get_time(animation, 0) == made.times[0]);
         tulle_animation_close(animation);
     }
 }
@@ -31,7 +32,8 @@ static void expect_refused(const char *bytes, size_t size, const char *message) 
     tulle_animation *animation = NULL;
     tulle_error error = {0};
     put_file(test_path("bad.npz"), bytes, size);
-    tulle_status const status = tulle_animation_open(test_path("bad.npz"), &animation, NULL, &error);
+    tulle_status const status =
+        tulle_animation_open(test_path("bad.npz"), &animation, NULL, &error);
     tulle_animation_close(animation);
     if (status != TULLE_ERROR_PARSE || !strstr(error.message, message) ||
         strcmp(error.file, test_path("bad.npz")) != 0)
