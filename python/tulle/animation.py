@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tulle import structs
-from tulle._arrays import Doubles, Indices, copy_from, point_to, to_doubles, to_indices
+from tulle._arrays import Doubles, Indices, copy_from, point_to, to_doubles, to_indices, to_vector
 from tulle._library import ffi, io
 from tulle.errors import InvalidArgumentError, check, make_error_buffer
 from tulle.mesh import Mesh, PathLike, encode_path
@@ -152,7 +152,7 @@ def write_animation(path: PathLike, surfaces: Mapping[str, Union[Frames, tuple[F
         kept.append(ffi.new("char[]", name.encode()))
         rows[i].name, rows[i].prototype = kept[-1], i
         rows[i].motion = int(structs.AnimationMotion.DEFORMS)
-        rows[i].color = list(to_doubles([(colors or {}).get(name, (0.6, 0.1, 0.08))], 3, "colors", 1)[0])
+        rows[i].color = list(to_vector((colors or {}).get(name, (0.6, 0.1, 0.08)), "colors"))
         rows[i].mesh.vertex_count = counts[i]
         if triangles is not None and len(triangles):
             kept.append(triangles)

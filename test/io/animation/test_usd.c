@@ -348,7 +348,7 @@ static void expect_refused(const char *text, int line, int column, const char *m
 
 #define MESH(inside)                                                                               \
     "#usda 1.0\ndef Mesh \"m\"\n{\n point3f[] points = [(0,0,0), (1,0,0), (0,1,0)]\n" inside "\n}" \
-                                                                                             "\n"
+    "\n"
 
 static void faults_are_told(void **state) {
     (void)state;
