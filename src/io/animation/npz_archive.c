@@ -152,11 +152,11 @@ static bool read_extra(const unsigned char *extra, size_t size, uint64_t *const 
     return true; /* the number is just that one */
 }
 
-/* Reads an entry of the directory; *next: the place of the one behind it. A name that is too long
- * is left empty. */
-static tulle_status read_entry(const npz_archive *archive, uint64_t place, npz_entry *entry,
-                               uint64_t *local, unsigned *flags, uint64_t *next,
+/* Reads an entry of the directory; goes on to the place of the one behind it. A name that is too
+ * long is left empty. */
+static tulle_status read_entry(const npz_archive *archive, uint64_t *next, npz_entry *entry,
                                tulle_error *error) {
+    uint64_t const place = *next;
     unsigned char bytes[ENTRY_SIZE], extra[1 << 10];
     tulle_status status = read_bytes(archive, place, ENTRY_SIZE, bytes, error);
     if (status) return status;
@@ -169,27 +169,27 @@ static tulle_status read_entry(const npz_archive *archive, uint64_t place, npz_e
     *entry = (npz_entry){.sum = (uint32_t)bytes_load(bytes + 16, 4),
                          .packed_size = bytes_load(bytes + 20, 4),
                          .size = bytes_load(bytes + 24, 4),
-                         .is_deflated = method == DEFLATED};
-    *flags = (unsigned)bytes_load(bytes + 8, 2);
-    *local = bytes_load(bytes + 42, 4);
+                         .local = bytes_load(bytes + 42, 4),
+                         .is_deflated = method == DEFLATED,
+                         .is_unreadable = (bytes_load(bytes + 8, 2) & ENCRYPTED) ||
+                                          (method != STORED && method != DEFLATED)};
     *next = place + ENTRY_SIZE + name_size + extra_size + comment_size;
     if (name_size >= NPZ_NAME_SIZE) return TULLE_OK;
     status =
         read_bytes(archive, place + ENTRY_SIZE, name_size, (unsigned char *)entry->name, error);
     if (status) return status;
-    if (method != STORED && method != DEFLATED) *flags |= ENCRYPTED;
     if (extra_size > sizeof extra)
         return fail(archive, place, "the entry's extra fields are too long", error);
     status = read_bytes(archive, place + ENTRY_SIZE + name_size, extra_size, extra, error);
-    uint64_t *const numbers[3] = {&entry->size, &entry->packed_size, local};
+    uint64_t *const numbers[3] = {&entry->size, &entry->packed_size, &entry->local};
     if (status == TULLE_OK && !read_extra(extra, extra_size, numbers))
         status = fail(archive, place, "the entry's field of ZIP64 is too short", error);
     return status;
 }
 
 /* Finds where the data of an entry are, behind a head of their own. */
-static tulle_status find_data(const npz_archive *archive, npz_array *array, uint64_t local,
-                              tulle_error *error) {
+static tulle_status find_data(const npz_archive *archive, npz_array *array, tulle_error *error) {
+    uint64_t const local = array->entry.local;
     unsigned char bytes[LOCAL_SIZE];
     tulle_status const status = read_bytes(archive, local, LOCAL_SIZE, bytes, error);
     if (status) return status;
@@ -429,31 +429,25 @@ tulle_status npz_array_open(npz_archive *archive, const char *name, npz_array *a
     snprintf(wanted, sizeof wanted, "%s.npy", name);
     *array = (npz_array){0};
     *is_there = false;
-    uint64_t place = archive->directory, local = 0;
+    uint64_t place = archive->directory;
     uint64_t const end = archive->directory + archive->directory_size;
-    unsigned flags = 0;
     for (uint64_t i = 0; i < archive->entry_count && place < end; i++) {
         npz_entry entry;
-        uint64_t entry_local = 0;
-        unsigned entry_flags = 0;
-        tulle_status const status =
-            read_entry(archive, place, &entry, &entry_local, &entry_flags, &place, error);
+        tulle_status const status = read_entry(archive, &place, &entry, error);
         if (status) return status;
         if (strcmp(entry.name, wanted) != 0) continue;
         array->entry = entry;
-        local = entry_local;
-        flags = entry_flags;
         if (*is_there) return npz_array_fail(archive, array, error, "is there twice");
         *is_there = true;
     }
     if (!*is_there) return TULLE_OK;
-    if (flags & ENCRYPTED)
+    if (array->entry.is_unreadable)
         return npz_array_fail(archive, array, error,
                               "is encrypted, or compressed otherwise than deflated");
     array->window = memory_allocate(archive->heap, NPZ_WINDOW_SIZE);
     array->packed = memory_allocate(archive->heap, NPZ_WINDOW_SIZE);
     if (!array->window || !array->packed) return file_fail_memory(error, archive->path);
-    tulle_status status = find_data(archive, array, local, error);
+    tulle_status status = find_data(archive, array, error);
     if (status == TULLE_OK) status = check_sum(archive, array, error);
     return status == TULLE_OK ? read_head(archive, array, error) : status;
 }

@@ -18,8 +18,9 @@ enum {
 typedef struct npz_entry {
     char name[NPZ_NAME_SIZE];          /* "positions.npy" */
     uint64_t place, packed_size, size; /* [bytes] of its data in the archive, and unpacked */
+    uint64_t local;                    /* of the head before them */
     uint32_t sum;
-    bool is_deflated;
+    bool is_deflated, is_unreadable; /* encrypted, or of another method */
 } npz_entry;
 
 typedef struct npz_array {

@@ -14,18 +14,19 @@ static const double PI = 3.14159265358979323846;
 
 /* ---- values ---- */
 
-/* Reads a value at a place, which should have `count` elements. */
+/* Reads a value at a place, which should have as many elements as there is room for. */
 static tulle_status read_value(usd_scene *scene, const usd_attribute *attribute, usd_place place,
-                               size_t width, size_t count, double *values, tulle_error *error) {
+                               usd_numbers numbers, tulle_error *error) {
     usd_text *const text = &scene->layer->text;
     size_t found = 0;
-    tulle_status const status = usd_text_read(text, place, width, values, count, &found, error);
+    tulle_status const status = usd_text_read(text, place, numbers, &found, error);
     if (status) return status;
-    if (found != count)
-        return usd_text_fail(text, place, error,
-                             "there are %zu values of %s, not %zu; their number may not change",
-                             found, usd_layer_get_text(scene->layer, attribute->full_name), count);
-    for (size_t i = 0; i < width * count && !attribute->is_double; i++) {
+    if (found != numbers.room)
+        return usd_text_fail(
+            text, place, error, "there are %zu values of %s, not %zu; their number may not change",
+            found, usd_layer_get_text(scene->layer, attribute->full_name), numbers.room);
+    double *const values = numbers.values;
+    for (size_t i = 0; i < numbers.width * numbers.room && !attribute->is_double; i++) {
         values[i] = (double)(float)values[i];
         if (!isfinite(values[i]))
             return usd_text_fail(text, place, error, "number %zu is too large for its type", i);
@@ -41,44 +42,42 @@ bool usd_find_value(const usd_layer *layer, uint32_t number, usd_place *place) {
     return attribute->sample_count > 0 || attribute->has_value;
 }
 
-static void interpolate(const double *next, double part, size_t width, size_t count, bool is_turn,
-                        double *values) {
-    for (size_t i = 0; i < count && is_turn; i++) {
-        rotation_normalize(values + 4 * i);
+/* Goes a part of the way to other values. Quaternions have 4 numbers, and nothing else here has. */
+static void interpolate(usd_numbers numbers, const double *next, double part) {
+    double *const values = numbers.values;
+    bool const is_turn = numbers.width == 4;
+    for (size_t i = 0; i < numbers.room && is_turn; i++) {
         double to[4];
         memcpy(to, next + 4 * i, sizeof to);
+        rotation_normalize(values + 4 * i);
         rotation_normalize(to);
         rotation_interpolate(values + 4 * i, to, part, values + 4 * i);
     }
-    for (size_t i = 0; i < width * count && !is_turn; i++)
+    for (size_t i = 0; i < numbers.width * numbers.room && !is_turn; i++)
         values[i] = (1.0 - part) * values[i] + part * next[i];
 }
 
-/* Quaternions have 4 numbers, and nothing else here has. */
-tulle_status usd_attribute_read(usd_scene *scene, uint32_t number, double code, size_t width,
-                                size_t count, double *values, tulle_error *error) {
+tulle_status usd_attribute_read(usd_scene *scene, uint32_t number, double code, usd_numbers numbers,
+                                tulle_error *error) {
     const usd_attribute *const attribute = &scene->layer->attributes.data[number];
     const usd_sample *const samples = scene->layer->samples.data + attribute->first_sample;
     if (attribute->sample_count == 0)
-        return read_value(scene, attribute, attribute->value, width, count, values, error);
+        return read_value(scene, attribute, attribute->value, numbers, error);
     size_t low = 0, high = attribute->sample_count; /* the last sample that is not behind */
     while (high - low > 1) {
         size_t const middle = low + (high - low) / 2;
         *(samples[middle].code <= code ? &low : &high) = middle;
     }
-    tulle_status status =
-        read_value(scene, attribute, samples[low].place, width, count, values, error);
+    tulle_status status = read_value(scene, attribute, samples[low].place, numbers, error);
     if (status || code <= samples[low].code || low + 1 == attribute->sample_count) return status;
-    size_t const needed = width * count;
     scene->scratch.count = 0;
-    if (!ARRAY_RESERVE(scene->layer->text.heap, &scene->scratch, needed))
+    if (!ARRAY_RESERVE(scene->layer->text.heap, &scene->scratch, numbers.width * numbers.room))
         return file_fail_memory(error, scene->layer->text.path);
-    status = read_value(scene, attribute, samples[low + 1].place, width, count, scene->scratch.data,
-                        error);
+    usd_numbers const next = {numbers.width, scene->scratch.data, numbers.room};
+    status = read_value(scene, attribute, samples[low + 1].place, next, error);
     double const interval = samples[low + 1].code - samples[low].code;
     if (status == TULLE_OK)
-        interpolate(scene->scratch.data, (code - samples[low].code) / interval, width, count,
-                    width == 4, values);
+        interpolate(numbers, next.values, (code - samples[low].code) / interval);
     return status;
 }
 
@@ -112,9 +111,9 @@ static void make_rotation(const usd_op *op, const double *angles, double *matrix
 
 /* False where there is no inverse. */
 static bool invert(const double *matrix, double *inverse) {
-    double const *const a = matrix, *const b = matrix + 4, *const c = matrix + 8;
+    const double *const a = matrix, *const b = matrix + 4, *const c = matrix + 8;
     double rows[3][3];
-    double const *const columns[3] = {a, b, c};
+    const double *const columns[3] = {a, b, c};
     for (int i = 0; i < 3; i++) {
         const double *const u = columns[(i + 1) % 3], *const v = columns[(i + 2) % 3];
         for (int k = 0; k < 3; k++)
@@ -140,7 +139,7 @@ static tulle_status make_op(usd_scene *scene, const usd_op *op, double code, dou
     double values[16], moves[3] = {0, 0, 0}, scales[3] = {1, 1, 1};
     const usd_attribute *const attribute = &scene->layer->attributes.data[op->attribute];
     tulle_status const status =
-        usd_attribute_read(scene, op->attribute, code, op->width, 1, values, error);
+        usd_attribute_read(scene, op->attribute, code, (usd_numbers){op->width, values, 1}, error);
     memcpy(matrix, MATRIX_IDENTITY, sizeof MATRIX_IDENTITY);
     if (status) return status;
     switch (op->kind) {
@@ -189,13 +188,11 @@ tulle_status usd_node_read_local(usd_scene *scene, usd_node *node, double code,
     return status;
 }
 
-/* Reads one of the arrays of an instancer behind those that have been read; SIZE_MAX: none. */
-static tulle_status read_instances(usd_scene *scene, const usd_instancer *instancer,
-                                   uint32_t attribute, double code, size_t width, double *values,
-                                   tulle_error *error) {
-    return attribute == USD_NONE
-               ? TULLE_OK
-               : usd_attribute_read(scene, attribute, code, width, instancer->count, values, error);
+/* Reads one of the arrays of an instancer, where there is one. */
+static tulle_status read_instances(usd_scene *scene, uint32_t attribute, double code,
+                                   usd_numbers numbers, tulle_error *error) {
+    return attribute == USD_NONE ? TULLE_OK
+                                 : usd_attribute_read(scene, attribute, code, numbers, error);
 }
 
 static tulle_status pose_instancer(usd_scene *scene, const usd_instancer *instancer, double code,
@@ -210,11 +207,13 @@ static tulle_status pose_instancer(usd_scene *scene, const usd_instancer *instan
         for (size_t k = 0; k < 3; k++) scales[3 * i + k] = 1.0;
     }
     tulle_status status =
-        read_instances(scene, instancer, instancer->positions, code, 3, moves, error);
+        read_instances(scene, instancer->positions, code, (usd_numbers){3, moves, count}, error);
     if (status == TULLE_OK)
-        status = read_instances(scene, instancer, instancer->orientations, code, 4, turns, error);
+        status = read_instances(scene, instancer->orientations, code,
+                                (usd_numbers){4, turns, count}, error);
     if (status == TULLE_OK)
-        status = read_instances(scene, instancer, instancer->scales, code, 3, scales, error);
+        status =
+            read_instances(scene, instancer->scales, code, (usd_numbers){3, scales, count}, error);
     for (size_t i = 0; i < count && status == TULLE_OK; i++) {
         double *const turn = turns + 4 * i;
         rotation_normalize(turn);
@@ -253,8 +252,8 @@ static tulle_status pose_piece(usd_scene *scene, const usd_piece *piece, double 
         memcpy(positions, scene->kept.data + piece->first_kept,
                3 * piece->vertex_count * sizeof(double));
     else
-        status = usd_attribute_read(scene, piece->points, code, 3, piece->vertex_count, positions,
-                                    error);
+        status = usd_attribute_read(scene, piece->points, code,
+                                    (usd_numbers){3, positions, piece->vertex_count}, error);
     if (status || matrix_is_identity(matrix)) return status;
     for (size_t i = 0; i < piece->vertex_count; i++)
         matrix_transform(matrix, positions + 3 * i, positions + 3 * i);

@@ -211,7 +211,8 @@ static tulle_status read_constant(usd_scene *scene, uint32_t number, double **va
     *values = NULL;
     *count = 0;
     if (!usd_find_value(layer, number, &place)) return TULLE_OK;
-    tulle_status status = usd_text_read(&layer->text, place, 1, NULL, 0, count, error);
+    tulle_status status =
+        usd_text_read(&layer->text, place, (usd_numbers){1, NULL, 0}, count, error);
     if (status) return status;
     *values = memory_allocate(heap, *count * sizeof **values);
     double *const others =
@@ -220,10 +221,12 @@ static tulle_status read_constant(usd_scene *scene, uint32_t number, double **va
     if (!*values || (attribute->sample_count > 1 && !others))
         status = fail_memory(scene, error);
     else
-        status = usd_text_read(&layer->text, place, 1, *values, *count, &found, error);
+        status =
+            usd_text_read(&layer->text, place, (usd_numbers){1, *values, *count}, &found, error);
     for (size_t i = 1; i < attribute->sample_count && status == TULLE_OK; i++) {
         place = layer->samples.data[attribute->first_sample + i].place;
-        status = usd_text_read(&layer->text, place, 1, others, *count, &found, error);
+        status =
+            usd_text_read(&layer->text, place, (usd_numbers){1, others, *count}, &found, error);
         if (status == TULLE_OK &&
             (found != *count || memcmp(others, *values, *count * sizeof **values) != 0))
             status = usd_text_fail(&layer->text, place, error,
@@ -360,8 +363,9 @@ static tulle_status keep_points(usd_scene *scene, usd_piece *piece, tulle_error 
         return fail_memory(scene, error);
     piece->first_kept = scene->kept.count;
     scene->kept.count += count;
-    return usd_attribute_read(scene, piece->points, 0.0, 3, piece->vertex_count,
-                              scene->kept.data + piece->first_kept, error);
+    return usd_attribute_read(
+        scene, piece->points, 0.0,
+        (usd_numbers){3, scene->kept.data + piece->first_kept, piece->vertex_count}, error);
 }
 
 static tulle_status note_mesh(usd_scene *scene, spec_range specs, tulle_error *error) {
@@ -388,7 +392,8 @@ static tulle_status add_piece(usd_scene *scene, uint32_t node, spec_range specs,
     piece.vertex_count = other.vertex_count;
     tulle_status status = TULLE_OK;
     if (first == USD_NONE)
-        status = usd_text_read(&layer->text, place, 3, NULL, 0, &piece.vertex_count, error);
+        status = usd_text_read(&layer->text, place, (usd_numbers){3, NULL, 0}, &piece.vertex_count,
+                               error);
     if (status == TULLE_OK) status = check_size(scene, 12 * (uint64_t)piece.vertex_count, error);
     if (status || piece.vertex_count == 0) return status;
     if (piece.vertex_count > COUNT_LIMIT - scene->vertex_count)
@@ -464,15 +469,21 @@ static tulle_status read_prototypes(usd_scene *scene, uint32_t relationship, uin
     return status;
 }
 
+/* What an instancer shows: prims, and of each instance which one. */
+typedef struct prototypes {
+    uint32_t *prims;
+    size_t prim_count;
+    double *indices;
+} prototypes;
+
 static tulle_status build_instances(usd_scene *scene, uint32_t node, const usd_instancer *instancer,
-                                    const uint32_t *prims, size_t prim_count, const double *indices,
-                                    int depth, tulle_error *error) {
+                                    const prototypes *shown, int depth, tulle_error *error) {
     tulle_status status = TULLE_OK;
     for (size_t i = 0; i < instancer->count && status == TULLE_OK; i++) {
-        double const index = indices[i];
+        double const index = shown->indices[i];
         uint32_t instance = USD_NONE, prim = USD_NONE;
-        if (index >= 0.0 && index < (double)prim_count && index == floor(index))
-            prim = prims[(size_t)index];
+        if (index >= 0.0 && index < (double)shown->prim_count && index == floor(index))
+            prim = shown->prims[(size_t)index];
         if (prim == USD_NONE)
             return error_set_at(error, TULLE_ERROR_PARSE, scene->layer->text.path, 0, 0,
                                 "instance %zu of an instancer is of prototype %g, which is not "
@@ -494,13 +505,12 @@ static tulle_status add_instancer(usd_scene *scene, uint32_t node, spec_range sp
                           .scales = find_attribute(scene, specs, USD_SCALES, NULL),
                           .first_instance = scene->instances.count};
     uint32_t const indices = find_attribute(scene, specs, USD_PROTO_INDICES, NULL);
-    uint32_t *prims = NULL;
-    double *numbers = NULL;
-    size_t prim_count = 0;
+    prototypes shown = {0};
     if (indices == USD_NONE) return TULLE_OK;
     tulle_status status = read_prototypes(scene, find_attribute(scene, specs, USD_PROTOTYPES, NULL),
-                                          &prims, &prim_count, error);
-    if (status == TULLE_OK) status = read_constant(scene, indices, &numbers, &made.count, error);
+                                          &shown.prims, &shown.prim_count, error);
+    if (status == TULLE_OK)
+        status = read_constant(scene, indices, &shown.indices, &made.count, error);
     if (status == TULLE_OK) status = check_size(scene, made.count * sizeof(usd_node), error);
     if (status == TULLE_OK && (!ARRAY_RESERVE(heap, &scene->instances, made.count) ||
                                !ARRAY_RESERVE(heap, &scene->instancers, 1)))
@@ -509,11 +519,11 @@ static tulle_status add_instancer(usd_scene *scene, uint32_t node, spec_range sp
         for (size_t i = 0; i < made.count; i++)
             scene->instances.data[scene->instances.count++] = USD_NONE;
         scene->instancers.data[scene->instancers.count++] = made;
-        status = build_instances(scene, node, &made, prims, prim_count, numbers, depth, error);
+        status = build_instances(scene, node, &made, &shown, depth, error);
     }
     scene->layer->passed.hidden += find_attribute(scene, specs, USD_INVISIBLE, NULL) != USD_NONE;
-    memory_release(heap, numbers, numbers ? made.count * sizeof *numbers : 0);
-    memory_release(heap, prims, prim_count * sizeof *prims);
+    memory_release(heap, shown.indices, shown.indices ? made.count * sizeof *shown.indices : 0);
+    memory_release(heap, shown.prims, shown.prim_count * sizeof *shown.prims);
     return status;
 }
 
@@ -649,7 +659,8 @@ static tulle_status take_exact_times(usd_scene *scene, tulle_error *error) {
     scene->scratch.count = 0;
     if (!ARRAY_RESERVE(layer->text.heap, &scene->scratch, count)) return fail_memory(scene, error);
     double *const times = scene->scratch.data;
-    tulle_status const status = usd_text_read(&layer->text, place, 1, times, count, &found, error);
+    tulle_status const status =
+        usd_text_read(&layer->text, place, (usd_numbers){1, times, count}, &found, error);
     bool is_same = found == count;
     for (size_t i = 0; i < count && is_same && status == TULLE_OK; i++)
         is_same = fabs(times[i] * layer->codes_per_second - scene->codes.data[i]) <= TIME_TOLERANCE;

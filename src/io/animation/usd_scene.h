@@ -75,8 +75,8 @@ tulle_status usd_scene_pose(usd_scene *scene, uint32_t frame, double *positions,
 bool usd_find_value(const usd_layer *layer, uint32_t attribute, usd_place *place);
 /* Reads the transform of a node whose steps have no time samples. */
 tulle_status usd_node_read_local(usd_scene *scene, usd_node *node, double code, tulle_error *error);
-/* Reads `count` elements of an attribute at a time. */
-tulle_status usd_attribute_read(usd_scene *scene, uint32_t attribute, double code, size_t width,
-                                size_t count, double *values, tulle_error *error);
+/* Reads elements of an attribute at a time, as many as there is room for. */
+tulle_status usd_attribute_read(usd_scene *scene, uint32_t attribute, double code,
+                                usd_numbers numbers, tulle_error *error);
 
 #endif

@@ -396,17 +396,19 @@ static tulle_status read_element(usd_text *text, size_t width, double *values, t
     return status == TULLE_OK ? usd_text_expect(text, ')', error) : status;
 }
 
-tulle_status usd_text_read(usd_text *text, usd_place place, size_t width, double *values,
-                           size_t capacity, size_t *count, tulle_error *error) {
+tulle_status usd_text_read(usd_text *text, usd_place place, usd_numbers numbers, size_t *count,
+                           tulle_error *error) {
     *count = 0;
     tulle_status status = usd_text_seek(text, place, error);
     bool const is_array = status == TULLE_OK && usd_text_is_sign(text, '[');
     if (is_array) status = usd_text_next(text, error);
     while (status == TULLE_OK && !(is_array && usd_text_is_sign(text, ']'))) {
         double element[16];
-        status = read_element(text, width, element, error);
+        status = read_element(text, numbers.width, element, error);
         if (status) return status;
-        if (*count < capacity) memcpy(values + *count * width, element, width * sizeof(double));
+        if (*count < numbers.room)
+            memcpy(numbers.values + *count * numbers.width, element,
+                   numbers.width * sizeof(double));
         ++*count;
         if (!is_array) break;
         if (!usd_text_is_sign(text, ']')) status = usd_text_expect(text, ',', error);

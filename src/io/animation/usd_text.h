@@ -55,11 +55,17 @@ bool usd_text_is_name(const usd_text *text, const char *name);
 /* Passes over a sign that must be there. */
 tulle_status usd_text_expect(usd_text *text, char sign, tulle_error *error);
 
-/* Reads the value at a place: an array of elements, or one element; an element is `width` numbers,
- * in rows where they are 16. *count: elements. Those that have room in `capacity` elements of
- * `values` are stored. */
-tulle_status usd_text_read(usd_text *text, usd_place place, size_t width, double *values,
-                           size_t capacity, size_t *count, tulle_error *error);
+/* Elements of `width` numbers each, and room for them. */
+typedef struct usd_numbers {
+    size_t width;
+    double *values; /* room for `room` elements */
+    size_t room;
+} usd_numbers;
+
+/* Reads the value at a place: an array of elements, or one element; an element of 16 numbers is in
+ * rows. *count: elements that are there. Those that have room are stored. */
+tulle_status usd_text_read(usd_text *text, usd_place place, usd_numbers numbers, size_t *count,
+                           tulle_error *error);
 
 /* An error at a place. */
 tulle_status usd_text_fail(const usd_text *text, usd_place place, tulle_error *error,
