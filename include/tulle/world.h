@@ -571,7 +571,7 @@ typedef struct tulle_step_report {
  * - TULLE_ERROR_PINCHED, when obstacles leave cloth no room;
  * - TULLE_ERROR_STEP_FAILED, when forces lead to numbers that are not finite, when
  *   TULLE_RESPONSE_PAPER tears cloth, or when a body turns further than 4096 substeps follow;
- * - TULLE_ERROR_LIMIT, beyond 2^32 candidate pairs;
+ * - TULLE_ERROR_LIMIT, too many candidate pairs even where the step is cut 4,096-fold;
  * - TULLE_ERROR_INTERRUPTED, by a stop request; and what a frame reader returns. */
 TULLE_API tulle_status tulle_world_step(tulle_world *world, double time_step,
                                         tulle_step_report *report, tulle_error *error);

@@ -93,8 +93,8 @@ static tulle_status run_substeps(step_context *context) {
         if (stop_is_wanted(&world->stop, 0)) return TULLE_ERROR_INTERRUPTED;
         tulle_status status = world_choose_substep(context);
         if (status == TULLE_OK) status = run_substep(context);
+        world_retry_substep(context, &status);
         if (status != TULLE_OK) return status;
-        world_retry_substep(context);
     }
     if (context->outcome != SUBSTEP_PINCHED) context->state->time = end_time;
     return TULLE_OK;
