@@ -99,7 +99,7 @@ static options_outcome read_words(int argc, char **argv, mend_words *words) {
             "Makes of ANIMATION, of cloth, the nearest one in which nothing intersects, neither "
             "in\n"
             "frames nor on the straight way between them: a point cache (.pc2, .mdd) with its\n"
-            "mesh, an animation (.glb, .gltf), numbered meshes (frame_%04d.obj or\n"
+            "mesh, an animation (.glb, .gltf, .usda, .npz), numbered meshes (frame_%04d.obj or\n"
             "'frame_*.obj'), or a run. Where it is clean, it comes back as it is, to the bit.\n"
             "Exit code 1: something still intersects, because bodies leave no room.",
         .options = options,
