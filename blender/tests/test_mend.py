@@ -30,11 +30,11 @@ class Mends(SceneTest):
 
     def check(self, *objects):
         """What the judge says of all frames."""
-        if bpy.context.mode != "OBJECT":
-            bpy.ops.object.mode_set(mode="OBJECT")
         for obj in self.scene.objects:
             obj.select_set(obj in objects)
         bpy.ops.tulle.check(whole_range=True)
+        if bpy.context.mode != "OBJECT":  # what crosses was selected
+            bpy.ops.object.mode_set(mode="OBJECT")
         return self.scene.tulle.status
 
     def see_all(self, obj):
@@ -142,6 +142,18 @@ class Mends(SceneTest):
         self.assertIn("0 after", self.scene.tulle.report)
         self.assertGreater(self.see(sheet, 20)[:, 2].max(), 0.29)
         self.assertIn("No intersection", self.check(sheet, ball))
+
+    def test_names_that_are_alike(self):
+        """Each object has a cache of its own."""
+        sheets = [self.add_pushed(name=name) for name in ("a sheet", "a_sheet")]
+        sheets[1].location.x = 3.0
+        self.add_ball()
+        for sheet in sheets + sheets:
+            self.mend(sheet)
+        paths = {bpy.path.abspath(sheet.modifiers[0].filepath) for sheet in sheets}
+        self.assertEqual(len(paths), 2)
+        for path in paths:
+            self.assertTrue(os.path.isfile(path))
 
     def test_cancelled_and_refused(self):
         sheet, _ = self.add_pushed(), self.add_ball()

@@ -16,6 +16,7 @@ its frames by a Mesh Cache modifier. Each module is one thought:
     job        what reads the scene and runs the program, bit by bit
     bake       a bake that is under way
     mend       operator: mends an animation of another origin
+    waiting    an operator that waits for a job
     operators  bake, cancel, free, export, import
     check      operators: the judge, untangling
     convert    operator: takes over Blender's own cloth

@@ -8,7 +8,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import caches, export, program, selection
-from .job import SLICE, Job, find_folder, list_rest
+from .job import SLICE, Job, find_folder, tell_rest
 from .meshes import Refusal
 
 LEFT_FILE = "left.csv"
@@ -93,7 +93,7 @@ class Bake(Job):
         elif kind == "step":
             self.has_begun = True
             share = event["step"] / max(1, event["steps"])
-            rest = list_rest(event["rest_seconds"])
+            rest = tell_rest(event["rest_seconds"])
             self.tell(
                 "RUNNING",
                 0.1 + 0.9 * share,

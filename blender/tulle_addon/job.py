@@ -21,7 +21,7 @@ def find_folder(scene) -> str:
 class Job:
     """`advance` does a little of it; `state` becomes FINISHED, CANCELLED, FAILED or CHANGED at the end.
 
-    A subclass says what is read, starts the program in `start`, follows it in `advance_run`, and ends in `fail` or by itself."""
+    A subclass says what is read, starts the program in `start`, follows it in `advance_run`, and ends there or in `fail`."""
 
     def __init__(self, context, folder: str, in_window: bool = False):
         self.is_in_window = in_window
@@ -109,6 +109,8 @@ class Job:
         self.reading = None
 
 
-def list_rest(seconds: Any) -> str:
+def tell_rest(seconds: Any) -> str:
     """How long it still takes, in words; empty where that is not known."""
-    return "" if seconds is None else ", %s left" % ("%d min" % round(seconds / 60) if seconds > 90 else "%d s" % round(seconds))
+    if seconds is None:
+        return ""
+    return ", %d min left" % round(seconds / 60) if seconds > 90 else ", %d s left" % round(seconds)

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from . import bake, caches, export, meshes, selection, stack, waiting
-from .job import SLICE, Job, find_folder, list_rest
+from .job import SLICE, Job, find_folder, tell_rest
 from .meshes import Refusal
 from .parts import MESH_FOLDER, Part, Reader, is_in_all, make_name
 from .program import Process
@@ -132,7 +132,7 @@ class Mending(Job):
     """Reads the scene, runs the program, and shows the result once it is whole."""
 
     def __init__(self, context, obj, in_window: bool = False):
-        folder = os.path.join(find_folder(context.scene), FOLDER, make_name(obj.name, set()))
+        folder = choose_folder(context.scene, obj)
         super().__init__(context, folder, in_window)
         self.object_name = obj.name
         self.answers: List[Dict[str, Any]] = []
@@ -170,7 +170,7 @@ class Mending(Job):
             self.answers.append(answer)
             done, count = len(self.answers), len(self.recording.cloth.matrices)
             rest = (time.monotonic() - self.began) / done * (count - done)
-            words = "Frame %d of %d%s" % (self.recording.first + done - 1, self.recording.last, list_rest(rest))
+            words = "Frame %d of %d%s" % (self.recording.first + done - 1, self.recording.last, tell_rest(rest))
             self.tell("MENDING", 0.1 + 0.8 * done / count, words)
 
     def finish(self, context, code: int) -> None:
@@ -223,6 +223,7 @@ class Mending(Job):
             raise Refusal("'%s' is not there any more" % self.object_name)
         caches.set_modifier(obj, self.get_cache(), self.recording.first, is_mended=True)
         color(context, obj, self.recording.cloth, self.measure_worst())
+        caches.remove_all(self.folder, [GIVEN_FILE, RESULT_FILE], [])
         words = "Mended" if self.summary["frames_away"] else "As it was: nothing intersects"
         self.tell("FINISHED", 1.0, words, "\n".join(self.list_words(scene) + self.words))
 
@@ -290,14 +291,28 @@ def color(context, obj, cloth: Part, departures: np.ndarray) -> None:
     mesh.update()
 
 
+def choose_folder(scene, obj) -> str:
+    """That of the object, named after it; no other object of the scene has it."""
+    top, taken = os.path.join(find_folder(scene), FOLDER), set()
+    while True:
+        folder = os.path.join(top, make_name(obj.name, taken))
+        links = caches.read_json(os.path.join(folder, export.LINK_FILE))
+        owner = links["bodies"][-1]["object"] if links else obj.name
+        if owner == obj.name or owner not in scene.objects:
+            return folder
+
+
 def remove_files(folder: str) -> None:
     """Removes what was written of mended objects, and nothing else."""
     top = os.path.join(folder, FOLDER)
-    for name in sorted(os.listdir(top)) if os.path.isdir(top) else []:
+    if not os.path.isdir(top):
+        return
+    for name in sorted(os.listdir(top)):
         if os.path.isfile(os.path.join(top, name, export.LINK_FILE)):
-            caches.remove_all(os.path.join(top, name), [GIVEN_FILE, RESULT_FILE], [])
+            unfinished = os.path.join(export.CACHE_FOLDER, name + ".pc2.new")
+            caches.remove_all(os.path.join(top, name), [GIVEN_FILE, RESULT_FILE, unfinished], [])
             caches.remove_files(os.path.join(top, name))
-    caches.remove_all(folder, [], [FOLDER])
+    caches.remove_all(folder, [], [FOLDER, ""])
 
 
 class TULLE_OT_mend(waiting.Waiting, bpy.types.Operator):

@@ -104,8 +104,8 @@ class TULLE_OT_free(bpy.types.Operator):
         for obj in context.scene.objects:
             if caches.is_ours(obj):
                 caches.remove_modifier(obj)
-        mend.remove_files(folder)
         caches.remove_files(folder)
+        mend.remove_files(folder)
         settings = context.scene.tulle
         settings.state, settings.status, settings.report, settings.progress = "", "", "", 0.0
         return {"FINISHED"}

@@ -100,7 +100,8 @@ def list_other_in_render(obj) -> List[str]:
 
 @contextmanager
 def reading(context, simulated, shown=(), hide: Callable[[Any], List] = list_hidden) -> Iterator[None]:
-    """Within it the meshes of `simulated` evaluate without the modifiers that `hide` lists, to what is simulated, and hidden ones of `shown` are evaluated too.
+    """Within it the meshes of `simulated` evaluate without the modifiers that `hide` lists: to what is simulated. Hidden
+    ones of `shown` are evaluated too.
 
     It leaves edit mode, and brings frame, visibility and modifiers back at its end."""
     scene = context.scene
