@@ -257,6 +257,7 @@ class Export(Reader):
             said["motion"] = {"sequence": {"cache": cache, "interval": 1 / get_fps(self.scene)}}
         return said
 
+
 def has_no_motion(part: Part) -> bool:
     """Whether no vertex moves; decided by what was written where it deforms or is made of instances."""
     if part.keeps_shape and motion.is_still(part.matrices):
