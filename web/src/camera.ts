@@ -4,15 +4,18 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { wantsLittleMotion } from './dom.ts';
 
 const MARGIN = 1.12; // room around what is framed
+const FIELD_OF_VIEW = 31.5; // degrees, that of `tulle render`
+const WIDE = 1.5; // pictures of scenes are about so wide for their height
 const FLIGHT = 220; // milliseconds from one view to the next
 
 export class ViewCamera {
-  readonly camera = new THREE.PerspectiveCamera(32, 1, 0.01, 100);
+  readonly camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 100);
   controls: OrbitControls;
   private readonly element: HTMLElement;
   private readonly ask: () => void;
   private flight = 0;
   private size = 1; // of the scene [m]
+  private framed: (() => void) | null = null; // frames again what the view shows, as long as nobody turned it
 
   constructor(element: HTMLElement, ask: () => void) {
     this.element = element;
@@ -25,7 +28,7 @@ export class ViewCamera {
     const controls = new OrbitControls(this.camera, this.element);
     controls.zoomToCursor = true;
     controls.addEventListener('change', this.ask);
-    controls.addEventListener('start', () => cancelAnimationFrame(this.flight));
+    controls.addEventListener('start', () => this.leave());
     return controls;
   }
 
@@ -42,9 +45,15 @@ export class ViewCamera {
     this.updateRange();
   }
 
+  private leave(): void {
+    cancelAnimationFrame(this.flight);
+    this.framed = null;
+  }
+
   resize(width: number, height: number): void {
     this.camera.aspect = width / Math.max(height, 1);
     this.camera.updateProjectionMatrix();
+    this.framed?.();
     this.ask();
   }
 
@@ -86,6 +95,7 @@ export class ViewCamera {
   // Shows a box from where the camera is, or from `direction`.
   frame(box: THREE.Box3, direction?: THREE.Vector3, isQuick = false): void {
     if (box.isEmpty()) return;
+    this.leave();
     const center = box.getCenter(new THREE.Vector3()), { min, max } = box;
     const from = (direction ?? this.camera.position.clone().sub(this.controls.target)).clone().normalize();
     const right = new THREE.Vector3().crossVectors(this.camera.up, from);
@@ -101,10 +111,21 @@ export class ViewCamera {
       distance = Math.max(distance, corner.dot(from) + MARGIN * room);
     }
     this.fly(center.clone().addScaledVector(from, distance), center, isQuick);
+    this.framed = () => this.frame(box, from, true);
+  }
+
+  // As a scene has it; farther away where the picture is narrow.
+  takePlace(position: THREE.Vector3, target: THREE.Vector3, fieldOfView?: number): void {
+    this.leave();
+    if (fieldOfView) this.camera.fov = (180 * fieldOfView) / Math.PI;
+    const way = position.clone().sub(target).multiplyScalar(Math.max(1, WIDE / this.camera.aspect));
+    this.fly(target.clone().add(way), target, true);
+    this.framed = () => this.takePlace(position, target);
   }
 
   // From the side of an axis: 'x', '-x', 'y' ... The axis that points upwards is seen from a hair beside it.
   lookAlong(axis: string): void {
+    this.leave();
     const direction = new THREE.Vector3();
     direction.setComponent('xyz'.indexOf(axis.at(-1)!), axis.startsWith('-') ? -1 : 1);
     if (Math.abs(direction.dot(this.camera.up)) > 0.99) {
@@ -117,7 +138,7 @@ export class ViewCamera {
 
   // Turns about the target by angles, or goes nearer by a factor.
   turn(across: number, up: number, nearer = 1): void {
-    cancelAnimationFrame(this.flight);
+    this.leave();
     const level = new THREE.Quaternion().setFromUnitVectors(this.camera.up, new THREE.Vector3(0, 1, 0));
     const place = new THREE.Spherical().setFromVector3(this.camera.position.clone().sub(this.controls.target).applyQuaternion(level));
     place.theta += across;
@@ -130,6 +151,7 @@ export class ViewCamera {
 
   // Moves sideways and upwards by shares of the height of the picture.
   pan(across: number, up: number): void {
+    this.leave();
     const height = 2 * Math.tan((this.camera.fov * Math.PI) / 360) * this.camera.position.distanceTo(this.controls.target);
     const [right, above] = this.getAxes();
     const way = right.multiplyScalar(across * height).addScaledVector(above, up * height);
@@ -159,7 +181,7 @@ export class ViewCamera {
 
   setNumbers(numbers: readonly number[]): void {
     if (numbers.length !== 6 || !numbers.every(Number.isFinite)) return;
-    cancelAnimationFrame(this.flight);
+    this.leave();
     this.camera.position.fromArray(numbers, 0);
     this.controls.target.fromArray(numbers, 3);
     this.controls.update();

@@ -7,7 +7,8 @@ export function make<Tag extends keyof HTMLElementTagNameMap>(
 ): HTMLElementTagNameMap[Tag] {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (value === true) made.setAttribute(name, '');
+    if (name.startsWith('aria-')) made.setAttribute(name, String(value));
+    else if (value === true) made.setAttribute(name, '');
     else if (value !== false) made.setAttribute(name, String(value));
   }
   made.append(...children);
@@ -46,7 +47,7 @@ export function check(text: string, isOn: boolean, change: (isOn: boolean) => vo
 export function choose(
   label: string, options: readonly (readonly [string, string])[], value: string, change: (value: string) => void,
 ): HTMLLabelElement {
-  const select = make('select', {}, ...options.map(([key, text]) => make('option', { value: key, selected: key === value }, text)));
+  const select = make('select', { 'aria-label': label }, ...options.map(([key, text]) => make('option', { value: key, selected: key === value }, text)));
   select.addEventListener('change', () => change(select.value));
   return make('label', { class: 'field' }, make('span', {}, label), select);
 }

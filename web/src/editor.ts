@@ -11,6 +11,7 @@ import { EditorState, Prec } from '@codemirror/state';
 import { drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers } from '@codemirror/view';
 import { tags } from '@lezer/highlight';
 import { make } from './dom.ts';
+import { findPath } from './path.ts';
 import type { Problem, SchemaKey } from './protocol.ts';
 
 const PAUSE = 350; // milliseconds after a key before the text is checked
@@ -19,43 +20,6 @@ export interface EditorOptions {
   check: (text: string) => Promise<Problem[]>;
   save: (text: string) => Promise<Problem[]>;
   onState: (words: string, hasProblems: boolean) => void;
-}
-
-// ---- where the cursor is ----
-
-// The keys that lead to a place in YAML text, by indentation and by braces in the line.
-export function findPath(text: string, place: number): { path: string[]; isValue: boolean; key: string } {
-  const lines = text.slice(0, place).split('\n'), line = lines.pop()!;
-  const path: string[] = [];
-  // Braces that are still open in this line.
-  const open: { key: string; start: number }[] = [];
-  for (let i = 0; i < line.length; i++) {
-    if (line[i] === '#') break;
-    if (line[i] === '{') open.push({ key: /([\w-]+)\s*:\s*$/.exec(line.slice(0, i))?.[1] ?? '', start: i + 1 });
-    if (line[i] === '}') open.pop();
-  }
-  const indent = /^\s*(?:-\s+)*/.exec(line)![0].length;
-  let depth = indent;
-  for (let k = lines.length - 1; k >= 0 && depth > 0; k--) {
-    const match = /^(\s*(?:-\s+)*)([\w-]+)\s*:/.exec(lines[k]);
-    if (!match) continue;
-    const column = match[1].length, dash = match[1].indexOf('-');
-    if (column >= depth) {
-      if (dash >= 0 && dash < depth && column === depth) depth = dash + 1; // an item of a list: its keys are brothers
-      continue;
-    }
-    path.unshift(match[2]);
-    depth = dash >= 0 ? dash + 1 : column;
-  }
-  let rest = line.slice(indent);
-  if (open.length) {
-    path.push(...open.map(({ key }) => key).filter(Boolean));
-    rest = line.slice(open.at(-1)!.start);
-    const comma = rest.lastIndexOf(',');
-    if (!/\[[^\]]*$/.test(rest)) rest = rest.slice(comma + 1);
-  }
-  const pair = /^\s*([\w-]+)\s*:\s+/.exec(rest);
-  return { path, isValue: pair !== null, key: pair?.[1] ?? '' };
 }
 
 const plain = (path: string) => path.replaceAll('[]', '').split('.').filter(Boolean).join('.');
@@ -117,9 +81,9 @@ export class Editor {
 
   constructor(options: EditorOptions) {
     this.options = options;
-    const root = this.host.attachShadow({ mode: 'open' }), place = make('div');
+    const root = this.host.attachShadow({ mode: 'open' }), place = make('div', { class: 'place' });
     const sheet = new CSSStyleSheet();
-    sheet.replaceSync(':host { display: block; min-height: 0; } div { height: 100%; }');
+    sheet.replaceSync(':host { display: block; min-height: 0; } div.place { height: 100%; }');
     root.adoptedStyleSheets = [sheet];
     root.append(place);
     this.view = new EditorView({
@@ -213,4 +177,5 @@ export class Editor {
   }
 }
 
-const describe = ({ line, column, message }: Problem) => `line ${line}, column ${column}: ${message}`;
+// A problem in another file has no line here.
+const describe = ({ line, column, message }: Problem) => (line > 0 ? `line ${line}, column ${column}: ${message}` : message);

@@ -1,12 +1,12 @@
-// Taking hold of a live scene: cloth is pulled by a point in the plane that faces the camera, by mouse, finger or keys; obstacles and
+// Taking hold of a live scene: cloth and bodies are pulled by a point in the plane that faces the camera, by mouse, finger or keys; obstacles and
 // bodies are moved by three's TransformControls or by numbers.
 import * as THREE from 'three';
 import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
 import type { Connection } from './connection.ts';
 import { type Hit, type Picker, setLine } from './pick.ts';
+import { findPose } from './pose.ts';
 import type { Vector } from './protocol.ts';
 import type { Stage } from './stage.ts';
-import type { Surface } from './surface.ts';
 
 export type Tool = 'look' | 'grab' | 'cut' | 'move';
 
@@ -36,33 +36,6 @@ export interface HoldOptions {
 
 const toVector = (point: THREE.Vector3): Vector => point.toArray() as Vector;
 
-// The turn and the way that lead a rigid mesh from its first place to where it is, by three of its vertices.
-export function findPose(surface: Surface): { position: THREE.Vector3; rotation: THREE.Quaternion } {
-  const x = surface.mesh.positions, count = surface.mesh.vertexCount;
-  const rest = (i: number) => new THREE.Vector3().fromArray(x, 3 * i);
-  const frame = (a: THREE.Vector3, b: THREE.Vector3, c: THREE.Vector3) => {
-    const e = b.clone().sub(a).normalize(), n = e.clone().cross(c.clone().sub(a)).normalize();
-    return new THREE.Matrix4().makeBasis(e, n.clone().cross(e), n);
-  };
-  // A far vertex from the first, then the one farthest from the line through both.
-  const first = rest(0);
-  let far = 0, third = 0, best = -1;
-  for (let i = 0; i < count; i++) {
-    const distance = rest(i).distanceToSquared(first);
-    if (distance > best) [best, far] = [distance, i];
-  }
-  const line = rest(far).sub(first).normalize();
-  best = -1;
-  for (let i = 0; i < count; i++) {
-    const distance = rest(i).sub(first).cross(line).lengthSq();
-    if (distance > best) [best, third] = [distance, i];
-  }
-  const before = frame(first, rest(far), rest(third));
-  const now = [0, far, third].map((i) => surface.getVertex(i));
-  const turn = frame(now[0], now[1], now[2]).multiply(before.transpose()), rotation = new THREE.Quaternion().setFromRotationMatrix(turn);
-  return { position: now[0].clone().sub(first.applyQuaternion(rotation)), rotation };
-}
-
 export class Hold {
   tool: Tool = 'look';
   force = 5; // largest force of a grab [N]
@@ -74,7 +47,7 @@ export class Hold {
   private readonly ends: THREE.Points<THREE.BufferGeometry, THREE.PointsMaterial>;
   private readonly gizmo: TransformControls;
   private readonly pivot = new THREE.Object3D();
-  private readonly center = new THREE.Vector3(); // of the moved object's mesh
+  private readonly middle = new THREE.Vector3(); // of the box of the moved object's mesh: it is moved by this point
   private isMoveSent = true;
   private press: { x: number; y: number; id: number } | null = null;
   private pointer = -1; // that drags the grab
@@ -128,7 +101,7 @@ export class Hold {
     const wantsGrab = this.isAble && event.button === 0 && (this.tool === 'grab' || (event.shiftKey && this.tool === 'look'));
     if (!wantsGrab || this.grab) return;
     const hit = this.o.picker.find(event);
-    if (!hit || this.o.stage.surfaces[hit.object].info.role !== 'cloth') return;
+    if (!hit || this.o.stage.surfaces[hit.object].info.role === 'obstacle') return;
     event.stopPropagation();
     this.pointer = event.pointerId;
     this.o.stage.view.setPointerCapture(event.pointerId);
@@ -197,7 +170,7 @@ export class Hold {
     const { selection } = this.o.picker;
     if (!this.isAble || !selection || this.grab) return;
     const surface = this.o.stage.surfaces[selection.object], nearest = this.o.picker.getNearest();
-    if (surface.info.role !== 'cloth' || !nearest) return this.o.say('only cloth can be held: choose a vertex of cloth');
+    if (surface.info.role === 'obstacle' || !nearest) return this.o.say('an obstacle cannot be held: move it');
     const weights = selection.weights.slice() as [number, number, number];
     this.begin({ object: selection.object, triangle: selection.triangle, weights, point: surface.getPoint(selection.triangle, weights) }, true);
     this.o.stage.view.focus({ preventScroll: true });
@@ -277,7 +250,7 @@ export class Hold {
       if (this.isAble && this.tool === 'move') this.o.say('choose an obstacle or a body to move');
     } else {
       const box = new THREE.Box3().setFromArray(surface.mesh.positions);
-      box.getCenter(this.center);
+      box.getCenter(this.middle);
       this.followObject();
       this.gizmo.attach(this.pivot);
       this.o.say(`${surface.info.name} can be moved`);
@@ -292,14 +265,14 @@ export class Hold {
 
   getPose(): { position: THREE.Vector3; rotation: THREE.Quaternion } | null {
     const surface = this.moved === null ? undefined : this.o.stage.surfaces[this.moved];
-    return surface ? findPose(surface) : null;
+    return surface ? findPose(surface, this.middle) : null;
   }
 
   private followObject(): void {
     const pose = this.moved === null || this.gizmo.dragging ? null : this.getPose();
     if (!pose) return;
     this.pivot.quaternion.copy(pose.rotation);
-    this.pivot.position.copy(this.center).applyQuaternion(pose.rotation).add(pose.position);
+    this.pivot.position.copy(pose.position);
   }
 
   private sendPivot(): void {
@@ -309,22 +282,14 @@ export class Hold {
     requestAnimationFrame(() => {
       this.isMoveSent = true;
       if (this.moved === null) return;
-      const rotation = this.pivot.quaternion.clone();
-      this.move(this.pivot.position.clone().sub(this.center.clone().applyQuaternion(rotation)), rotation);
+      this.move(this.pivot.position, this.pivot.quaternion);
     });
   }
 
+  // The middle goes to `position`, the mesh turns about it.
   move(position: THREE.Vector3, rotation: THREE.Quaternion): void {
     const { x, y, z, w } = rotation;
     this.o.connection().ask({ type: 'move', object: this.moved, position: toVector(position), rotation: [w, x, y, z] })
       .catch((problem) => this.o.fail(problem));
-  }
-
-  // By steps along the axes of the scene, for keys and buttons.
-  shift(axis: number, amount: number): void {
-    const pose = this.getPose();
-    if (!pose) return;
-    pose.position.setComponent(axis, pose.position.getComponent(axis) + amount);
-    this.move(pose.position, pose.rotation);
   }
 }

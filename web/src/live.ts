@@ -63,12 +63,12 @@ export class LiveBar {
       this.time.textContent = '';
       return;
     }
-    const rate = state.is_running ? `, ${write(state.steps_per_second)} steps a second, ${write(state.real_time_ratio, 2)} \u00d7 real time` : ', paused';
+    const rate = state.is_running ? `, ${write(state.steps_per_second)} steps a second, ${write(state.real_time_ratio, 2)} \u00d7 real time` : state.has_failed ? ', stopped' : state.is_starting ? ', starting' : ', paused';
     this.time.textContent = `step ${state.step}, ${state.time.toFixed(2)} s${rate}, ${state.contacts} contacts`;
     this.time.dataset.step = String(state.step);
     const saved = state.saved ?? [], wanted = ['', ...saved.map(String)];
     const now = [...this.rewind.options].map(({ value }) => value);
-    if (document.activeElement === this.rewind || wanted.join() === now.join()) return;
+    if (document.activeElement === this.rewind || (wanted.length === now.length && wanted.join() === now.join())) return;
     this.rewind.replaceChildren(make('option', { value: '' }, 'Rewind to \u2026'), ...saved.map((step) => make('option', { value: step }, `step ${step}`)));
   }
 }

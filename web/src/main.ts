@@ -77,7 +77,7 @@ class Page {
     this.timeline = new Timeline(this.store, this.fetcher, (kept) => this.showKept(kept), (words) => this.say(words));
     this.liveBar = new LiveBar((message) => this.command(message), (words) => this.say(words));
     this.plots = new Plots((group, buckets) => this.connection.ask<SeriesMessage>({ type: 'series', names: group.names, buckets }));
-    this.corner = new Corner(() => ({ drawn: this.stage?.drawn ?? 0, received: this.received }));
+    this.corner = new Corner(() => ({ drawn: this.stage?.drawn ?? 0, received: this.received, isSoftware: this.stage?.isSoftware ?? false }));
     this.hold = this.stage && this.picker && new Hold({
       stage: this.stage, picker: this.picker, connection: () => this.connection, say: (words) => this.say(words),
       fail: (problem) => this.fail(problem), onChange: () => this.onHold(),
@@ -298,13 +298,12 @@ class Page {
     if (this.link.camera) return camera.setNumbers(this.link.camera);
     if (!scene) return undefined;
     const target = scene.target ? new THREE.Vector3(...scene.target) : camera.controls.target.clone();
-    if (scene.position) return camera.setNumbers([...scene.position, ...target.toArray()]);
-    if (!scene.orbit && !scene.target) return undefined;
-    const [azimuth, elevation] = scene.orbit ?? [-1.07, 0.5];
+    if (scene.position) return camera.takePlace(new THREE.Vector3(...scene.position), target, scene.field_of_view);
+    if (!scene.orbit) return undefined;
+    const [azimuth, elevation] = scene.orbit;
     const direction = new THREE.Vector3(Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation));
-    camera.frame(box, direction, true);
-    const distance = scene.distance ?? camera.camera.position.distanceTo(camera.controls.target);
-    return camera.setNumbers([...target.clone().addScaledVector(direction, distance).toArray(), ...target.toArray()]);
+    if (!scene.distance) return camera.frame(box, direction, true);
+    return camera.takePlace(target.clone().addScaledVector(direction, scene.distance), target, scene.field_of_view);
   }
 
   private change(message: ChangedMessage): void {

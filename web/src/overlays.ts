@@ -29,8 +29,8 @@ export const OVERLAYS: readonly OverlayKind[] = [
 ];
 
 const STICK = new THREE.Color(...fromOklch([0.55, 0.17, 255])), SLIP = new THREE.Color(...fromOklch([0.72, 0.18, 55]));
-const OPEN = new THREE.Color(...fromOklch([0.6, 0.02, 250])), ARROW = new THREE.Color(...fromOklch([0.5, 0.2, 305]));
-const SPEED = new THREE.Color(...fromOklch([0.5, 0.13, 160])), CROSSING = new THREE.Color(...fromOklch([0.58, 0.24, 27]));
+const OPEN = new THREE.Color(...fromOklch([0.6, 0.02, 250])), ARROW = new THREE.Color(...fromOklch([0.62, 0.24, 310]));
+const SPEED = new THREE.Color(...fromOklch([0.58, 0.15, 155])), CROSSING = new THREE.Color(...fromOklch([0.58, 0.24, 27]));
 const LARGEST_COUNT = 20000; // arrows of velocities that are drawn
 const LUT = 256;
 
@@ -39,7 +39,7 @@ function makeTable(map: ColorMap): Uint16Array {
   for (let k = 0; k < LUT; k++) {
     const color = mapValue(map, k / (LUT - 1));
     for (let c = 0; c < 3; c++) table[4 * k + c] = Math.round(65535 * color[c]);
-    table[4 * k + 3] = map === 'diverging' && k < LUT / 2 - 2 ? 0 : 65535; // below zero is hatched
+    table[4 * k + 3] = map === 'diverging' && k < 0.47 * LUT ? 0 : 65535; // below zero is hatched
   }
   return table;
 }

@@ -8,6 +8,8 @@ import type { DocumentMessage, PickedMessage, Vector } from './protocol.ts';
 import type { Stage } from './stage.ts';
 import type { Look } from './surface.ts';
 
+const NO_PATCH = 0xffffffff;
+
 export type FullLook = Look & { hasGround: boolean };
 
 function section(title: string, isOpen: boolean, ...children: (Node | string)[]): HTMLDetailsElement {
@@ -117,7 +119,7 @@ export class SelectionPanel {
     const { actions } = this, info = this.stage.surfaces[selection.object]?.info;
     const parts = make('div', { class: 'group', role: 'group', 'aria-label': 'Part' }, ...(['vertex', 'edge', 'triangle'] as const).map((part) =>
       button(part[0].toUpperCase() + part.slice(1), () => actions.choosePart(part), { 'aria-pressed': part === selection.part })));
-    const canHold = hold?.isAble && info?.role === 'cloth';
+    const canHold = hold?.isAble && info && info.role !== 'obstacle';
     this.content.replaceChildren(
       make('p', {}, make('b', {}, info?.name ?? ''), ` (${info?.role ?? ''})`), parts,
       ...(picked ? this.describe(selection, picked) : [make('p', { class: 'quiet' }, 'asking')]),
@@ -151,7 +153,7 @@ export class SelectionPanel {
           : [['Triangle', triangle && String(triangle.index)], ['Vertices', triangle?.vertices?.join(', ')],
             ['Area [m\u00b2]', triangle?.area === undefined ? undefined : write(triangle.area)], ['Warp', percent(triangle?.strain?.warp)],
             ['Weft', percent(triangle?.strain?.weft)], ['Shear', percent(triangle?.strain?.shear)],
-            ['Patch', triangle?.patch === undefined || triangle.patch === null ? undefined : String(triangle.patch)]];
+            ['Patch', typeof triangle?.patch !== 'number' ? undefined : triangle.patch === NO_PATCH ? 'none' : String(triangle.patch)]];
     const nodes: Node[] = [facts([...rows, ['Point [m]', writeVector(picked.position, 7)], ['Frame', String(picked.frame)]])];
     if (!contacts) return nodes;
     nodes.push(make('h3', {}, contacts.length === 1 ? '1 contact' : `${contacts.length} contacts`));
@@ -159,7 +161,7 @@ export class SelectionPanel {
       const other = typeof contact.object === 'number' ? this.stage.surfaces[contact.object]?.info.name : contact.object;
       const impulse = Array.isArray(contact.impulse) ? writeVector(contact.impulse, 3) : contact.impulse === undefined ? undefined : write(contact.impulse);
       nodes.push(make('div', { class: `contact ${contact.kind}` }, facts([
-        ['Kind', contact.kind], ['With', [other, contact.triangle !== undefined ? `triangle ${contact.triangle}` : contact.vertex !== undefined ? `vertex ${contact.vertex}` : ''].filter(Boolean).join(', ')],
+        ['Kind', contact.kind], ['With', [other, contact.features ?? ''].filter(Boolean).join(', ')],
         ['Gap [mm]', contact.gap === undefined ? undefined : write(1000 * contact.gap)],
         ['Normal', contact.normal && writeVector(contact.normal, 3)], ['Impulse [N s]', impulse]])));
     }
@@ -174,7 +176,7 @@ export function makeHoldPanel(hold: Hold): { element: HTMLDetailsElement; update
   const tools: [Tool, string, string][] = [['look', 'Look', 'V'], ['grab', 'Grab', 'G'], ['cut', 'Cut pins', 'X'], ['move', 'Move', 'M']];
   const buttons = tools.map(([tool, label, key]) => button(label, () => hold.setTool(tool), { 'aria-pressed': hold.tool === tool, title: `${label} (${key})` }));
   const words: Record<Tool, string> = {
-    look: 'Drag turns the view; with Shift it pulls cloth.', grab: 'Drag cloth to pull it; drag beside it to turn the view.',
+    look: 'Drag turns the view; with Shift it pulls.', grab: 'Drag cloth or a body to pull it; drag beside it to turn the view.',
     cut: 'Click a pinned vertex to set it free.', move: 'Click an obstacle or a body, then drag its arrows, or type where it is to go.',
   };
   const help = make('p', { class: 'quiet' }), mover = make('div', {});
@@ -198,7 +200,7 @@ function makeMover(hold: Hold): HTMLElement {
     return { inputs, element: make('fieldset', {}, make('legend', {}, title), make('div', { class: 'vector' },
       ...inputs.map((input, k) => make('label', {}, make('span', { 'aria-hidden': 'true' }, 'xyz'[k]), input)))) };
   };
-  const position = fields('Way [m]', place, 0.01), rotation = fields('Turn [\u00b0]', angles, 1);
+  const position = fields('Middle [m]', place, 0.01), rotation = fields('Turn [\u00b0]', angles, 1);
   const go = () => {
     const [x, y, z] = rotation.inputs.map((input) => (Number(input.value) * Math.PI) / 180);
     hold.move(new THREE.Vector3(...position.inputs.map((input) => Number(input.value))), new THREE.Quaternion().setFromEuler(new THREE.Euler(x, y, z, 'XYZ')));

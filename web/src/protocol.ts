@@ -81,6 +81,9 @@ export interface StateMessage {
   held: number[];
   message: string;
   saved: number[];
+  is_starting?: boolean;
+  is_replaying?: boolean;
+  has_failed?: boolean;
 }
 
 export interface SeriesMessage {
@@ -93,9 +96,8 @@ export interface SeriesMessage {
 
 export interface PickedContact {
   kind: string;
+  features?: string;
   object?: number | string;
-  triangle?: number;
-  vertex?: number;
   gap?: number;
   normal?: Vector;
   impulse?: Vector | number;

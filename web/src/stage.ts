@@ -8,9 +8,18 @@ export function canDraw(): boolean {
   return Boolean(document.createElement('canvas').getContext('webgl2'));
 }
 
-// What is written here changes before each picture.
+const SLOW = 60, REST = 600; // milliseconds: from here on it is coarse; without a change for so long it is sharp again
+
+function drawsBySoftware(): boolean {
+  const context = document.createElement('canvas').getContext('webgl2'), names = context?.getExtension('WEBGL_debug_renderer_info');
+  const name = context && names ? String(context.getParameter(names.UNMASKED_RENDERER_WEBGL)) : '';
+  context?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software/i.test(name);
+}
+
 export interface Counts {
   drawn: number;
+  isSoftware: boolean;
   received: number;
 }
 
@@ -25,19 +34,26 @@ export class Stage {
   beforeDraw: () => void = () => {};
   afterDraw: () => void = () => {};
   private readonly renderer: THREE.WebGLRenderer;
-  private readonly key = new THREE.DirectionalLight(0xfff6e8, 2.1);
-  private readonly sky = new THREE.HemisphereLight(0xffffff, 0xb8bcc4, 1.5);
+  private readonly key = new THREE.DirectionalLight(0xfff6e8, 2.2);
+  private readonly sky = new THREE.HemisphereLight(0xffffff, 0xb8bcc4, 1.6);
   private readonly ground: THREE.Mesh<THREE.PlaneGeometry, THREE.ShaderMaterial>;
   private readonly shade: THREE.Mesh<THREE.PlaneGeometry, THREE.ShadowMaterial>;
   private look: Look = { shading: 'smooth', texture: 'plain', hasWires: false, hasShadows: true };
   private isAsked = false;
+  readonly isSoftware: boolean; // the processor draws, not a graphics card
+  private readonly sharpness = Math.min(window.devicePixelRatio, 2);
+  private isCoarse = false; // fewer pixels while pictures change faster than they can be drawn
+  private lastDraw = 0;
+  private pace = 0; // milliseconds from one picture to the next, while they change
+  private rest = 0;
   private up = new THREE.Vector3(0, 0, 1);
 
   constructor(view: HTMLElement) {
     this.view = view;
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.isSoftware = drawsBySoftware();
+    this.renderer = new THREE.WebGLRenderer({ antialias: !this.isSoftware, preserveDrawingBuffer: true });
     this.renderer.shadowMap.enabled = true;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setPixelRatio(this.sharpness);
     this.canvas = this.renderer.domElement;
     this.canvas.setAttribute('aria-hidden', 'true');
     view.prepend(this.canvas);
@@ -46,9 +62,11 @@ export class Stage {
     this.shade = new THREE.Mesh(new THREE.PlaneGeometry(1, 1), new THREE.ShadowMaterial({ opacity: 0.22 }));
     this.shade.receiveShadow = true;
     this.key.castShadow = true;
-    this.key.shadow.mapSize.set(2048, 2048);
+    this.key.shadow.mapSize.setScalar(this.isSoftware ? 1024 : 2048);
     this.key.shadow.intensity = 0.6;
-    this.scene.add(this.sky, this.key, this.key.target, this.ground, this.shade, this.marks);
+    // A weak light goes along with the camera, so nothing that is looked at is black.
+    this.camera.camera.add(new THREE.DirectionalLight(0xffffff, 0.7));
+    this.scene.add(this.camera.camera, this.sky, this.key, this.key.target, this.ground, this.shade, this.marks);
     new ResizeObserver(() => this.resize()).observe(view);
     isDark.addEventListener('change', () => this.setTheme());
     this.canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
@@ -144,10 +162,31 @@ export class Stage {
   ask(): void {
     if (this.isAsked) return;
     this.isAsked = true;
-    requestAnimationFrame(() => {
+    requestAnimationFrame((now) => {
       this.isAsked = false;
+      this.keepPace(now);
       this.draw();
     });
+  }
+
+  // Draws fewer pixels while it cannot keep up, and all of them once it is at rest.
+  private keepPace(now: number): void {
+    const gap = now - this.lastDraw;
+    this.lastDraw = now;
+    if (gap < REST) this.pace += 0.25 * (gap - this.pace);
+    clearTimeout(this.rest);
+    if (this.pace > SLOW && !this.isCoarse) this.setCoarse(true);
+    if (this.isCoarse)
+      this.rest = window.setTimeout(() => {
+        this.pace = 0;
+        this.setCoarse(false);
+      }, REST);
+  }
+
+  private setCoarse(isCoarse: boolean): void {
+    this.isCoarse = isCoarse;
+    this.renderer.setPixelRatio(isCoarse ? this.sharpness / 2 : this.sharpness);
+    if (!isCoarse) this.draw();
   }
 
   draw(): void {
@@ -217,7 +256,7 @@ export class Corner {
     const now = performance.now(), counts = this.read(), seconds = (now - this.last) / 1000;
     if (seconds < 0.2) return;
     const drawn = (counts.drawn - this.drawn) / seconds, received = (counts.received - this.received) / seconds;
-    this.element.textContent = `${drawn.toFixed(0)} drawn, ${received.toFixed(0)} received a second`;
+    this.element.textContent = `${drawn.toFixed(0)} drawn${counts.isSoftware ? ' by software' : ''}, ${received.toFixed(0)} received a second`;
     Object.assign(this.element.dataset, { drawn: drawn.toFixed(2), received: received.toFixed(2) });
     Object.assign(this, { last: now, drawn: counts.drawn, received: counts.received });
   }
