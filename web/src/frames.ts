@@ -6,7 +6,6 @@ export interface KeptFrame {
   frame: number;
   time: number;
   positions: (Float32Array | null)[]; // null: those of the mesh
-  transforms: Float32Array; // 7 an object
   isAbsent: Uint8Array;
   overlays: Map<string, OverlayMessage>;
   asked: Set<string>; // overlays that come, maybe later
@@ -44,10 +43,9 @@ export class FrameStore {
     const { objects } = decoder;
     const kept: KeptFrame = {
       frame: header.frame, time: header.time, overlays: new Map(), asked: new Set(asked), bytes: 0, positions: [],
-      transforms: new Float32Array(7 * objects.length), isAbsent: new Uint8Array(objects.length),
+      isAbsent: new Uint8Array(objects.length),
     };
     objects.forEach((object, k) => {
-      kept.transforms.set(object.transform, 7 * k);
       kept.isAbsent[k] = Number(object.isAbsent);
       if (!object.hasMoved) return kept.positions.push(null);
       const array = this.spare.get(object.positions.length)?.pop() ?? new Float32Array(object.positions.length);
@@ -55,7 +53,7 @@ export class FrameStore {
       kept.bytes += array.byteLength;
       return kept.positions.push(array);
     });
-    kept.bytes += kept.transforms.byteLength + 256;
+    kept.bytes += 256; // beside the positions
     this.bytes += kept.bytes;
     this.frames.set(header.frame, kept);
     this.trim(shown, header.frame);

@@ -7,6 +7,7 @@ import { type Hit, type Picker, setLine } from './pick.ts';
 import { findPose } from './pose.ts';
 import type { Vector } from './protocol.ts';
 import type { Stage } from './stage.ts';
+import type { Surface } from './surface.ts';
 
 export type Tool = 'look' | 'grab' | 'cut' | 'move';
 
@@ -45,6 +46,8 @@ export class Hold {
   private readonly o: HoldOptions;
   private readonly line: THREE.LineSegments<THREE.BufferGeometry, THREE.LineDashedMaterial>;
   private readonly ends: THREE.Points<THREE.BufferGeometry, THREE.PointsMaterial>;
+  private readonly pinMarks = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: 0xd6006c, size: 8, sizeAttenuation: false, depthTest: false }));
+  private pinned: { surface: Surface; vertex: number }[] = [];
   private readonly gizmo: TransformControls;
   private readonly pivot = new THREE.Object3D();
   private readonly middle = new THREE.Vector3(); // of the box of the moved object's mesh: it is moved by this point
@@ -57,7 +60,7 @@ export class Hold {
     const { stage } = options;
     this.line = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineDashedMaterial({ color: 0xd6006c, depthTest: false, dashSize: 1, gapSize: 0 }));
     this.ends = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: 0xd6006c, size: 10, sizeAttenuation: false, depthTest: false }));
-    for (const each of [this.line, this.ends]) {
+    for (const each of [this.line, this.ends, this.pinMarks]) {
       each.frustumCulled = false;
       each.visible = false;
       each.renderOrder = 10;
@@ -79,6 +82,7 @@ export class Hold {
   setTool(tool: Tool): void {
     this.tool = tool;
     this.o.stage.view.dataset.tool = tool;
+    void this.showPins();
     if (tool !== 'move') this.detach();
     else this.attachTo(this.moved ?? this.o.picker.selection?.object ?? null);
     this.o.onChange();
@@ -214,13 +218,37 @@ export class Hold {
       setLine(this.line, [held, grab.target]);
       setLine(this.ends, [grab.target, held]);
     }
+    this.markPins();
     this.followObject();
+  }
+
+  // The pins that are left, marked while they are to be cut.
+  private async showPins(): Promise<void> {
+    const { surfaces } = this.o.stage;
+    this.pinned = [];
+    if (this.isAble && this.tool === 'cut')
+      for (const [object, { info }] of surfaces.entries()) {
+        if (info.role !== 'cloth' || !info.pins) continue;
+        try {
+          const { pins } = await this.o.connection().ask<{ type: string; pins: number[][] }>({ type: 'pins', object });
+          for (const vertex of new Set(pins.flat())) this.pinned.push({ surface: surfaces[object], vertex });
+        } catch (problem) {
+          this.o.fail(problem);
+        }
+      }
+    this.o.stage.ask();
+  }
+
+  private markPins(): void {
+    this.pinMarks.visible = this.tool === 'cut' && this.pinned.length > 0;
+    if (this.pinMarks.visible) setLine(this.pinMarks, this.pinned.map(({ surface, vertex }) => surface.getVertex(vertex)));
   }
 
   // What is held is gone: the scene is another one, or the connection was lost.
   forget(): void {
     this.grab = null;
     this.moved = null;
+    this.pinned = [];
     this.detach();
     this.o.onChange();
   }
@@ -230,6 +258,7 @@ export class Hold {
     if (!this.isAble || !selection || !nearest) return;
     this.o.connection().ask({ type: 'cut_pin', object: selection.object, vertex: nearest.vertex })
       .then(() => this.o.say(`the pin of vertex ${nearest.vertex} is cut`))
+      .then(() => this.showPins())
       .then(() => this.o.picker.select(this.o.picker.selection))
       .catch((problem) => this.o.fail(problem));
   }

@@ -1,5 +1,5 @@
 // The bar of a live scene: start, pause, step, reset, rewind, and where it is.
-import { button, make, makeIcon, write } from './dom.ts';
+import { button, choose, make, makeIcon, write } from './dom.ts';
 import type { StateMessage } from './protocol.ts';
 import { ICON } from './timeline.ts';
 
@@ -7,6 +7,7 @@ export class LiveBar {
   readonly element = make('div', { class: 'transport', role: 'group', 'aria-label': 'Simulation' });
   state: StateMessage | null = null;
   private readonly start: HTMLButtonElement;
+  private readonly speed: HTMLLabelElement;
   private readonly rewind = make('select', { 'aria-label': 'Rewind to' });
   private readonly time = make('output', { class: 'time live-time', 'aria-live': 'off' });
   private readonly command: (message: { type: string; [name: string]: unknown }) => void;
@@ -20,6 +21,9 @@ export class LiveBar {
       made.append(makeIcon(path));
       return made;
     };
+    const speeds = [['0.1', '0.1 \u00d7'], ['0.25', '0.25 \u00d7'], ['1', '1 \u00d7'], ['0', 'full speed']] as const;
+    this.speed = choose('Speed', speeds, '1', () => this.isRunning && this.run());
+    this.speed.classList.add('bare');
     this.start = withIcon('Start', ICON.play, () => this.toggle());
     this.rewind.addEventListener('change', () => {
       if (this.rewind.value === '') return;
@@ -28,7 +32,7 @@ export class LiveBar {
       this.rewind.value = '';
     });
     this.element.append(make('div', { class: 'buttons' }, withIcon('Reset', ICON.reset, () => this.reset()), this.start,
-      withIcon('Step', ICON.forward, () => this.step(1))), this.time, make('label', { class: 'field bare' }, make('span', {}, 'Rewind'), this.rewind));
+      withIcon('Step', ICON.forward, () => this.step(1))), this.time, this.speed, make('label', { class: 'field bare' }, make('span', {}, 'Rewind'), this.rewind));
     this.show(null);
   }
 
@@ -37,7 +41,12 @@ export class LiveBar {
   }
 
   toggle(): void {
-    this.command({ type: this.isRunning ? 'pause' : 'run' });
+    if (this.isRunning) this.command({ type: 'pause' });
+    else this.run();
+  }
+
+  private run(): void {
+    this.command({ type: 'run', speed: Number(this.speed.querySelector('select')!.value) });
   }
 
   step(count: number): void {

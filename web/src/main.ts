@@ -325,8 +325,7 @@ class Page {
   // ---- frames ----
 
   private showKept(kept: KeptFrame): void {
-    this.stage?.surfaces.forEach((surface, k) =>
-      surface.setState(kept.positions[k], kept.transforms.subarray(7 * k, 7 * k + 7), kept.isAbsent[k] === 1));
+    this.stage?.surfaces.forEach((surface, k) => surface.setState(kept.positions[k], kept.isAbsent[k] === 1));
     this.shownTime = kept.time;
     this.view.dataset.frame = String(kept.frame);
     this.overlays?.show(kept.overlays);
@@ -460,7 +459,7 @@ class Page {
       makeTakePanel({
         picture: () => this.takePicture(), film: (from, to, rate) => void this.film(from, to, rate), stopFilm: () => (this.isFilming = false),
         link: () => void this.copyLink(), recording: () => this.downloadRecording(),
-        session: () => this.connection.ask({ type: 'save_session' }).then((answer) => this.say(`saved as ${String(answer.name ?? 'a session')}`)).catch((problem) => this.fail(problem)),
+        session: () => this.connection.ask({ type: 'save_session' }).then((answer) => this.say(`saved as ${String(answer.file)}`)).catch((problem) => this.fail(problem)),
       }, document, canFilm()));
   }
 

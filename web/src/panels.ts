@@ -231,12 +231,13 @@ export function makeSettingsPanel(
       (value) => value && set('material', value, object));
     return field;
   });
-  const frictions = document.objects.map((info, object) => ({ info, object })).slice(0, 20).map(({ info, object }) =>
+  const frictions = cloths.map(({ info, object }) =>
     slide(info.name, { low: 0, high: 1, step: 0.01 }, info.friction ?? 0.3, (value) => set('friction', value, object)));
   return section('Scene', true,
-    vector('Wind [m/s]', wind, 'wind', 20, 0.1), vector('Gravity [m/s\u00b2]', gravity, 'gravity', 20, 0.01),
+    vector('Wind [m/s]', wind, 'wind', 20, 0.1), slide('Gusts [m/s]', { low: 0, high: 20, step: 0.1 }, settings?.gusts ?? 0, (value) => set('gusts', value)),
+    vector('Gravity [m/s\u00b2]', gravity, 'gravity', 20, 0.01),
     ...(fabrics.length ? [make('fieldset', {}, make('legend', {}, 'Fabric'), ...fabrics)] : []),
-    make('fieldset', {}, make('legend', {}, 'Friction'), ...frictions));
+    ...(frictions.length ? [make('fieldset', {}, make('legend', {}, 'Friction'), ...frictions)] : []));
 }
 
 // ---- what one takes away ----

@@ -22,9 +22,7 @@ export interface Selection {
 
 // The nearest triangle of a surface on a ray. By T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
 function intersect(surface: Surface, ray: THREE.Ray, best: Hit | null, object: number): Hit | null {
-  const turn = surface.group.quaternion.clone().invert();
-  const origin = ray.origin.clone().sub(surface.group.position).applyQuaternion(turn), way = ray.direction.clone().applyQuaternion(turn);
-  const { x: ox, y: oy, z: oz } = origin, { x: dx, y: dy, z: dz } = way, { corners } = surface.mesh, x = surface.positions;
+  const { x: ox, y: oy, z: oz } = ray.origin, { x: dx, y: dy, z: dz } = ray.direction, { corners } = surface.mesh, x = surface.positions;
   let found = -1, distance = best?.distance ?? Infinity, u = 0, v = 0;
   for (let i = 0; i < corners.length; i += 3) {
     const a = 3 * corners[i], b = 3 * corners[i + 1], c = 3 * corners[i + 2];

@@ -35,6 +35,7 @@ export interface SceneCamera {
 export interface Settings {
   gravity?: Vector;
   wind?: Vector;
+  gusts?: number;
   materials?: Record<string, string>;
   presets?: string[];
 }
@@ -179,24 +180,20 @@ export function readMesh(buffer: ArrayBuffer): Mesh {
   return { object, vertexCount, triangleCount, positions, corners, uv };
 }
 
-const CODING = { unchanged: 0, exact: 1, key: 2, delta: 3, rigid: 4 } as const;
+const CODING = { unchanged: 0, exact: 1, key: 2, delta: 3 } as const;
 const BLOCK = 64; // vertices of a block of differences
 
 // An object as the last frame message left it.
 export class ObjectState {
-  readonly positions: Float32Array; // 3 a vertex [m]; of a rigid object: those of its mesh
-  readonly transform = new Float32Array([0, 0, 0, 1, 0, 0, 0]); // position [m], then the turn w, x, y, z
-  isRigid = false;
+  readonly positions: Float32Array; // 3 a vertex [m]
   isAbsent = false;
   hasMoved = false; // positions are no longer those of the mesh
   revision = 0; // grows with every change
-  private readonly mesh: Mesh;
   private steps: Uint16Array | null = null;
   private readonly low = new Float64Array(3);
   private step = 0;
 
   constructor(mesh: Mesh) {
-    this.mesh = mesh;
     this.positions = mesh.positions.slice();
   }
 
@@ -205,9 +202,9 @@ export class ObjectState {
     const length = this.positions.length;
     if (coding === CODING.unchanged) return place;
     this.revision++;
+    this.hasMoved = true;
     if (coding === CODING.exact) {
       this.positions.set(new Float32Array(buffer, place, length));
-      this.leaveMesh();
       return place + 4 * length;
     }
     if (coding === CODING.key) {
@@ -217,23 +214,10 @@ export class ObjectState {
       this.steps ??= new Uint16Array(length);
       this.steps.set(new Uint16Array(buffer, place + 16, length));
       this.place(0, length);
-      this.leaveMesh();
       return place + 16 + 2 * length;
     }
     if (coding === CODING.delta) return this.readDifferences(new Uint8Array(buffer), place);
-    if (coding === CODING.rigid) {
-      this.transform.set(new Float32Array(buffer, place, 7));
-      if (this.hasMoved) this.positions.set(this.mesh.positions);
-      this.hasMoved = false;
-      this.isRigid = true;
-      return place + 28;
-    }
     throw new Error(`a frame has coding ${coding}`);
-  }
-
-  private leaveMesh(): void {
-    this.hasMoved = true;
-    this.isRigid = false;
   }
 
   private readDifferences(bytes: Uint8Array, start: number): number {
@@ -249,7 +233,6 @@ export class ObjectState {
       this.place(first, end);
     }
     if (place > bytes.length) throw new Error('a frame of differences is damaged');
-    this.leaveMesh();
     return place;
   }
 

@@ -52,7 +52,7 @@ export class Surface {
   readonly mesh: Mesh;
   readonly info: ObjectInfo;
   readonly group = new THREE.Group();
-  positions: Float32Array; // as drawn, before the turn of a rigid object [m]
+  positions: Float32Array; // as drawn [m]
   isShown = true;
   private readonly index: Uint32Array;
   private readonly source: Uint32Array | null; // the mesh's vertex of each drawn one; null: the same
@@ -101,17 +101,16 @@ export class Surface {
     return out;
   }
 
-  setState(positions: Float32Array | null, transform: ArrayLike<number>, isAbsent: boolean): void {
+  // `positions` null: as the mesh.
+  setState(positions: Float32Array | null, isAbsent: boolean): void {
     this.group.visible = this.isShown && !isAbsent;
-    this.group.position.set(transform[0], transform[1], transform[2]);
-    this.group.quaternion.set(transform[4], transform[5], transform[6], transform[3]);
     this.positions = positions ?? this.mesh.positions;
     // A new array may hold other numbers in the same place, so only the mesh's own is known to be the same.
     if (positions || this.seen !== this.positions) this.isStale = true;
   }
 
   setObject(state: ObjectState): void {
-    this.setState(state.hasMoved ? state.positions : null, state.transform, state.isAbsent);
+    this.setState(state.hasMoved ? state.positions : null, state.isAbsent);
   }
 
   setLook(look: Look): void {
@@ -212,9 +211,9 @@ export class Surface {
     if (this.look.shading === 'smooth') this.spread(this.apart, 'normal');
   }
 
-  // The place of a vertex in the scene [m].
+  // The place of a vertex [m].
   getVertex(index: number, out = new THREE.Vector3()): THREE.Vector3 {
-    return out.fromArray(this.positions, 3 * index).applyQuaternion(this.group.quaternion).add(this.group.position);
+    return out.fromArray(this.positions, 3 * index);
   }
 
   // A point of a triangle by its barycentric weights.
