@@ -37,7 +37,7 @@ endif()
 set(example_scenes ball body hammock layers needles net ribbon table)
 set(asset_files "")
 if(tulle_has_view)
-    file(GLOB_RECURSE page_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/web/src/* ${PROJECT_SOURCE_DIR}/web/*.json ${PROJECT_SOURCE_DIR}/web/build.sh)
+    file(GLOB_RECURSE page_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/web/src/* ${PROJECT_SOURCE_DIR}/web/*.json ${PROJECT_SOURCE_DIR}/web/*.mjs ${PROJECT_SOURCE_DIR}/web/build.sh)
     set(page_files ${page_folder}/index.html ${page_folder}/app.js ${page_folder}/app.css ${page_folder}/icon.svg)
     add_custom_command(OUTPUT ${page_files} COMMAND sh ${PROJECT_SOURCE_DIR}/web/build.sh ${page_folder} DEPENDS ${page_sources}
         COMMENT "the page of tulle view")

@@ -22,7 +22,7 @@ export class LiveBar {
       return made;
     };
     const speeds = [['0.1', '0.1 \u00d7'], ['0.25', '0.25 \u00d7'], ['1', '1 \u00d7'], ['0', 'full speed']] as const;
-    this.speed = choose('Speed', speeds, '1', () => this.isRunning && this.run());
+    this.speed = choose('Speed of the simulation', speeds, '1', () => this.isRunning && this.run());
     this.speed.classList.add('bare');
     this.start = withIcon('Start', ICON.play, () => this.toggle());
     this.rewind.addEventListener('change', () => {

@@ -30,7 +30,7 @@ const FRAME_BYTES = 192e6; // of frames that are kept
 const ACKNOWLEDGE = 8; // milliseconds between acknowledgements, which name the newest frame
 const LINK_PAUSE = 300; // milliseconds before the address follows the view
 const START_DIRECTION = new THREE.Vector3(0.55, -1, 0.62);
-const TURN = Math.PI / 24;
+const TURN = Math.PI / 24, PAN = 0.08; // of a key: an angle; a share of the height of the picture
 
 class Page {
   private document: DocumentMessage | null = null;
@@ -623,7 +623,8 @@ class Page {
     const from = Math.min(Math.max(Math.round(first), 0), timeline.last), to = Math.min(Math.max(Math.round(last), from), timeline.last);
     if (!stage || this.isFilming || !Number.isFinite(from + to)) return;
     timeline.pause();
-    this.isFilming = true;
+    this.isFilming = stage.mustBeSharp = true;
+    stage.setCoarse(false);
     try {
       const film = await makeFilm({
         canvas: stage.canvas, from, to, framesPerSecond: Math.min(Math.max(framesPerSecond || 30, 1), 120), isStopped: () => !this.isFilming,
@@ -634,6 +635,7 @@ class Page {
             timeline.refresh();
           }
           stage.draw();
+          stage.finish();
         },
         tell: (done, count) => showFilmState(`frame ${done} of ${count}`, true),
       });
@@ -643,7 +645,7 @@ class Page {
       this.fail(problem);
       showFilmState('', false);
     }
-    this.isFilming = false;
+    this.isFilming = stage.mustBeSharp = false;
   }
 
   private makeLink(): ViewLink {
@@ -678,7 +680,7 @@ class Page {
     const move = (right: number, up: number, nearer = 0) => this.hold!.nudge(right, up, nearer);
     const held = (keys: string[], shown: string, words: string, act: () => void): Key => ({ keys, shown, words, act, isOn: holds, inView: true });
     const view = (keys: string[], shown: string, words: string, act: (event: KeyboardEvent) => void): Key => ({ keys, shown, words, act, isOn: drawn, inView: true });
-    const turn = (across: number, up: number) => (event: KeyboardEvent) => (event.shiftKey ? camera().pan(across / 2, up / 2) : camera().turn(across * TURN, up * TURN));
+    const turn = (across: number, up: number) => (event: KeyboardEvent) => (event.shiftKey ? camera().pan(across * PAN, up * PAN) : camera().turn(across * TURN, up * TURN));
     return [
       held(['ArrowLeft'], 'arrows', 'moves what is held', () => move(-1, 0)), held(['ArrowRight'], '', '', () => move(1, 0)),
       held(['ArrowUp'], '', '', () => move(0, 1)), held(['ArrowDown'], '', '', () => move(0, -1)),

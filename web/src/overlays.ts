@@ -128,7 +128,7 @@ export class Overlays {
   private readonly crossings = makeCrossings();
   private readonly limits = new Map<string, number>(); // the largest value so far, so that colors do not flicker
   private shown: ReadonlyMap<string, OverlayMessage> = new Map();
-  private lastText = '';
+  private lastText: string | null = null; // of the legends; null: to be written anew
 
   constructor(stage: Stage) {
     this.stage = stage;
@@ -147,7 +147,7 @@ export class Overlays {
     if (isOn && kind.paints) for (const other of OVERLAYS) if (other.paints) this.active.delete(other.key);
     if (isOn) this.active.add(key);
     else this.active.delete(key);
-    this.lastText = '';
+    this.lastText = null;
     this.show(this.shown);
     this.onChange();
   }
@@ -155,7 +155,7 @@ export class Overlays {
   setActive(keys: Iterable<string>): void {
     this.active.clear();
     for (const key of keys) if (OVERLAYS.some((each) => each.key === key)) this.active.add(key);
-    this.lastText = '';
+    this.lastText = null;
     this.show(this.shown);
     this.onChange();
   }

@@ -42,6 +42,7 @@ export class Stage {
   private isAsked = false;
   readonly isSoftware: boolean; // the processor draws, not a graphics card
   private readonly sharpness = Math.min(window.devicePixelRatio, 2);
+  mustBeSharp = false; // while a film is made
   private isCoarse = false; // fewer pixels while pictures change faster than they can be drawn
   private lastDraw = 0;
   private pace = 0; // milliseconds from one picture to the next, while they change
@@ -175,7 +176,7 @@ export class Stage {
     this.lastDraw = now;
     if (gap < REST) this.pace += 0.25 * (gap - this.pace);
     clearTimeout(this.rest);
-    if (this.pace > SLOW && !this.isCoarse) this.setCoarse(true);
+    if (this.pace > SLOW && !this.isCoarse && !this.mustBeSharp) this.setCoarse(true);
     if (this.isCoarse)
       this.rest = window.setTimeout(() => {
         this.pace = 0;
@@ -183,8 +184,9 @@ export class Stage {
       }, REST);
   }
 
-  private setCoarse(isCoarse: boolean): void {
+  setCoarse(isCoarse: boolean): void {
     this.isCoarse = isCoarse;
+    this.view.toggleAttribute('data-coarse', isCoarse);
     this.renderer.setPixelRatio(isCoarse ? this.sharpness / 2 : this.sharpness);
     if (!isCoarse) this.draw();
   }
@@ -198,9 +200,15 @@ export class Stage {
     this.afterDraw();
   }
 
+  // Waits until the picture is drawn, and not only asked for.
+  finish(): void {
+    const context = this.renderer.getContext();
+    context.readPixels(0, 0, 1, 1, context.RGBA, context.UNSIGNED_BYTE, new Uint8Array(4));
+  }
+
   // The picture as a file, with legends under it left out: they are words of the page.
   async takePicture(): Promise<Blob> {
-    this.draw();
+    this.setCoarse(false);
     return new Promise((done, fail) =>
       this.canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error('the browser made no picture'))), 'image/png'));
   }
