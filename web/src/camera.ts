@@ -14,6 +14,7 @@ export class ViewCamera {
   private readonly element: HTMLElement;
   private readonly ask: () => void;
   private flight = 0;
+  private arrive: (() => void) | null = null; // to where a flight leads
   private size = 1; // of the scene [m]
   private framed: (() => void) | null = null; // frames again what the view shows, as long as nobody turned it
 
@@ -28,7 +29,10 @@ export class ViewCamera {
     const controls = new OrbitControls(this.camera, this.element);
     controls.zoomToCursor = true;
     controls.addEventListener('change', this.ask);
-    controls.addEventListener('start', () => this.leave());
+    controls.addEventListener('start', () => {
+      cancelAnimationFrame(this.flight);
+      this.arrive = this.framed = null;
+    });
     return controls;
   }
 
@@ -45,9 +49,11 @@ export class ViewCamera {
     this.updateRange();
   }
 
+  // Ends a flight where it leads to.
   private leave(): void {
     cancelAnimationFrame(this.flight);
-    this.framed = null;
+    this.arrive?.();
+    this.arrive = this.framed = null;
   }
 
   resize(width: number, height: number): void {
@@ -71,7 +77,6 @@ export class ViewCamera {
 
   // To a place, in a short flight unless little motion is wanted.
   private fly(position: THREE.Vector3, target: THREE.Vector3, isQuick = false): void {
-    cancelAnimationFrame(this.flight);
     const from = this.camera.position.clone(), fromTarget = this.controls.target.clone(), start = performance.now();
     const place = (part: number) => {
       this.controls.target.lerpVectors(fromTarget, target, part);
@@ -84,10 +89,12 @@ export class ViewCamera {
       this.ask();
     };
     if (isQuick || wantsLittleMotion.matches) return place(1);
+    this.arrive = () => place(1);
     const step = () => {
       const part = Math.min((performance.now() - start) / FLIGHT, 1);
       place(part * part * (3 - 2 * part));
       if (part < 1) this.flight = requestAnimationFrame(step);
+      else this.arrive = null;
     };
     step();
   }

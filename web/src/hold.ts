@@ -257,9 +257,11 @@ export class Hold {
     const { selection } = this.o.picker, nearest = this.o.picker.getNearest();
     if (!this.isAble || !selection || !nearest) return;
     this.o.connection().ask({ type: 'cut_pin', object: selection.object, vertex: nearest.vertex })
-      .then(() => this.o.say(`the pin of vertex ${nearest.vertex} is cut`))
-      .then(() => this.showPins())
-      .then(() => this.o.picker.select(this.o.picker.selection))
+      .then(() => {
+        this.o.picker.select(this.o.picker.selection); // it is told anew
+        this.o.say(`the pin of vertex ${nearest.vertex} is cut`);
+        return this.showPins();
+      })
       .catch((problem) => this.o.fail(problem));
   }
 

@@ -15,7 +15,7 @@ import {
   type FullLook, makeHoldPanel, makeLookPanel, makeObjectPanel, makeOverlayPanel, makeSettingsPanel, makeTakePanel, SelectionPanel,
   showFilmState,
 } from './panels.ts';
-import { Picker } from './pick.ts';
+import { Picker, type Selection } from './pick.ts';
 import { Plots } from './plots.ts';
 import {
   type ChangedMessage, type DocumentMessage, FrameDecoder, KIND, type Mesh, type OverlayMessage, type PickedMessage, type Problem, readHeader,
@@ -68,6 +68,7 @@ class Page {
   private readonly settings = new Map<string, { what: string; value: unknown; object?: number }>();
   private updateHoldPanel: () => void = () => {};
   private asked = 0; // number of the newest pick
+  private told: Selection | null = null; // that was read out
 
   constructor() {
     this.stage = canDraw() ? new Stage(this.view) : null;
@@ -403,10 +404,11 @@ class Page {
     this.selectionPanel?.show(selection, null, hold);
     if (!selection) return;
     const { object, triangle, weights } = selection;
+    if (selection !== this.told) this.say(`${selection.part} of ${this.document?.objects[object]?.name} chosen`);
+    this.told = selection;
     const frame = this.document?.live ? {} : { frame: this.timeline.frame };
     this.connection.ask<PickedMessage>({ type: 'pick', ...frame, object, triangle, weights })
       .then((picked) => turn === this.asked && this.selectionPanel?.show(selection, picked, { isAble: hold.isAble, isHolding: this.hold?.isHolding ?? false }))
-      .then(() => turn === this.asked && this.say(`${selection.part} of ${this.document?.objects[object]?.name} chosen`))
       .catch((problem) => turn === this.asked && this.fail(problem));
     // A live scene moves on: ask again while something is chosen.
     clearTimeout(this.pickTimer);
@@ -693,6 +695,7 @@ class Page {
       ...(['1', '2', '3'] as const).map((key, k) => view([key], k ? '' : '1 2 3', k ? '' : 'views along x, y, z', () => camera().lookAlong(this.flip('xyz'[k])))),
       { keys: [' '], shown: 'space', words: 'plays, pauses', act: () => (live() ? this.liveBar.toggle() : this.timeline.toggle()) },
       { keys: ['.'], shown: ', .', words: 'a frame back, on; of a live scene: a step on', act: () => (live() ? this.liveBar.step(1) : this.timeline.go(1)) },
+      { keys: ['>'], shown: '>', words: 'ten steps on', act: () => this.liveBar.step(10), isOn: live },
       { keys: [','], shown: '', words: '', act: () => this.timeline.go(-1), isOn: () => !live() },
       { keys: ['['], shown: '[ ]', words: 'first, last frame', act: () => this.timeline.go(-Infinity), isOn: () => !live() },
       { keys: [']'], shown: '', words: '', act: () => this.timeline.go(Infinity), isOn: () => !live() },

@@ -43,8 +43,12 @@ const readVertex = async (page, object, vertex) => {
 };
 const step = async (page, count) => {
   const before = await readStep(page);
-  for (let k = 0; k < count; k++) await page.keyboard.press('.');
-  await until(async () => (await readStep(page)) === before + count, `${count} steps are not made`);
+  for (let made = 0; made < count;) {
+    const now = count - made >= 10 ? 10 : 1;
+    await page.keyboard.press(now === 10 ? '>' : '.');
+    made += now;
+    await until(async () => (await readStep(page)) === before + made, `${count} steps are not made`);
+  }
 };
 const distance = (a, b) => Math.hypot(...a.map((part, k) => part - b[k]));
 const BOTTOM = 152; // the vertex in the middle of the lower edge
@@ -82,8 +86,7 @@ export const checks = {
 
   async 'holding: cloth is pulled by the mouse, with a limited force'() {
     const { page } = await visit();
-    await page.getByRole('button', { name: 'View along X' }).click();
-    await settle(page);
+    await lookFromBehind(page);
     const before = (await readVertex(page, 'curtain', BOTTOM)).position;
     // Where that vertex is in the picture: the magenta mark.
     const mark = await findMark(page);
@@ -114,8 +117,7 @@ export const checks = {
 
   async 'holding: a finger pulls, too'() {
     const { page } = await visit();
-    await page.getByRole('button', { name: 'View along X' }).click();
-    await settle(page);
+    await lookFromBehind(page);
     const before = (await readVertex(page, 'curtain', BOTTOM)).position, mark = await findMark(page);
     await hold(page).getByRole('button', { name: 'Grab', exact: true }).click();
     await page.getByRole('button', { name: 'Start' }).click();
@@ -291,6 +293,14 @@ export const checks = {
     await server.stop();
   },
 };
+
+// From where nothing stands before the curtain.
+async function lookFromBehind(page) {
+  for (let k = 0; k < 2; k++) {
+    await page.getByRole('button', { name: 'View along X' }).click();
+    await settle(page);
+  }
+}
 
 // As readVertex, of what is chosen already, without keys or clicks that would let go.
 async function readVertexQuietly(page) {
