@@ -84,7 +84,7 @@ export class Hold {
     this.o.stage.view.dataset.tool = tool;
     void this.showPins();
     if (tool !== 'move') this.detach();
-    else this.attachTo(this.moved ?? this.o.picker.selection?.object ?? null);
+    else this.attachTo(this.o.picker.selection?.object ?? null);
     this.o.onChange();
   }
 
@@ -140,7 +140,6 @@ export class Hold {
     if (!hit) return this.o.picker.select(null);
     this.o.picker.choose(hit);
     if (this.tool === 'cut') this.cut();
-    if (this.tool === 'move') this.attachTo(hit.object);
   }
 
   // ---- grabbing ----
@@ -247,7 +246,6 @@ export class Hold {
   // What is held is gone: the scene is another one, or the connection was lost.
   forget(): void {
     this.grab = null;
-    this.moved = null;
     this.pinned = [];
     this.detach();
     this.o.onChange();
@@ -268,6 +266,7 @@ export class Hold {
   // ---- moving objects ----
 
   private detach(): void {
+    this.moved = null;
     this.gizmo.detach();
     this.o.stage.camera.controls.enabled = true;
     this.o.stage.ask();
@@ -275,11 +274,11 @@ export class Hold {
 
   attachTo(object: number | null): void {
     const surface = object === null ? undefined : this.o.stage.surfaces[object];
-    this.moved = surface && surface.info.role !== 'cloth' ? object : null;
-    if (this.moved === null || !surface || !this.isAble) {
+    if (!surface || surface.info.role === 'cloth' || !this.isAble) {
       this.detach();
       if (this.isAble && this.tool === 'move') this.o.say('choose an obstacle or a body to move');
     } else {
+      this.moved = object;
       const box = new THREE.Box3().setFromArray(surface.mesh.positions);
       box.getCenter(this.middle);
       this.followObject();

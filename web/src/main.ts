@@ -320,7 +320,7 @@ class Page {
     if (!document) return;
     const objects = document.objects.slice(0, 12).map(({ name, role, triangle_count: count }) => `${name} (${role}, ${count} triangles)`);
     const more = document.objects.length > 12 ? ` and ${document.objects.length - 12} more` : '';
-    this.view.setAttribute('aria-label', `${document.live ? 'Live scene' : document.kind} ${document.title || document.path}: ${objects.join(', ')}${more}`);
+    this.view.setAttribute('aria-label', `${document.live ? 'Live scene' : `${document.kind[0].toUpperCase()}${document.kind.slice(1)}`} ${document.title || document.path}: ${objects.join(', ')}${more}`);
   }
 
   // ---- frames ----
@@ -404,8 +404,11 @@ class Page {
     this.selectionPanel?.show(selection, null, hold);
     if (!selection) return;
     const { object, triangle, weights } = selection;
-    if (selection !== this.told) this.say(`${selection.part} of ${this.document?.objects[object]?.name} chosen`);
-    this.told = selection;
+    if (selection !== this.told) {
+      this.told = selection;
+      this.say(`${selection.part} of ${this.document?.objects[object]?.name} chosen`);
+      if (this.hold?.tool === 'move' && this.hold.moved !== object) this.hold.attachTo(object);
+    }
     const frame = this.document?.live ? {} : { frame: this.timeline.frame };
     this.connection.ask<PickedMessage>({ type: 'pick', ...frame, object, triangle, weights })
       .then((picked) => turn === this.asked && this.selectionPanel?.show(selection, picked, { isAble: hold.isAble, isHolding: this.hold?.isHolding ?? false }))
@@ -599,7 +602,7 @@ class Page {
     get('editor').replaceChildren(bar, editor.host, state);
     this.connection.ask<{ type: string; keys: SchemaKey[] }>({ type: 'schema' }).then(({ keys }) => editor.setSchema(keys)).catch((problem) => this.fail(problem));
     this.connection.ask<{ type: string; names: string[] }>({ type: 'examples' })
-      .then(({ names }) => examples.querySelector('select')!.append(...names.map((name) => make('option', { value: name }, name))))
+      .then(({ names }) => examples.querySelector('select')!.append(...names.map((name) => make('option', { value: name }, name.replace(/\.yaml$/, '')))))
       .catch((problem) => this.fail(problem));
   }
 

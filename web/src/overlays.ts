@@ -209,7 +209,7 @@ export class Overlays {
       icon.style.setProperty('--tint', toCss([color.r, color.g, color.b]));
       return make('li', {}, icon, text);
     };
-    return make('section', { 'aria-label': 'Contacts' }, make('h3', {}, 'Contacts'), make('ul', {},
+    return make('section', { 'aria-label': 'Contacts' }, make('h2', {}, 'Contacts'), make('ul', {},
       row('disc', STICK, `${counts.stick} stick`), row('diamond', SLIP, `${counts.slip} slip`),
       ...(counts.open ? [row('ring', OPEN, `${counts.open} open`)] : []), make('li', {}, `${counts.self} of cloth with itself`)));
   }
@@ -247,7 +247,7 @@ export class Overlays {
     if (!isOn || !message) {
       this.speeds.begin(0);
       this.speeds.end();
-      return isOn ? make('section', {}, make('h3', {}, 'Velocities'), make('p', {}, 'not yet here')) : null;
+      return isOn ? make('section', {}, make('h2', {}, 'Velocities'), make('p', {}, 'not yet here')) : null;
     }
     let count = 0, largest = 0;
     const way = new THREE.Vector3(), from = new THREE.Vector3(), side = this.stage.camera.getAxes()[2];
@@ -267,7 +267,7 @@ export class Overlays {
       }
     }
     this.speeds.end();
-    return make('section', { 'aria-label': 'Velocities' }, make('h3', {}, 'Velocities'),
+    return make('section', { 'aria-label': 'Velocities' }, make('h2', {}, 'Velocities'),
       make('p', {}, `Green arrows; the fastest vertex ${write(largest)} m/s`),
       ...(stride > 1 ? [make('p', {}, `every ${stride}th vertex has one`)] : []));
   }
@@ -291,7 +291,7 @@ export class Overlays {
       this.crossings.geometry.setAttribute('position', new THREE.Float32BufferAttribute(numbers, 3));
     }
     const words = message === undefined ? 'The judge is at work' : count === 0 ? 'The judge finds none' : `${count} pairs, outlined in red`;
-    return make('section', { 'aria-label': 'Crossing pairs' }, make('h3', {}, 'Crossing pairs'), make('p', {}, words));
+    return make('section', { 'aria-label': 'Crossing pairs' }, make('h2', {}, 'Crossing pairs'), make('p', {}, words));
   }
 
   private keepLimit(key: string, value: number): number {
@@ -305,7 +305,7 @@ export class Overlays {
     const kind = OVERLAYS.find(({ key, paints }) => paints && this.active.has(key)), message = kind && messages.get(kind.source);
     if (!kind || !message) {
       for (const surface of this.stage.surfaces) surface.setPainting(null);
-      return kind ? make('section', {}, make('h3', {}, kind.label), make('p', {}, 'not yet here')) : null;
+      return kind ? make('section', {}, make('h2', {}, kind.label), make('p', {}, 'not yet here')) : null;
     }
     if (kind.key === 'patches') return this.paintPatches(message);
     return kind.key === 'gaps' ? this.paintGaps(message) : this.paintStrain(message, kind);
@@ -330,7 +330,7 @@ export class Overlays {
       }
       surface.setPainting({ by: 'triangle', colors });
     }
-    return make('section', { 'aria-label': 'Patches' }, make('h3', {}, 'Patches'),
+    return make('section', { 'aria-label': 'Patches' }, make('h2', {}, 'Patches'),
       make('p', {}, `${labels.size} patches, a color each, every other one hatched; grey: in none`));
   }
 
@@ -414,7 +414,7 @@ function makeScale({ title, low, high, map, note }: Scale): HTMLElement {
   const bar = make('div', { class: `scale ${map}` });
   const stops = Array.from({ length: 17 }, (_, k) => toCss(mapValue(map, k / 16))).join(', ');
   bar.style.setProperty('--stops', `linear-gradient(to right, ${stops})`);
-  return make('section', { 'aria-label': title }, make('h3', {}, title), bar,
+  return make('section', { 'aria-label': title }, make('h2', {}, title), bar,
     make('div', { class: 'ends' }, make('span', {}, write(low)), make('span', {}, write(high))), ...(note ? [make('p', {}, note)] : []));
 }
 

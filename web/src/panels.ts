@@ -106,7 +106,7 @@ export class SelectionPanel {
     const vertex = make('input', { type: 'number', min: 0, value: 0, 'aria-label': 'Vertex' });
     const find = () => this.actions.chooseVertex(Number(object.querySelector('select')!.value), Number(vertex.value));
     vertex.addEventListener('keydown', (event) => event.key === 'Enter' && find());
-    this.finder.replaceChildren(make('h3', {}, 'By number'), object, make('label', { class: 'field' }, make('span', {}, 'Vertex'), vertex),
+    this.finder.replaceChildren(make('h2', {}, 'By number'), object, make('label', { class: 'field' }, make('span', {}, 'Vertex'), vertex),
       button('Choose', find));
     this.show(null, null);
   }
@@ -156,7 +156,7 @@ export class SelectionPanel {
             ['Patch', typeof triangle?.patch !== 'number' ? undefined : triangle.patch === NO_PATCH ? 'none' : String(triangle.patch)]];
     const nodes: Node[] = [facts([...rows, ['Point [m]', writeVector(picked.position, 7)], ['Frame', String(picked.frame)]])];
     if (!contacts) return nodes;
-    nodes.push(make('h3', {}, contacts.length === 1 ? '1 contact' : `${contacts.length} contacts`));
+    nodes.push(make('h2', {}, contacts.length === 1 ? '1 contact' : `${contacts.length} contacts`));
     for (const contact of contacts.slice(0, 12)) {
       const other = typeof contact.object === 'number' ? this.stage.surfaces[contact.object]?.info.name : contact.object;
       const impulse = Array.isArray(contact.impulse) ? writeVector(contact.impulse, 3) : contact.impulse === undefined ? undefined : write(contact.impulse);
@@ -261,7 +261,7 @@ export function makeTakePanel(actions: TakeActions, document: DocumentMessage, c
     const from = number('First frame of the film', 0), to = number('Last frame of the film', document.frame_count - 1);
     const rate = number('Frames a second of the film', Math.min(60, Math.max(1, Math.round(1 / (document.frame_seconds || 1 / 30)))));
     const labelled = (text: string, input: HTMLElement) => make('label', {}, make('span', { 'aria-hidden': 'true' }, text), input);
-    parts.push(make('h3', {}, 'Film'), ...(canFilm
+    parts.push(make('h2', {}, 'Film'), ...(canFilm
       ? [make('div', { class: 'vector' }, labelled('from', from), labelled('to', to), labelled('a second', rate)),
         make('div', { class: 'row' }, button('Make film', () => actions.film(Number(from.value), Number(to.value), Number(rate.value)), { id: 'film' }),
           button('Stop', actions.stopFilm, { id: 'film-stop', hidden: true })), make('p', { id: 'film-state', class: 'quiet' })]

@@ -32,7 +32,7 @@ export const checks = {
     const picture = await settle(page), cloth = measure(picture, isCloth);
     assert.ok(cloth > 0.05 && cloth < 0.7, `cloth covers ${cloth}`);
     assert.ok(measure(picture, isBackground) > 0.1);
-    assert.match(await view.getAttribute('aria-label'), /^run .*: sheet \(cloth, 1152 triangles\), ball \(obstacle/);
+    assert.match(await view.getAttribute('aria-label'), /^Run .*: sheet \(cloth, 1152 triangles\), ball \(obstacle/);
     assert.equal(await page.locator('#link-state').textContent(), 'Connected');
     const policy = (await (await fetch(server.address)).headers.get('content-security-policy'));
     assert.ok(/default-src 'none'/.test(policy) && !/unsafe/.test(policy), policy);

@@ -82,7 +82,7 @@ time: {step: 1/30 s, duration: ${(frameCount - 1) / 30} s, steps_per_frame: 1}
 cloth:
   - {name: patch, mesh: {shape: rectangle, size: [0.1, 0.1], resolution: [3, 3]}, translate: [0, 0, 4]}
 obstacles:
-  - {name: wave, mesh: {file: ${name}.obj}, motion: {sequence: {cache: ${name}.pc2, fps: 30}}}
+  - {name: wave, mesh: {file: ${name}.obj}, motion: {sequence: {cache: ${name}.pc2, fps: 30, loop: pingpong}}}
 `);
 }
 
