@@ -188,12 +188,15 @@ def check_pick(page):
     page.wait_for(lambda: len(page.overlays) == 6)
     expect(page.overlays[1][1] > 0 and len(page.overlays[1][2]) == 44 * page.overlays[1][1], f"contacts: {page.overlays[1][1]}")
     expect(page.overlays[6][1] == 0, "crossings")
-    with_contacts = 0
+    with_contacts, others = 0, set()
     for triangle in range(0, len(page.meshes[SHEET][1]) // 3):
         if triangle % 100 == 99:
             time.sleep(1.0)
-        with_contacts += bool(ask_well(page, "pick", object=SHEET, triangle=triangle, weights=[1, 0, 0])["contacts"])
-    expect(with_contacts > 0, "no contact was picked")
+        contacts = ask_well(page, "pick", object=SHEET, triangle=triangle, weights=[1, 0, 0])["contacts"]
+        with_contacts += bool(contacts)
+        others |= {(contact["object"], contact["name"]) for contact in contacts}
+    expect(with_contacts > 0 and (BALL, "ball") in others, f"contacts that were picked: {others}")
+    expect(all(page.document["objects"][number]["name"] == name for number, name in others), f"contacts that were picked: {others}")
     series = ask_well(page, "series", names=["kinetic_energy", "contacts", "seconds"], buckets=7)
     expect(len(series["steps"]) == 7 and len(series["low"]["contacts"]) == 7, f"series: {series}")
     expect(all(low <= high for low, high in zip(series["low"]["kinetic_energy"], series["high"]["kinetic_energy"])), f"series: {series}")
