@@ -59,6 +59,23 @@ static void answer_pins(view_live *live, const live_command *command, view_buffe
     buffer_print(answer, "]");
 }
 
+/* The document's number of each object of the world: one that was taken in hand has become the last
+ * there. Null without memory. */
+static uint32_t *number_objects(view_live *live) {
+    const tulle_scene_world *const built = &live->built;
+    size_t const count = built->cloth_count + built->obstacle_count;
+    uint32_t *const numbers = memory_allocate(&live->heap, (count + 1) * sizeof *numbers);
+    for (uint32_t n = 0; numbers && n < count; n++) {
+        tulle_object_id const id = tulle_world_get_object(built->world, n);
+        numbers[n] = n;
+        for (uint32_t i = 0; i < built->obstacle_count && id.kind == TULLE_OBJECT_OBSTACLE; i++)
+            if (built->obstacles[i].index == id.index &&
+                built->obstacles[i].generation == id.generation)
+                numbers[n] = (uint32_t)built->cloth_count + i;
+    }
+    return numbers;
+}
+
 static tulle_status answer_pick(view_live *live, const live_command *command, view_buffer *answer,
                                 tulle_error *error) {
     const view_document *const document = live->options.document;
@@ -85,9 +102,16 @@ static tulle_status answer_pick(view_live *live, const live_command *command, vi
         tulle_object_copy_values(world, tulle_object_from_cloth(live->built.cloths[index]),
                                  TULLE_VALUES_STRAINS, &target, NULL) == TULLE_OK)
         facts.strains = strains;
-    (void)tulle_world_get_contacts(live->built.world, &facts.contacts, &facts.contact_count, NULL);
+    size_t const number_count = live->built.cloth_count + live->built.obstacle_count + 1;
+    bool const is_in_order = live->hold.driven_count == 0;
+    uint32_t *const numbers = is_in_order ? NULL : number_objects(live);
+    if (is_in_order || numbers)
+        (void)tulle_world_get_contacts(live->built.world, &facts.contacts, &facts.contact_count,
+                                       NULL);
+    facts.numbers = numbers;
     facts.scene = live->options.scene;
     tulle_status const status = pick_write(&facts, &command->request, answer, error);
+    memory_release(&live->heap, numbers, number_count * sizeof *numbers);
     memory_release(&live->heap, strains, byte_count);
     return status;
 }

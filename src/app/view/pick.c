@@ -125,11 +125,17 @@ static bool is_corner(const pick_place *place, uint32_t vertex) {
            vertex == place->corners[2];
 }
 
+static uint32_t get_number(const pick_facts *facts, uint32_t object) {
+    return facts->numbers ? facts->numbers[object] : object;
+}
+
 /* Which side of the contact is a feature of the triangle: 0 a, 1 b, -1 none. */
-static int find_side(const pick_place *place, const tulle_contact *contact) {
+static int find_side(const pick_facts *facts, const pick_place *place,
+                     const tulle_contact *contact) {
     int const first = contact->kind == TULLE_CONTACT_VERTEX_FACE ? 1 : 2; /* vertices of a */
     for (int side = 0; side < 2; side++) {
-        if ((side == 0 ? contact->object_a : contact->object_b) != place->index) continue;
+        uint32_t const object = side == 0 ? contact->object_a : contact->object_b;
+        if (get_number(facts, object) != place->index) continue;
         bool is_whole = true;
         for (int k = side == 0 ? 0 : first; k < (side == 0 ? first : 4); k++)
             is_whole &= is_corner(place, contact->vertices[k]);
@@ -144,10 +150,10 @@ static void write_contacts(const pick_facts *facts, const pick_place *place, vie
     buffer_print(answer, ",\"contacts\":[");
     for (size_t i = 0; i < facts->contact_count && written < CONTACTS_MAX; i++) {
         const tulle_contact *const contact = &facts->contacts[i];
-        int const side = find_side(place, contact);
+        int const side = find_side(facts, place, contact);
         if (side < 0) continue;
         double const sign = side == 0 ? 1.0 : -1.0;
-        uint32_t const other = side == 0 ? contact->object_b : contact->object_a;
+        uint32_t const other = get_number(facts, side == 0 ? contact->object_b : contact->object_a);
         double normal[3], impulse[3];
         for (int k = 0; k < 3; k++) {
             normal[k] = sign * contact->normal[k];

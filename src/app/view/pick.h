@@ -17,6 +17,7 @@ typedef struct pick_facts {
     const uint32_t *patches;              /* a label a triangle */
     const tulle_contact *contacts;        /* of all objects */
     size_t contact_count;
+    const uint32_t *numbers; /* the document's number of each of the contacts' objects */
     const tulle_scene *scene;
 } pick_facts;
 

@@ -200,6 +200,8 @@ static int handle_http(struct lws *wsi, enum lws_callback_reasons reason, void *
         return in && strcmp(in, "websocket") == 0 ? check_upgrade(wsi) : -1;
     case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION: return -1; /* without the protocol */
     case LWS_CALLBACK_HTTP: return begin_answer(wsi, answer, in);
+    case LWS_CALLBACK_RAW_ADOPT: /* what is no HTTP, as CONNECT */
+    case LWS_CALLBACK_RAW_RX: return -1;
     case LWS_CALLBACK_HTTP_WRITEABLE: return answer ? go_on_with_answer(wsi, answer) : -1;
     case LWS_CALLBACK_HTTP_BODY:
     case LWS_CALLBACK_HTTP_BODY_COMPLETION: return -1;
@@ -358,12 +360,12 @@ static void name_hosts(view_server *server) {
 
 static bool begin(view_server *server) {
     const view_options *const options = server->options;
+    uint64_t const six = strchr(options->listen, ':') ? 0 : LWS_SERVER_OPTION_DISABLE_IPV6;
     struct lws_context_creation_info info = {.port = CONTEXT_PORT_NO_LISTEN_SERVER,
                                              .protocols = protocols,
                                              .user = server,
                                              .options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS |
-                                                        LWS_SERVER_OPTION_DISABLE_IPV6 *
-                                                            (strchr(options->listen, ':') == NULL),
+                                                        LWS_SERVER_OPTION_VALIDATE_UTF8 | six,
                                              .fd_limit_per_thread = CONNECTIONS_MAX,
                                              .max_http_header_data = HEADER_BYTES_MAX,
                                              .max_http_header_pool = CONNECTIONS_MAX / 2,
@@ -411,11 +413,11 @@ static void open_browser(const char *address) {
 
 static void serve(view_server *server) {
     char address[400];
+    interrupt_catch();
     name_hosts(server);
     print_address(server, address, sizeof address);
     if (server->options->opens_browser) open_browser(address);
     lws_sul_schedule(server->context, 0, &server->tick, tick, TICK_MICROSECONDS);
-    interrupt_catch();
     while (!interrupt_is_pending() && lws_service(server->context, 0) >= 0) {}
     lws_sul_cancel(&server->tick);
 }
