@@ -515,6 +515,7 @@ class Page {
 
   private togglePanels(isOn = get('panels').hidden): void {
     get('panels').hidden = !isOn;
+    if (isOn && !get('editor').hidden && matchMedia('(max-width: 1100px)').matches) this.toggleEditor(false);
     this.toolbar('panels')?.setAttribute('aria-pressed', String(isOn));
   }
 
@@ -560,6 +561,8 @@ class Page {
   private toggleEditor(isOn = get('editor').hidden): void {
     get('editor').hidden = !isOn;
     this.toolbar('editor').setAttribute('aria-pressed', String(isOn));
+    // On a small screen there is room for one of them beside the picture.
+    if (isOn && matchMedia('(max-width: 1100px)').matches) this.togglePanels(false);
     if (isOn) void this.loadEditor().then(() => this.editor?.focus());
   }
 

@@ -55,14 +55,14 @@ function makePoints(): THREE.Points<THREE.BufferGeometry, THREE.ShaderMaterial> 
         tint = color; kind = shape;
         gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
         gl_Position.z -= 0.002 * gl_Position.w; // before the surface that it lies on
-        gl_PointSize = size;
+        gl_PointSize = kind > 1.5 ? 0.6 * size : size; // open contacts are many, and of less interest
       }`,
     fragmentShader: `varying vec3 tint; varying float kind;
       void main() {
         vec2 at = 2.0 * gl_PointCoord - 1.0;
         float away = kind < 0.5 ? length(at) : kind < 1.5 ? abs(at.x) + abs(at.y) : length(at);
         if (away > 1.0 || (kind > 1.5 && away < 0.5)) discard;
-        gl_FragColor = vec4(away > 0.78 && kind < 1.5 ? vec3(1.0) : tint, 1.0);
+        gl_FragColor = vec4(away > 0.78 && kind < 1.5 ? vec3(1.0) : tint, kind > 1.5 ? 0.7 : 1.0);
         #include <colorspace_fragment>
       }`,
   });

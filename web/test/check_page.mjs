@@ -9,7 +9,7 @@ fs.rmSync(pictures, { recursive: true, force: true });
 fs.mkdirSync(pictures, { recursive: true });
 makeData();
 console.log(`scenes and runs are made (${((Date.now() - start) / 1000).toFixed(1)} s)`);
-const parts = await Promise.all(['watch', 'hold', 'edit', 'access', 'rates'].map((name) => import(`./check_${name}.mjs`).catch((problem) => {
+const parts = await Promise.all(['watch', 'hold', 'edit', 'access', 'tour', 'rates'].map((name) => import(`./check_${name}.mjs`).catch((problem) => {
   if (problem.code === 'ERR_MODULE_NOT_FOUND') return { checks: {} };
   throw problem;
 })));

@@ -4,7 +4,7 @@ import { spawn } from 'node:child_process';
 import fs from 'node:fs';
 import path from 'node:path';
 import {
-  close, compare, differs, getFrame, look, measure, open, openSection, readFacts, readPc2, readPng, run, section, serve, settle, toNumber,
+  close, compare, differs, getFrame, look, measure, open, openSection, readFacts, readPc2, readPng, section, serve, settle, toNumber,
   toNumbers, tulle, until, waitFrame, work,
 } from './harness.mjs';
 
@@ -355,4 +355,3 @@ async function measureFilm(page, bytes) {
   return seconds;
 }
 
-export { run };

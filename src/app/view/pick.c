@@ -1,6 +1,7 @@
 /* app/view/pick.c - see pick.h. */
 #include "app/view/pick.h"
 
+#include "app/view/overlays.h"
 #include "base/error.h"
 #include "scene/scene.h"
 
@@ -108,8 +109,13 @@ static void write_triangle(const pick_facts *facts, const pick_place *place, vie
     buffer_print(answer, ",\"triangle\":{\"index\":%u,\"vertices\":[%u,%u,%u]", place->triangle,
                  place->corners[0], place->corners[1], place->corners[2]);
     buffer_json_double(answer, "area", measure_area(place->x, place->corners));
-    if (facts->strains) {
-        const double *const strain = facts->strains + 3 * (size_t)place->triangle;
+    bool const is_flat = !facts->strains && facts->places && place->object->uv;
+    if (facts->strains || is_flat) {
+        double strain[3];
+        if (is_flat)
+            overlay_measure_flat_strain(place->object->uv, facts->places, place->corners, strain);
+        else
+            memcpy(strain, facts->strains + 3 * (size_t)place->triangle, sizeof strain);
         buffer_print(answer, ",\"strain\":{\"warp\":");
         buffer_json_double(answer, NULL, strain[0]);
         buffer_json_double(answer, "weft", strain[1]);

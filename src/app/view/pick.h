@@ -14,6 +14,7 @@ typedef struct pick_facts {
     uint32_t frame;
     const double *positions, *velocities; /* 3 a vertex */
     const double *strains;                /* 3 a triangle */
+    const float *places; /* 3 a vertex: where strains are measured beside the flat shape instead */
     const uint32_t *patches;              /* a label a triangle */
     const tulle_contact *contacts;        /* of all objects */
     size_t contact_count;
