@@ -80,6 +80,8 @@ needs() {
         ;;
     view-test)
         echo "python3        program:python3     needed"
+        echo "nodejs         program:node        needed"
+        echo "npm            program:npm         needed"
         echo "chromium       program:chromium    needed"
         ;;
     bench)

@@ -5,13 +5,27 @@ import { createRequire } from 'node:module';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 
-const here = path.dirname(fileURLToPath(import.meta.url)), out = path.resolve(process.argv[2]), packages = process.env.NODE_PATH;
+const here = path.dirname(fileURLToPath(import.meta.url)),
+  out = path.resolve(process.argv[2]),
+  packages = process.env.NODE_PATH;
 const esbuild = createRequire(path.join(packages, 'x'))('esbuild');
-const bundle = (banner, write) => esbuild.build({
-  entryPoints: { app: path.join(here, 'src/main.ts') }, outdir: out, bundle: true, minify: true, format: 'iife', target: 'es2022',
-  legalComments: 'none', logLevel: 'warning', metafile: true, write, banner: { js: banner }, nodePaths: [packages],
-  absWorkingDir: here, charset: 'utf8',
-});
+const bundle = (banner, write) =>
+  esbuild.build({
+    entryPoints: { app: path.join(here, 'src/main.ts') },
+    outdir: out,
+    bundle: true,
+    minify: true,
+    format: 'iife',
+    target: 'es2022',
+    legalComments: 'none',
+    logLevel: 'warning',
+    metafile: true,
+    write,
+    banner: { js: banner },
+    nodePaths: [packages],
+    absWorkingDir: here,
+    charset: 'utf8',
+  });
 
 // The packages of which something is in the bundle.
 function findPackages(metafile) {
@@ -22,7 +36,10 @@ function findPackages(metafile) {
 function readLicence(name) {
   const file = fs.readdirSync(path.join(packages, name)).find((each) => /^licen[cs]e/i.test(each));
   if (!file) throw new Error(`${name} has no licence`);
-  return `${name}\n\n${fs.readFileSync(path.join(packages, name, file), 'utf8').trim().replaceAll('*/', '* /')}`;
+  return `${name}\n\n${fs
+    .readFileSync(path.join(packages, name, file), 'utf8')
+    .trim()
+    .replaceAll('*/', '* /')}`;
 }
 
 const { metafile } = await bundle('', false);

@@ -77,14 +77,19 @@ export class ViewCamera {
 
   // To a place, in a short flight unless little motion is wanted.
   private fly(position: THREE.Vector3, target: THREE.Vector3, isQuick = false): void {
-    const from = this.camera.position.clone(), fromTarget = this.controls.target.clone(), start = performance.now();
+    const from = this.camera.position.clone(),
+      fromTarget = this.controls.target.clone(),
+      start = performance.now();
     const place = (part: number) => {
       this.controls.target.lerpVectors(fromTarget, target, part);
       // Round about the target rather than through it.
-      const a = from.clone().sub(fromTarget), b = position.clone().sub(target);
+      const a = from.clone().sub(fromTarget),
+        b = position.clone().sub(target);
       const direction = a.clone().normalize().lerp(b.clone().normalize(), part);
       if (direction.lengthSq() < 1e-3) direction.copy(b);
-      this.camera.position.copy(this.controls.target).addScaledVector(direction.normalize(), a.length() + (b.length() - a.length()) * part);
+      this.camera.position
+        .copy(this.controls.target)
+        .addScaledVector(direction.normalize(), a.length() + (b.length() - a.length()) * part);
       this.controls.update();
       this.ask();
     };
@@ -103,14 +108,17 @@ export class ViewCamera {
   frame(box: THREE.Box3, direction?: THREE.Vector3, isQuick = false): void {
     if (box.isEmpty()) return;
     this.leave();
-    const center = box.getCenter(new THREE.Vector3()), { min, max } = box;
+    const center = box.getCenter(new THREE.Vector3()),
+      { min, max } = box;
     const from = (direction ?? this.camera.position.clone().sub(this.controls.target)).clone().normalize();
     const right = new THREE.Vector3().crossVectors(this.camera.up, from);
     if (right.lengthSq() < 1e-6) right.set(1, 0, 0).cross(this.camera.up).cross(this.camera.up).negate();
     if (right.lengthSq() < 1e-6) right.set(0, 1, 0);
     right.normalize();
     const above = new THREE.Vector3().crossVectors(from, right);
-    const up = Math.tan((this.camera.fov * Math.PI) / 360), across = up * this.camera.aspect, corner = new THREE.Vector3();
+    const up = Math.tan((this.camera.fov * Math.PI) / 360),
+      across = up * this.camera.aspect,
+      corner = new THREE.Vector3();
     let distance = Math.max(box.getSize(corner).length() * 0.05, this.size * 0.005);
     for (let k = 0; k < 8; k++) {
       corner.set(k & 1 ? max.x : min.x, k & 2 ? max.y : min.y, k & 4 ? max.z : min.z).sub(center);
@@ -125,7 +133,10 @@ export class ViewCamera {
   takePlace(position: THREE.Vector3, target: THREE.Vector3, fieldOfView?: number): void {
     this.leave();
     if (fieldOfView) this.camera.fov = (180 * fieldOfView) / Math.PI;
-    const way = position.clone().sub(target).multiplyScalar(Math.max(1, WIDE / this.camera.aspect));
+    const way = position
+      .clone()
+      .sub(target)
+      .multiplyScalar(Math.max(1, WIDE / this.camera.aspect));
     this.fly(target.clone().add(way), target, true);
     this.framed = () => this.takePlace(position, target);
   }
@@ -147,7 +158,9 @@ export class ViewCamera {
   turn(across: number, up: number, nearer = 1): void {
     this.leave();
     const level = new THREE.Quaternion().setFromUnitVectors(this.camera.up, new THREE.Vector3(0, 1, 0));
-    const place = new THREE.Spherical().setFromVector3(this.camera.position.clone().sub(this.controls.target).applyQuaternion(level));
+    const place = new THREE.Spherical().setFromVector3(
+      this.camera.position.clone().sub(this.controls.target).applyQuaternion(level),
+    );
     place.theta += across;
     place.phi = Math.min(Math.max(place.phi - up, 0.001), Math.PI - 0.001);
     place.radius = Math.min(Math.max(place.radius * nearer, this.controls.minDistance), this.controls.maxDistance);

@@ -5,7 +5,8 @@ export type Color = [number, number, number];
 
 // Linear RGB.
 export function fromOklch([lightness, chroma, hue]: Color): Color {
-  const a = chroma * Math.cos((hue * Math.PI) / 180), b = chroma * Math.sin((hue * Math.PI) / 180);
+  const a = chroma * Math.cos((hue * Math.PI) / 180),
+    b = chroma * Math.sin((hue * Math.PI) / 180);
   const l = (lightness + 0.3963377774 * a + 0.2158037573 * b) ** 3;
   const m = (lightness - 0.1055613458 * a - 0.0638541728 * b) ** 3;
   const s = (lightness - 0.0894841775 * a - 1.291485548 * b) ** 3;
@@ -38,7 +39,14 @@ export function toCss(rgb: Color): string {
   return `rgb(${rgb.map((part) => Math.round(255 * encode(part))).join(' ')})`;
 }
 
-const CLOTHS: Color[] = [[0.68, 0.12, 234], [0.76, 0.14, 75], [0.66, 0.15, 20], [0.7, 0.12, 150], [0.64, 0.14, 300], [0.72, 0.13, 340]];
+const CLOTHS: Color[] = [
+  [0.68, 0.12, 234],
+  [0.76, 0.14, 75],
+  [0.66, 0.15, 20],
+  [0.7, 0.12, 150],
+  [0.64, 0.14, 300],
+  [0.72, 0.13, 340],
+];
 const OBSTACLE: Color = [0.82, 0.012, 250];
 
 // Linear RGB of body `index` of its kind.

@@ -13,7 +13,8 @@ export interface Listener {
   onStatus(status: 'connecting' | 'open' | 'lost', reason: string): void;
 }
 
-const FIRST_PAUSE = 500, LONGEST_PAUSE = 8000; // milliseconds before a new try
+const FIRST_PAUSE = 500,
+  LONGEST_PAUSE = 8000; // milliseconds before a new try
 
 export class Connection {
   private socket: WebSocket | null = null;

@@ -3,7 +3,9 @@
 type Child = Node | string;
 
 export function make<Tag extends keyof HTMLElementTagNameMap>(
-  tag: Tag, attributes: Record<string, string | number | boolean> = {}, ...children: Child[]
+  tag: Tag,
+  attributes: Record<string, string | number | boolean> = {},
+  ...children: Child[]
 ): HTMLElementTagNameMap[Tag] {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -19,8 +21,15 @@ const SVG = 'http://www.w3.org/2000/svg';
 
 // A picture of 16 x 16 from the data of one path.
 export function makeIcon(path: string): SVGSVGElement {
-  const svg = document.createElementNS(SVG, 'svg'), shape = document.createElementNS(SVG, 'path');
-  for (const [name, value] of Object.entries({ viewBox: '0 0 16 16', width: '16', height: '16', 'aria-hidden': 'true', class: 'icon' }))
+  const svg = document.createElementNS(SVG, 'svg'),
+    shape = document.createElementNS(SVG, 'path');
+  for (const [name, value] of Object.entries({
+    viewBox: '0 0 16 16',
+    width: '16',
+    height: '16',
+    'aria-hidden': 'true',
+    class: 'icon',
+  }))
     svg.setAttribute(name, value);
   shape.setAttribute('d', path);
   svg.append(shape);
@@ -31,7 +40,11 @@ export function get<T extends HTMLElement = HTMLElement>(id: string): T {
   return document.getElementById(id) as T;
 }
 
-export function button(text: string, act: () => void, attributes: Record<string, string | number | boolean> = {}): HTMLButtonElement {
+export function button(
+  text: string,
+  act: () => void,
+  attributes: Record<string, string | number | boolean> = {},
+): HTMLButtonElement {
   const made = make('button', { type: 'button', ...attributes }, text);
   made.addEventListener('click', act);
   return made;
@@ -45,9 +58,16 @@ export function check(text: string, isOn: boolean, change: (isOn: boolean) => vo
 }
 
 export function choose(
-  label: string, options: readonly (readonly [string, string])[], value: string, change: (value: string) => void,
+  label: string,
+  options: readonly (readonly [string, string])[],
+  value: string,
+  change: (value: string) => void,
 ): HTMLLabelElement {
-  const select = make('select', { 'aria-label': label }, ...options.map(([key, text]) => make('option', { value: key, selected: key === value }, text)));
+  const select = make(
+    'select',
+    { 'aria-label': label },
+    ...options.map(([key, text]) => make('option', { value: key, selected: key === value }, text)),
+  );
   select.addEventListener('change', () => change(select.value));
   return make('label', { class: 'field' }, make('span', {}, label), select);
 }
@@ -63,7 +83,8 @@ export const writeVector = (vector: readonly number[] | undefined, digits = 4): 
   vector ? vector.map((part) => write(part, digits)).join(', ') : '\u2013';
 
 export function download(name: string, data: Blob): void {
-  const url = URL.createObjectURL(data), link = make('a', { href: url, download: name });
+  const url = URL.createObjectURL(data),
+    link = make('a', { href: url, download: name });
   document.body.append(link);
   link.click();
   link.remove();

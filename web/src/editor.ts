@@ -1,7 +1,13 @@
 // The scene's YAML beside the picture: completion from the schema, problems at their place while one types, save.
 //
 // CodeMirror lives in a shadow root: there it uses style sheets that a Content-Security-Policy without inline styles allows.
-import { autocompletion, type Completion, type CompletionContext, completionKeymap, type CompletionResult } from '@codemirror/autocomplete';
+import {
+  autocompletion,
+  type Completion,
+  type CompletionContext,
+  completionKeymap,
+  type CompletionResult,
+} from '@codemirror/autocomplete';
 import { defaultKeymap, history, historyKeymap, indentWithTab } from '@codemirror/commands';
 import { yaml } from '@codemirror/lang-yaml';
 import { bracketMatching, HighlightStyle, indentOnInput, indentUnit, syntaxHighlighting } from '@codemirror/language';
@@ -25,15 +31,19 @@ export interface EditorOptions {
 const plain = (path: string) => path.replaceAll('[]', '').split('.').filter(Boolean).join('.');
 
 function complete(context: CompletionContext, keys: ReadonlyMap<string, SchemaKey>): CompletionResult | null {
-  const text = context.state.doc.toString(), { path, isValue, key } = findPath(text, context.pos);
+  const text = context.state.doc.toString(),
+    { path, isValue, key } = findPath(text, context.pos);
   const word = context.matchBefore(/[\w-]*/);
   if (!word || (word.from === word.to && !context.explicit)) return null;
-  const place = path.join('.'), describe = (each: SchemaKey) =>
-    [each.help, each.unit ? `[${each.unit}]` : '', each.default ? `default ${each.default}` : ''].filter(Boolean).join('; ');
+  const place = path.join('.'),
+    describe = (each: SchemaKey) =>
+      [each.help, each.unit ? `[${each.unit}]` : '', each.default ? `default ${each.default}` : ''].filter(Boolean).join('; ');
   if (isValue) {
     const found = keys.get([place, key].filter(Boolean).join('.'));
     const choices = found?.choices ?? (found?.kind === 'bool' ? ['true', 'false'] : []);
-    return choices.length ? { from: word.from, options: choices.map((label) => ({ label, type: 'enum', info: found && describe(found) })) } : null;
+    return choices.length
+      ? { from: word.from, options: choices.map((label) => ({ label, type: 'enum', info: found && describe(found) })) }
+      : null;
   }
   const options: Completion[] = [];
   for (const [name, each] of keys) {
@@ -54,21 +64,33 @@ const theme = EditorView.theme({
   '&.cm-focused': { outline: '2px solid var(--accent)', outlineOffset: '-2px' },
   '.cm-cursor': { borderLeftColor: 'var(--ink)' },
   '&.cm-focused .cm-selectionBackground, .cm-selectionBackground, ::selection': { backgroundColor: 'var(--chosen) !important' },
-  '.cm-gutters': { backgroundColor: 'var(--page)', color: 'var(--quiet)', border: 'none', borderRight: '1px solid var(--line)' },
+  '.cm-gutters': {
+    backgroundColor: 'var(--page)',
+    color: 'var(--quiet)',
+    border: 'none',
+    borderRight: '1px solid var(--line)',
+  },
   '.cm-activeLine, .cm-activeLineGutter': { backgroundColor: 'var(--hover)' },
   '.cm-tooltip, .cm-panels': { backgroundColor: 'var(--surface)', color: 'var(--ink)', border: '1px solid var(--line)' },
   '.cm-tooltip-autocomplete ul li[aria-selected]': { backgroundColor: 'var(--accent)', color: 'var(--accent-ink)' },
   '.cm-completionDetail': { color: 'inherit', opacity: '1' },
   '.cm-diagnostic': { whiteSpace: 'pre-wrap', maxWidth: '420px' },
-  '.cm-panel button, .cm-panel input': { font: 'inherit', color: 'inherit', background: 'var(--page)', border: '1px solid var(--edge)' },
+  '.cm-panel button, .cm-panel input': {
+    font: 'inherit',
+    color: 'inherit',
+    background: 'var(--page)',
+    border: '1px solid var(--edge)',
+  },
 });
-const colors = syntaxHighlighting(HighlightStyle.define([
-  { tag: [tags.propertyName, tags.definition(tags.propertyName)], color: 'var(--accent)' },
-  { tag: tags.comment, color: 'var(--quiet)', fontStyle: 'italic' },
-  { tag: [tags.string, tags.special(tags.string)], color: 'var(--text-string)' },
-  { tag: [tags.number, tags.bool, tags.keyword], color: 'var(--text-number)' },
-  { tag: [tags.punctuation, tags.separator, tags.squareBracket, tags.brace], color: 'var(--quiet)' },
-]));
+const colors = syntaxHighlighting(
+  HighlightStyle.define([
+    { tag: [tags.propertyName, tags.definition(tags.propertyName)], color: 'var(--accent)' },
+    { tag: tags.comment, color: 'var(--quiet)', fontStyle: 'italic' },
+    { tag: [tags.string, tags.special(tags.string)], color: 'var(--text-string)' },
+    { tag: [tags.number, tags.bool, tags.keyword], color: 'var(--text-number)' },
+    { tag: [tags.punctuation, tags.separator, tags.squareBracket, tags.brace], color: 'var(--quiet)' },
+  ]),
+);
 
 export class Editor {
   readonly host = make('div', { class: 'editor-host' });
@@ -81,22 +103,38 @@ export class Editor {
 
   constructor(options: EditorOptions) {
     this.options = options;
-    const root = this.host.attachShadow({ mode: 'open' }), place = make('div', { class: 'place' });
+    const root = this.host.attachShadow({ mode: 'open' }),
+      place = make('div', { class: 'place' });
     const sheet = new CSSStyleSheet();
     sheet.replaceSync(':host { display: block; min-height: 0; } div.place { height: 100%; }');
     root.adoptedStyleSheets = [sheet];
     root.append(place);
     this.view = new EditorView({
-      root, parent: place,
+      root,
+      parent: place,
       state: EditorState.create({
         extensions: [
-          lineNumbers(), history(), drawSelection(), indentOnInput(), indentUnit.of('  '), bracketMatching(), highlightActiveLine(),
-          highlightSelectionMatches(), yaml(), theme, colors, lintGutter(), EditorState.tabSize.of(2),
+          lineNumbers(),
+          history(),
+          drawSelection(),
+          indentOnInput(),
+          indentUnit.of('  '),
+          bracketMatching(),
+          highlightActiveLine(),
+          highlightSelectionMatches(),
+          yaml(),
+          theme,
+          colors,
+          lintGutter(),
+          EditorState.tabSize.of(2),
           autocompletion({ override: [(context) => complete(context, this.keys)], icons: false }),
           Prec.high(keymap.of([{ key: 'Mod-s', run: () => (void this.save(), true) }])),
           // Tab indents; Escape, then Tab leaves the editor.
           keymap.of([...completionKeymap, ...lintKeymap, ...searchKeymap, ...historyKeymap, ...defaultKeymap, indentWithTab]),
-          EditorView.contentAttributes.of({ 'aria-label': 'Scene in YAML. Escape, then Tab leaves the editor', spellcheck: 'false' }),
+          EditorView.contentAttributes.of({
+            'aria-label': 'Scene in YAML. Escape, then Tab leaves the editor',
+            spellcheck: 'false',
+          }),
           EditorView.updateListener.of((update) => {
             if (!update.docChanged) return;
             this.tell('checking');
@@ -137,14 +175,21 @@ export class Editor {
   showProblems(problems: readonly Problem[]): void {
     const { doc } = this.view.state;
     const list = problems.map(({ line, column, message }): Diagnostic => {
-      const row = doc.line(Math.min(Math.max(line, 1), doc.lines)), from = Math.min(row.from + Math.max(column - 1, 0), row.to);
+      const row = doc.line(Math.min(Math.max(line, 1), doc.lines)),
+        from = Math.min(row.from + Math.max(column - 1, 0), row.to);
       const rest = /^[^\s,:}\]#]*/.exec(row.text.slice(from - row.from))![0].length;
       return { from, to: Math.min(from + Math.max(rest, 1), row.to), severity: 'error', message };
     });
     list.sort((a, b) => a.from - b.from);
     this.view.dispatch(setDiagnostics(this.view.state, list));
-    this.tell(list.length === 0 ? 'no problems' : list.length === 1 ? `1 problem: ${describe(problems[0])}` : `${list.length} problems, first: ${describe(problems[0])}`,
-      list.length > 0);
+    this.tell(
+      list.length === 0
+        ? 'no problems'
+        : list.length === 1
+          ? `1 problem: ${describe(problems[0])}`
+          : `${list.length} problems, first: ${describe(problems[0])}`,
+      list.length > 0,
+    );
   }
 
   // The list of problems under the text.

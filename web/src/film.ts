@@ -21,14 +21,17 @@ const wait = (milliseconds: number) => new Promise((done) => setTimeout(done, Ma
 // The film, or null where it was stopped.
 export async function makeFilm(job: FilmJob): Promise<Blob | null> {
   const type = TYPES.find((each) => MediaRecorder.isTypeSupported(each))!;
-  const stream = job.canvas.captureStream(0), track = stream.getVideoTracks()[0] as CanvasCaptureMediaStreamTrack;
-  const recorder = new MediaRecorder(stream, { mimeType: type, videoBitsPerSecond: 8e6 }), parts: Blob[] = [];
+  const stream = job.canvas.captureStream(0),
+    track = stream.getVideoTracks()[0] as CanvasCaptureMediaStreamTrack;
+  const recorder = new MediaRecorder(stream, { mimeType: type, videoBitsPerSecond: 8e6 }),
+    parts: Blob[] = [];
   const end = new Promise<void>((done, fail) => {
     recorder.onstop = () => done();
     recorder.onerror = () => fail(new Error('the browser could not make the film'));
   });
   recorder.ondataavailable = ({ data }) => parts.push(data);
-  const pause = 1000 / job.framesPerSecond, count = job.to - job.from + 1;
+  const pause = 1000 / job.framesPerSecond,
+    count = job.to - job.from + 1;
   await job.show(job.from);
   recorder.start();
   for (let frame = job.from; frame <= job.to && !job.isStopped(); frame++) {

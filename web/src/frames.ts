@@ -42,7 +42,12 @@ export class FrameStore {
     this.drop(header.frame);
     const { objects } = decoder;
     const kept: KeptFrame = {
-      frame: header.frame, time: header.time, overlays: new Map(), asked: new Set(asked), bytes: 0, positions: [],
+      frame: header.frame,
+      time: header.time,
+      overlays: new Map(),
+      asked: new Set(asked),
+      bytes: 0,
+      positions: [],
       isAbsent: new Uint8Array(objects.length),
     };
     objects.forEach((object, k) => {
@@ -73,7 +78,8 @@ export class FrameStore {
 
   private trim(shown: number, newest: number): void {
     while (this.bytes > this.limit && this.frames.size > 2) {
-      let farthest = -1, distance = -1;
+      let farthest = -1,
+        distance = -1;
       for (const frame of this.frames.keys()) {
         // Frames behind are less likely to be wanted than those ahead.
         const away = frame < shown ? 2 * (shown - frame) : frame - shown;
@@ -123,7 +129,12 @@ export class Fetcher {
   private readonly isUsable: (kept: KeptFrame) => boolean;
   private frameCount: number;
 
-  constructor(store: FrameStore, frameCount: number, send: (request: FrameRequest) => void, isUsable: (kept: KeptFrame) => boolean) {
+  constructor(
+    store: FrameStore,
+    frameCount: number,
+    send: (request: FrameRequest) => void,
+    isUsable: (kept: KeptFrame) => boolean,
+  ) {
     this.store = store;
     this.frameCount = frameCount;
     this.send = send;
@@ -152,8 +163,13 @@ export class Fetcher {
 
   private isComing(frame: number): boolean {
     const { pending } = this;
-    return pending !== null && frame >= pending.next && frame < pending.end && (frame - pending.from) % pending.step === 0
-      && frame - pending.next < 8 * pending.step;
+    return (
+      pending !== null &&
+      frame >= pending.next &&
+      frame < pending.end &&
+      (frame - pending.from) % pending.step === 0 &&
+      frame - pending.next < 8 * pending.step
+    );
   }
 
   // `frame` is to be shown now, those after it by `step` soon.
@@ -169,7 +185,8 @@ export class Fetcher {
   }
 
   private ask(frame: number, step: number): void {
-    const { pending } = this, now = performance.now();
+    const { pending } = this,
+      now = performance.now();
     // A request whose first frame has not come yet is left alone for a moment, so that scrubbing does not outrun the server.
     if (pending && pending.next === pending.from && now - pending.sent < PATIENCE) {
       this.wish = { frame, step };

@@ -12,6 +12,7 @@ import type { Surface } from './surface.ts';
 export type Tool = 'look' | 'grab' | 'cut' | 'move';
 
 const CLICK = 4; // pixels that a pointer may stray in a click
+const PAUSE = 16; // milliseconds between messages of a drag: the newest place counts
 const KEY_STEP = 0.02; // of the scene's size, moved by a key
 
 interface Grab {
@@ -46,20 +47,31 @@ export class Hold {
   private readonly o: HoldOptions;
   private readonly line: THREE.LineSegments<THREE.BufferGeometry, THREE.LineDashedMaterial>;
   private readonly ends: THREE.Points<THREE.BufferGeometry, THREE.PointsMaterial>;
-  private readonly pinMarks = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: 0xd6006c, size: 8, sizeAttenuation: false, depthTest: false }));
+  private readonly pinMarks = new THREE.Points(
+    new THREE.BufferGeometry(),
+    new THREE.PointsMaterial({ color: 0xd6006c, size: 8, sizeAttenuation: false, depthTest: false }),
+  );
   private pinned: { surface: Surface; vertex: number }[] = [];
   private readonly gizmo: TransformControls;
   private readonly pivot = new THREE.Object3D();
   private readonly middle = new THREE.Vector3(); // of the box of the moved object's mesh: it is moved by this point
   private isMoveSent = true;
+  private sent = 0; // when a drag went out
+  private missed = 0; // states that did not know the grab
   private press: { x: number; y: number; id: number } | null = null;
   private pointer = -1; // that drags the grab
 
   constructor(options: HoldOptions) {
     this.o = options;
     const { stage } = options;
-    this.line = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineDashedMaterial({ color: 0xd6006c, depthTest: false, dashSize: 1, gapSize: 0 }));
-    this.ends = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: 0xd6006c, size: 10, sizeAttenuation: false, depthTest: false }));
+    this.line = new THREE.LineSegments(
+      new THREE.BufferGeometry(),
+      new THREE.LineDashedMaterial({ color: 0xd6006c, depthTest: false, dashSize: 1, gapSize: 0 }),
+    );
+    this.ends = new THREE.Points(
+      new THREE.BufferGeometry(),
+      new THREE.PointsMaterial({ color: 0xd6006c, size: 10, sizeAttenuation: false, depthTest: false }),
+    );
     for (const each of [this.line, this.ends, this.pinMarks]) {
       each.frustumCulled = false;
       each.visible = false;
@@ -130,7 +142,8 @@ export class Hold {
       this.letGo();
       return;
     }
-    const isClick = press && press.id === event.pointerId && Math.hypot(event.clientX - press.x, event.clientY - press.y) < CLICK;
+    const isClick =
+      press && press.id === event.pointerId && Math.hypot(event.clientX - press.x, event.clientY - press.y) < CLICK;
     if (!isClick || event.button !== 0 || event.type !== 'pointerup' || this.gizmo.dragging) return;
     this.click(event);
   }
@@ -147,12 +160,28 @@ export class Hold {
   private begin(hit: Pick<Hit, 'object' | 'triangle' | 'weights' | 'point'>, byKeys: boolean): void {
     const facing = this.o.stage.camera.getAxes()[2];
     const grab: Grab = {
-      object: hit.object, triangle: hit.triangle, weights: hit.weights, target: hit.point.clone(), id: null, isOver: false, isSent: true,
-      plane: new THREE.Plane().setFromNormalAndCoplanarPoint(facing, hit.point), byKeys,
+      object: hit.object,
+      triangle: hit.triangle,
+      weights: hit.weights,
+      target: hit.point.clone(),
+      id: null,
+      isOver: false,
+      isSent: true,
+      plane: new THREE.Plane().setFromNormalAndCoplanarPoint(facing, hit.point),
+      byKeys,
     };
     this.grab = grab;
     const { object, triangle, weights } = hit;
-    this.o.connection().ask<{ type: string; grab: number }>({ type: 'grab', object, triangle, weights, point: toVector(hit.point), force: this.force })
+    this.o
+      .connection()
+      .ask<{ type: string; grab: number }>({
+        type: 'grab',
+        object,
+        triangle,
+        weights,
+        point: toVector(hit.point),
+        force: this.force,
+      })
       .then((answer) => {
         grab.id = answer.grab;
         if (grab.isOver) this.o.connection().send({ type: 'let_go', grab: answer.grab });
@@ -172,17 +201,22 @@ export class Hold {
   grabSelection(): void {
     const { selection } = this.o.picker;
     if (!this.isAble || !selection || this.grab) return;
-    const surface = this.o.stage.surfaces[selection.object], nearest = this.o.picker.getNearest();
+    const surface = this.o.stage.surfaces[selection.object],
+      nearest = this.o.picker.getNearest();
     if (surface.info.role === 'obstacle' || !nearest) return this.o.say('an obstacle cannot be held: move it');
     const weights = selection.weights.slice() as [number, number, number];
-    this.begin({ object: selection.object, triangle: selection.triangle, weights, point: surface.getPoint(selection.triangle, weights) }, true);
+    this.begin(
+      { object: selection.object, triangle: selection.triangle, weights, point: surface.getPoint(selection.triangle, weights) },
+      true,
+    );
     this.o.stage.view.focus({ preventScroll: true });
   }
 
   // Moves the held point by steps to the right, upwards and towards the camera.
   nudge(right: number, up: number, nearer: number): void {
     if (!this.grab) return;
-    const axes = this.o.stage.camera.getAxes(), step = KEY_STEP * this.o.stage.findBox().getSize(new THREE.Vector3()).length();
+    const axes = this.o.stage.camera.getAxes(),
+      step = KEY_STEP * this.o.stage.findBox().getSize(new THREE.Vector3()).length();
     [right, up, nearer].forEach((count, k) => this.grab!.target.addScaledVector(axes[k], count * step));
     this.grab.isSent = false;
     this.o.stage.ask();
@@ -192,7 +226,7 @@ export class Hold {
     const { grab } = this;
     if (!grab) return;
     this.grab = null;
-    this.sendDrag(grab);
+    this.sendDrag(grab, true);
     grab.isOver = true;
     if (grab.id !== null) this.o.connection().send({ type: 'let_go', grab: grab.id });
     this.o.say('let go');
@@ -200,8 +234,10 @@ export class Hold {
     this.o.onChange();
   }
 
-  private sendDrag(grab: Grab): void {
-    if (grab.isSent || grab.id === null) return;
+  private sendDrag(grab: Grab, isLast = false): void {
+    const now = performance.now();
+    if (grab.isSent || grab.id === null || (now - this.sent < PAUSE && !isLast)) return;
+    this.sent = now;
     grab.isSent = true;
     this.o.connection().send({ type: 'drag', grab: grab.id, point: toVector(grab.target) });
   }
@@ -212,7 +248,7 @@ export class Hold {
     this.line.visible = this.ends.visible = grab !== null;
     if (grab) {
       this.sendDrag(grab);
-      if (!grab.isSent) setTimeout(() => this.o.stage.ask(), 30); // the answer is on its way
+      if (!grab.isSent) setTimeout(() => this.o.stage.ask(), PAUSE); // the newest place is still to go out
       const held = this.o.stage.surfaces[grab.object].getPoint(grab.triangle, grab.weights);
       setLine(this.line, [held, grab.target]);
       setLine(this.ends, [grab.target, held]);
@@ -240,7 +276,23 @@ export class Hold {
 
   private markPins(): void {
     this.pinMarks.visible = this.tool === 'cut' && this.pinned.length > 0;
-    if (this.pinMarks.visible) setLine(this.pinMarks, this.pinned.map(({ surface, vertex }) => surface.getVertex(vertex)));
+    if (this.pinMarks.visible)
+      setLine(
+        this.pinMarks,
+        this.pinned.map(({ surface, vertex }) => surface.getVertex(vertex)),
+      );
+  }
+
+  // The server tells what it holds. A reset or a rewind lets go; a state may be older than the grab.
+  checkHeld(held: readonly number[]): void {
+    const { grab } = this;
+    this.missed = grab && grab.id !== null && !held.includes(grab.id) ? this.missed + 1 : 0;
+    if (this.missed < 3) return;
+    this.missed = 0;
+    this.grab = null;
+    this.o.say('let go');
+    this.o.stage.ask();
+    this.o.onChange();
   }
 
   // What is held is gone: the scene is another one, or the connection was lost.
@@ -252,9 +304,12 @@ export class Hold {
   }
 
   cut(): void {
-    const { selection } = this.o.picker, nearest = this.o.picker.getNearest();
+    const { selection } = this.o.picker,
+      nearest = this.o.picker.getNearest();
     if (!this.isAble || !selection || !nearest) return;
-    this.o.connection().ask({ type: 'cut_pin', object: selection.object, vertex: nearest.vertex })
+    this.o
+      .connection()
+      .ask({ type: 'cut_pin', object: selection.object, vertex: nearest.vertex })
       .then(() => {
         this.o.picker.select(this.o.picker.selection); // it is told anew
         this.o.say(`the pin of vertex ${nearest.vertex} is cut`);
@@ -308,18 +363,20 @@ export class Hold {
   private sendPivot(): void {
     if (!this.isMoveSent || this.moved === null) return;
     this.isMoveSent = false;
-    // The newest place of the next picture goes out.
-    requestAnimationFrame(() => {
+    // The newest place goes out.
+    window.setTimeout(() => {
       this.isMoveSent = true;
       if (this.moved === null) return;
       this.move(this.pivot.position, this.pivot.quaternion);
-    });
+    }, PAUSE);
   }
 
   // The middle goes to `position`, the mesh turns about it.
   move(position: THREE.Vector3, rotation: THREE.Quaternion): void {
     const { x, y, z, w } = rotation;
-    this.o.connection().ask({ type: 'move', object: this.moved, position: toVector(position), rotation: [w, x, y, z] })
+    this.o
+      .connection()
+      .ask({ type: 'move', object: this.moved, position: toVector(position), rotation: [w, x, y, z] })
       .catch((problem) => this.o.fail(problem));
   }
 }

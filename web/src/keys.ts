@@ -10,12 +10,14 @@ export interface Key {
   inView?: boolean; // only where the picture has the focus: other places use these keys themselves
 }
 
-const TYPING = 'input:not([type=checkbox]):not([type=range]):not([type=radio]), textarea, select, [contenteditable=true], .editor-host';
+const TYPING =
+  'input:not([type=checkbox]):not([type=range]):not([type=radio]), textarea, select, [contenteditable=true], .editor-host';
 
 export function handleKeys(keys: readonly Key[], view: HTMLElement): void {
   document.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
-    const target = event.target as HTMLElement, name = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    const target = event.target as HTMLElement,
+      name = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (target.closest('dialog')) return;
     const isInView = target === view;
     if (!isInView && target.closest(TYPING)) return;
@@ -33,11 +35,19 @@ export function handleKeys(keys: readonly Key[], view: HTMLElement): void {
 
 export function showKeys(keys: readonly Key[], about: string): void {
   const dialog = get<HTMLDialogElement>('keys');
-  const rows = keys.filter((key) => key.words && (!key.isOn || key.isOn()))
+  const rows = keys
+    .filter((key) => key.words && (!key.isOn || key.isOn()))
     .map(({ shown, words }) => make('tr', {}, make('th', { scope: 'row' }, make('kbd', {}, shown)), make('td', {}, words)));
   dialog.replaceChildren(
-    make('h2', { id: 'keys-title' }, 'Keys'), make('table', {}, make('tbody', {}, ...rows)),
-    make('p', {}, 'By mouse: drag turns, right drag moves, the wheel goes nearer, a click tells about what is there. By finger: one turns, two move and zoom.'),
-    make('p', { class: 'quiet' }, about), button('Close', () => dialog.close(), { class: 'main' }));
+    make('h2', { id: 'keys-title' }, 'Keys'),
+    make('table', {}, make('tbody', {}, ...rows)),
+    make(
+      'p',
+      {},
+      'By mouse: drag turns, right drag moves, the wheel goes nearer, a click tells about what is there. By finger: one turns, two move and zoom.',
+    ),
+    make('p', { class: 'quiet' }, about),
+    button('Close', () => dialog.close(), { class: 'main' }),
+  );
   dialog.showModal();
 }

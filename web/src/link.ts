@@ -15,7 +15,8 @@ export function writeLink(link: ViewLink): string {
   if (link.frame !== undefined) parts.set('frame', String(link.frame));
   if (link.camera) parts.set('camera', link.camera.join(','));
   if (link.overlays?.length) parts.set('overlays', link.overlays.join(','));
-  const { look } = link, words: string[] = [];
+  const { look } = link,
+    words: string[] = [];
   if (look?.shading === 'flat') words.push('flat');
   if (look?.texture === 'checker') words.push('checker');
   if (look?.hasWires) words.push('wires');
@@ -30,7 +31,8 @@ export function writeLink(link: ViewLink): string {
 }
 
 export function readLink(fragment: string): ViewLink {
-  const parts = new URLSearchParams(fragment.replace(/^#/, '')), link: ViewLink = {};
+  const parts = new URLSearchParams(fragment.replace(/^#/, '')),
+    link: ViewLink = {};
   const frame = Number(parts.get('frame') ?? NaN);
   if (Number.isInteger(frame) && frame >= 0) link.frame = frame;
   const camera = parts.get('camera')?.split(',').map(Number);
@@ -40,10 +42,14 @@ export function readLink(fragment: string): ViewLink {
   const words = parts.get('look')?.split(',');
   if (words)
     link.look = {
-      shading: words.includes('flat') ? 'flat' : 'smooth', texture: words.includes('checker') ? 'checker' : 'plain',
-      hasWires: words.includes('wires'), hasShadows: !words.includes('no-shadows'), hasGround: !words.includes('no-ground'),
+      shading: words.includes('flat') ? 'flat' : 'smooth',
+      texture: words.includes('checker') ? 'checker' : 'plain',
+      hasWires: words.includes('wires'),
+      hasShadows: !words.includes('no-shadows'),
+      hasGround: !words.includes('no-ground'),
     };
-  const chosen = parts.get('selection')?.split(','), numbers = chosen?.slice(0, 5).map(Number);
+  const chosen = parts.get('selection')?.split(','),
+    numbers = chosen?.slice(0, 5).map(Number);
   if (chosen?.length === 6 && numbers!.every(Number.isFinite) && ['vertex', 'edge', 'triangle'].includes(chosen[5])) {
     const [object, triangle, ...weights] = numbers!;
     link.selection = { object, triangle, weights: weights as [number, number, number], part: chosen[5] as Selection['part'] };

@@ -21,7 +21,12 @@ export class LiveBar {
       made.append(makeIcon(path));
       return made;
     };
-    const speeds = [['0.1', '0.1 \u00d7'], ['0.25', '0.25 \u00d7'], ['1', '1 \u00d7'], ['0', 'full speed']] as const;
+    const speeds = [
+      ['0.1', '0.1 \u00d7'],
+      ['0.25', '0.25 \u00d7'],
+      ['1', '1 \u00d7'],
+      ['0', 'full speed'],
+    ] as const;
     this.speed = choose('Speed of the simulation', speeds, '1', () => this.isRunning && this.run());
     this.speed.classList.add('bare');
     this.start = withIcon('Start', ICON.play, () => this.toggle());
@@ -31,8 +36,18 @@ export class LiveBar {
       say(`rewound to step ${this.rewind.value}`);
       this.rewind.value = '';
     });
-    this.element.append(make('div', { class: 'buttons' }, withIcon('Reset', ICON.reset, () => this.reset()), this.start,
-      withIcon('Step', ICON.forward, () => this.step(1))), this.time, this.speed, make('label', { class: 'field bare' }, make('span', {}, 'Rewind'), this.rewind));
+    this.element.append(
+      make(
+        'div',
+        { class: 'buttons' },
+        withIcon('Reset', ICON.reset, () => this.reset()),
+        this.start,
+        withIcon('Step', ICON.forward, () => this.step(1)),
+      ),
+      this.time,
+      this.speed,
+      make('label', { class: 'field bare' }, make('span', {}, 'Rewind'), this.rewind),
+    );
     this.show(null);
   }
 
@@ -59,7 +74,8 @@ export class LiveBar {
   }
 
   show(state: StateMessage | null): void {
-    const wasRunning = this.isRunning, had = this.state;
+    const wasRunning = this.isRunning,
+      had = this.state;
     this.state = state;
     const label = this.isRunning ? 'Pause' : 'Start';
     if (this.start.getAttribute('aria-label') !== label || !had) {
@@ -67,17 +83,28 @@ export class LiveBar {
       this.start.title = label;
       this.start.replaceChildren(makeIcon(this.isRunning ? ICON.pause : ICON.play));
     }
-    if (had && state && wasRunning !== state.is_running) this.say(state.is_running ? 'running' : `paused at step ${state.step}`);
+    if (had && state && wasRunning !== state.is_running)
+      this.say(state.is_running ? 'running' : `paused at step ${state.step}`);
     if (!state) {
       this.time.textContent = '';
       return;
     }
-    const rate = state.is_running ? `, ${write(state.steps_per_second)} steps a second, ${write(state.real_time_ratio, 2)} \u00d7 real time` : state.has_failed ? ', stopped' : state.is_starting ? ', starting' : ', paused';
+    const rate = state.is_running
+      ? `, ${write(state.steps_per_second)} steps a second, ${write(state.real_time_ratio, 2)} \u00d7 real time`
+      : state.has_failed
+        ? ', stopped'
+        : state.is_starting
+          ? ', starting'
+          : ', paused';
     this.time.textContent = `step ${state.step}, ${state.time.toFixed(2)} s${rate}, ${state.contacts} contacts`;
     this.time.dataset.step = String(state.step);
-    const saved = state.saved ?? [], wanted = ['', ...saved.map(String)];
+    const saved = state.saved ?? [],
+      wanted = ['', ...saved.map(String)];
     const now = [...this.rewind.options].map(({ value }) => value);
     if (document.activeElement === this.rewind || (wanted.length === now.length && wanted.join() === now.join())) return;
-    this.rewind.replaceChildren(make('option', { value: '' }, 'Rewind to \u2026'), ...saved.map((step) => make('option', { value: step }, `step ${step}`)));
+    this.rewind.replaceChildren(
+      make('option', { value: '' }, 'Rewind to \u2026'),
+      ...saved.map((step) => make('option', { value: step }, `step ${step}`)),
+    );
   }
 }

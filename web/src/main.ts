@@ -2,27 +2,47 @@
 import * as THREE from 'three';
 import { type Answer, Connection } from './connection.ts';
 import { chooseColor } from './color.ts';
-import { button, choose, download, get, make, makeIcon, write } from './dom.ts';
-import { Editor } from './editor.ts';
-import { canFilm, makeFilm } from './film.ts';
+import { button, get, make, makeIcon } from './dom.ts';
+import { EditorPanel } from './editor_panel.ts';
+import { canFilm } from './film.ts';
 import { Fetcher, FrameStore, type KeptFrame } from './frames.ts';
 import { Hold } from './hold.ts';
 import { handleKeys, type Key, showKeys } from './keys.ts';
+import { makeKeyTable } from './key_table.ts';
 import { readLink, writeLink, type ViewLink } from './link.ts';
 import { LiveBar } from './live.ts';
+import { showNumbers } from './numbers.ts';
 import { Overlays } from './overlays.ts';
 import {
-  type FullLook, makeHoldPanel, makeLookPanel, makeObjectPanel, makeOverlayPanel, makeSettingsPanel, makeTakePanel, SelectionPanel,
-  showFilmState,
+  type FullLook,
+  makeHoldPanel,
+  makeLookPanel,
+  makeObjectPanel,
+  makeOverlayPanel,
+  makeSettingsPanel,
+  makeTakePanel,
+  SelectionPanel,
 } from './panels.ts';
 import { Picker, type Selection } from './pick.ts';
 import { Plots } from './plots.ts';
 import {
-  type ChangedMessage, type DocumentMessage, FrameDecoder, KIND, type Mesh, type OverlayMessage, type PickedMessage, type Problem, readHeader,
-  readMesh, readOverlay, type SchemaKey, type SeriesMessage, type StateMessage, VERSION,
+  type ChangedMessage,
+  type DocumentMessage,
+  FrameDecoder,
+  KIND,
+  type Mesh,
+  type OverlayMessage,
+  type PickedMessage,
+  readHeader,
+  readMesh,
+  readOverlay,
+  type SeriesMessage,
+  type StateMessage,
+  VERSION,
 } from './protocol.ts';
 import { canDraw, Corner, Stage } from './stage.ts';
 import { Surface } from './surface.ts';
+import { Take } from './take.ts';
 import { Timeline } from './timeline.ts';
 import './style.css';
 
@@ -30,7 +50,6 @@ const FRAME_BYTES = 192e6; // of frames that are kept
 const ACKNOWLEDGE = 8; // milliseconds between acknowledgements, which name the newest frame
 const LINK_PAUSE = 300; // milliseconds before the address follows the view
 const START_DIRECTION = new THREE.Vector3(0.55, -1, 0.62);
-const TURN = Math.PI / 24, PAN = 0.08; // of a key: an angle; a share of the height of the picture
 
 class Page {
   private document: DocumentMessage | null = null;
@@ -47,9 +66,8 @@ class Page {
   private link: ViewLink = readLink(location.hash);
   private linkTimer = 0;
   private hasView = false; // the camera was set once
-  private isFilming = false;
-  private editor: Editor | null = null;
   private readonly connection: Connection;
+  private readonly editor: EditorPanel;
   private readonly view = get('view');
   private readonly stage: Stage | null;
   private readonly overlays: Overlays | null;
@@ -62,8 +80,16 @@ class Page {
   private readonly liveBar: LiveBar;
   private readonly plots: Plots;
   private readonly corner: Corner;
+  private readonly take: Take | null;
   private readonly keys: Key[];
-  private readonly look: FullLook = { shading: 'smooth', texture: 'plain', hasWires: false, hasShadows: true, hasGround: true, ...this.link.look };
+  private readonly look: FullLook = {
+    shading: 'smooth',
+    texture: 'plain',
+    hasWires: false,
+    hasShadows: true,
+    hasGround: true,
+    ...this.link.look,
+  };
   private settingTimer = 0;
   private readonly settings = new Map<string, { what: string; value: unknown; object?: number }>();
   private updateHoldPanel: () => void = () => {};
@@ -74,20 +100,65 @@ class Page {
     this.stage = canDraw() ? new Stage(this.view) : null;
     this.overlays = this.stage && new Overlays(this.stage);
     this.picker = this.stage && new Picker(this.stage);
-    this.fetcher = new Fetcher(this.store, 1, (request) => this.connection.send(request), (kept) => this.hasOverlays(kept));
-    this.timeline = new Timeline(this.store, this.fetcher, (kept) => this.showKept(kept), (words) => this.say(words));
-    this.liveBar = new LiveBar((message) => this.command(message), (words) => this.say(words));
-    this.plots = new Plots((group, buckets) => this.connection.ask<SeriesMessage>({ type: 'series', names: group.names, buckets }));
-    this.corner = new Corner(() => ({ drawn: this.stage?.drawn ?? 0, received: this.received, isSoftware: this.stage?.isSoftware ?? false }));
-    this.hold = this.stage && this.picker && new Hold({
-      stage: this.stage, picker: this.picker, connection: () => this.connection, say: (words) => this.say(words),
-      fail: (problem) => this.fail(problem), onChange: () => this.onHold(),
-    });
-    this.selectionPanel = this.stage && new SelectionPanel(this.stage, {
-      chooseVertex: (object, vertex) => this.chooseVertex(object, vertex), frame: () => this.frameSelection(),
-      choosePart: (part) => this.picker!.selection && this.picker!.select({ ...this.picker!.selection, part }),
-      grab: () => this.hold!.grabSelection(), letGo: () => this.hold!.letGo(), nudge: (...by) => this.hold!.nudge(...by),
-      cut: () => this.hold!.cut(), clear: () => this.picker!.select(null),
+    this.fetcher = new Fetcher(
+      this.store,
+      1,
+      (request) => this.connection.send(request),
+      (kept) => this.hasOverlays(kept),
+    );
+    this.timeline = new Timeline(
+      this.store,
+      this.fetcher,
+      (kept) => this.showKept(kept),
+      (words) => this.say(words),
+    );
+    this.liveBar = new LiveBar(
+      (message) => this.command(message),
+      (words) => this.say(words),
+    );
+    this.plots = new Plots((group, buckets) =>
+      this.connection.ask<SeriesMessage>({ type: 'series', names: group.names, buckets }),
+    );
+    this.corner = new Corner(() => ({
+      drawn: this.stage?.drawn ?? 0,
+      received: this.received,
+      isSoftware: this.stage?.isSoftware ?? false,
+    }));
+    this.hold =
+      this.stage &&
+      this.picker &&
+      new Hold({
+        stage: this.stage,
+        picker: this.picker,
+        connection: () => this.connection,
+        say: (words) => this.say(words),
+        fail: (problem) => this.fail(problem),
+        onChange: () => this.onHold(),
+      });
+    this.selectionPanel =
+      this.stage &&
+      new SelectionPanel(this.stage, {
+        chooseVertex: (object, vertex) => this.chooseVertex(object, vertex),
+        frame: () => this.frameSelection(),
+        choosePart: (part) => this.picker!.selection && this.picker!.select({ ...this.picker!.selection, part }),
+        grab: () => this.hold!.grabSelection(),
+        letGo: () => this.hold!.letGo(),
+        nudge: (...by) => this.hold!.nudge(...by),
+        cut: () => this.hold!.cut(),
+        clear: () => this.picker!.select(null),
+      });
+    this.take =
+      this.stage &&
+      new Take({
+        stage: this.stage,
+        timeline: this.timeline,
+        getName: () => this.document?.path ?? 'tulle',
+        fail: (problem) => this.fail(problem),
+      });
+    this.editor = new EditorPanel(get('editor'), {
+      connection: () => this.connection,
+      fail: (problem) => this.fail(problem),
+      close: () => this.toggleEditor(false),
     });
     this.keys = this.makeKeys();
     this.connect();
@@ -95,7 +166,9 @@ class Page {
     url.protocol = url.protocol.replace('http', 'ws');
     url.hash = '';
     this.connection = new Connection(url.href, {
-      onText: (message) => this.take(message), onBinary: (buffer) => this.takeBinary(buffer), onStatus: (status, reason) => this.showStatus(status, reason),
+      onText: (message) => this.takeText(message),
+      onBinary: (buffer) => this.takeBinary(buffer),
+      onStatus: (status, reason) => this.showStatus(status, reason),
     });
     this.makeTools();
   }
@@ -139,14 +212,23 @@ class Page {
   // A problem, until it is dismissed or has been there for a while.
   private fail(problem: unknown): void {
     const words = problem instanceof Error ? problem.message : String(problem);
-    const note = make('p', {}, make('span', {}, words), button('Dismiss', () => note.remove()));
+    const note = make(
+      'p',
+      {},
+      make('span', {}, words),
+      button('Dismiss', () => note.remove()),
+    );
     get('notes').replaceChildren(note);
     setTimeout(() => note.remove(), 12000);
   }
 
   private showStatus(status: 'connecting' | 'open' | 'lost', reason: string): void {
     const badge = get('link-state');
-    const words = { connecting: 'Connecting', open: 'Connected', lost: reason ? `Lost: ${reason}` : 'Connection lost, trying again' };
+    const words = {
+      connecting: 'Connecting',
+      open: 'Connected',
+      lost: reason ? `Lost: ${reason}` : 'Connection lost, trying again',
+    };
     if (status === 'connecting' && badge.classList.contains('lost')) return;
     if (badge.textContent !== words[status]) badge.textContent = words[status];
     badge.classList.toggle('lost', status === 'lost');
@@ -167,11 +249,10 @@ class Page {
 
   // ---- what the server says ----
 
-  private take(message: Answer): void {
+  private takeText(message: Answer): void {
     if (message.type === 'document') this.openDocument(message as unknown as DocumentMessage);
     else if (message.type === 'changed') this.change(message as unknown as ChangedMessage);
     else if (message.type === 'state') this.showState(message as unknown as StateMessage);
-    else if (message.type === 'problems') this.editor?.showProblems(message.list as Problem[]);
     else if (message.type === 'error') this.fail(message.message);
   }
 
@@ -197,7 +278,10 @@ class Page {
     const header = this.decoder.read(buffer);
     this.received++;
     this.newest = header.sequence;
-    this.acknowledgement ||= window.setTimeout(() => this.acknowledge(), this.newest === this.acknowledged + 1 ? 0 : ACKNOWLEDGE);
+    this.acknowledgement ||= window.setTimeout(
+      () => this.acknowledge(),
+      this.newest === this.acknowledged + 1 ? 0 : ACKNOWLEDGE,
+    );
     if (this.document?.live) {
       this.shownTime = header.time;
       this.hasLiveFrame = true;
@@ -234,14 +318,17 @@ class Page {
   // The overlays of a frame that come with it are there; those that take long may come later.
   private hasOverlays(kept: KeptFrame): boolean {
     const { overlays, document } = this;
-    return !overlays || overlays.sources.every((name) => kept.overlays.has(name) || kept.asked.has(name)
-      || !document?.overlays.includes(name));
+    return (
+      !overlays ||
+      overlays.sources.every((name) => kept.overlays.has(name) || kept.asked.has(name) || !document?.overlays.includes(name))
+    );
   }
 
   // ---- a document ----
 
   private openDocument(message: DocumentMessage): void {
-    if (message.version !== VERSION) this.fail(`the program speaks version ${message.version}, this page ${VERSION}: load it again`);
+    if (message.version !== VERSION)
+      this.fail(`the program speaks version ${message.version}, this page ${VERSION}: load it again`);
     this.document = message;
     this.meshes = [];
     this.decoder = null;
@@ -258,12 +345,14 @@ class Page {
     this.timeline.forget();
     this.timeline.setRun(message.frame_count, message.frame_seconds, message.is_under_way);
     this.plots.setSeries(message.series ?? []);
-    this.toolbar('plots').hidden = !(message.series?.length);
+    this.toolbar('plots').hidden = !message.series?.length;
     if (!message.series?.length) this.plots.element.hidden = true;
     this.toolbar('editor').hidden = !message.abilities.includes('edit');
     this.describeView();
     this.showNumbers();
-    void this.loadEditor();
+    const isEditable = message.abilities.includes('edit');
+    if (isEditable && message.problems?.length) this.toggleEditor(true);
+    else if (isEditable && !get('editor').hidden) void this.editor.load(message);
     if (message.objects.length === 0) this.openMeshes(message);
   }
 
@@ -273,16 +362,24 @@ class Page {
     if (!stage || !this.overlays || !this.hold) return;
     const counts: Record<string, number> = {};
     const surfaces = this.meshes.map((mesh, object) => {
-      const info = document.objects[object], kind = info.role === 'obstacle' ? 'obstacle' : 'cloth';
+      const info = document.objects[object],
+        kind = info.role === 'obstacle' ? 'obstacle' : 'cloth';
       counts[kind] = (counts[kind] ?? -1) + 1;
-      const color = info.color ? new THREE.Color().setRGB(...info.color, THREE.SRGBColorSpace).toArray() : chooseColor(kind, counts[kind]);
+      const color = info.color
+        ? new THREE.Color().setRGB(...info.color, THREE.SRGBColorSpace).toArray()
+        : chooseColor(kind, counts[kind]);
       return new Surface(mesh, info, color as [number, number, number]);
     });
     surfaces.forEach((surface, object) => surface.setObject(this.decoder!.objects[object]));
-    const { low, high } = document.box, box = new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high));
+    const { low, high } = document.box,
+      box = new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high));
     this.hold.forget();
     this.overlays.clear();
-    stage.setSurfaces(surfaces, new THREE.Vector3(...document.up).normalize(), box.isEmpty() ? new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(), new THREE.Vector3(1, 1, 1)) : box);
+    stage.setSurfaces(
+      surfaces,
+      new THREE.Vector3(...document.up).normalize(),
+      box.isEmpty() ? new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(), new THREE.Vector3(1, 1, 1)) : box,
+    );
     this.hold.isAble = document.live && document.abilities.includes('grab');
     this.makePanels(document);
     if (!this.hasView) this.setFirstView(document);
@@ -294,7 +391,9 @@ class Page {
   }
 
   private setFirstView(document: DocumentMessage): void {
-    const { camera } = this.stage!, box = this.stage!.findBox(), scene = document.camera;
+    const { camera } = this.stage!,
+      box = this.stage!.findBox(),
+      scene = document.camera;
     camera.frame(box, START_DIRECTION, true);
     if (this.link.camera) return camera.setNumbers(this.link.camera);
     if (!scene) return undefined;
@@ -302,7 +401,11 @@ class Page {
     if (scene.position) return camera.takePlace(new THREE.Vector3(...scene.position), target, scene.field_of_view);
     if (!scene.orbit) return undefined;
     const [azimuth, elevation] = scene.orbit;
-    const direction = new THREE.Vector3(Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation));
+    const direction = new THREE.Vector3(
+      Math.cos(elevation) * Math.cos(azimuth),
+      Math.cos(elevation) * Math.sin(azimuth),
+      Math.sin(elevation),
+    );
     if (!scene.distance) return camera.frame(box, direction, true);
     return camera.takePlace(target.clone().addScaledVector(direction, scene.distance), target, scene.field_of_view);
   }
@@ -318,9 +421,14 @@ class Page {
   private describeView(): void {
     const { document } = this;
     if (!document) return;
-    const objects = document.objects.slice(0, 12).map(({ name, role, triangle_count: count }) => `${name} (${role}, ${count} triangles)`);
+    const objects = document.objects
+      .slice(0, 12)
+      .map(({ name, role, triangle_count: count }) => `${name} (${role}, ${count} triangles)`);
     const more = document.objects.length > 12 ? ` and ${document.objects.length - 12} more` : '';
-    this.view.setAttribute('aria-label', `${document.live ? 'Live scene' : `${document.kind[0].toUpperCase()}${document.kind.slice(1)}`} ${document.title || document.path}: ${objects.join(', ')}${more}`);
+    this.view.setAttribute(
+      'aria-label',
+      `${document.live ? 'Live scene' : `${document.kind[0].toUpperCase()}${document.kind.slice(1)}`} ${document.title || document.path}: ${objects.join(', ')}${more}`,
+    );
   }
 
   // ---- frames ----
@@ -357,6 +465,7 @@ class Page {
   private showState(state: StateMessage): void {
     const before = this.liveBar.state;
     this.liveBar.show(state);
+    this.hold?.checkHeld(state.held);
     if (state.message && state.message !== before?.message) this.say(state.message);
     this.plots.setStep(state.step);
     if (!before || before.step !== state.step) this.plots.load();
@@ -365,7 +474,9 @@ class Page {
 
   private get stepsPerFrame(): number {
     const { document } = this;
-    return document && document.step_seconds > 0 && document.frame_seconds > 0 ? document.frame_seconds / document.step_seconds : 1;
+    return document && document.step_seconds > 0 && document.frame_seconds > 0
+      ? document.frame_seconds / document.step_seconds
+      : 1;
   }
 
   private goToStep(step: number): void {
@@ -398,7 +509,8 @@ class Page {
   }
 
   private pick(): void {
-    const selection = this.picker?.selection ?? null, hold = { isAble: this.hold?.isAble ?? false, isHolding: this.hold?.isHolding ?? false };
+    const selection = this.picker?.selection ?? null,
+      hold = { isAble: this.hold?.isAble ?? false, isHolding: this.hold?.isHolding ?? false };
     const turn = ++this.asked;
     this.writeLinkSoon();
     this.selectionPanel?.show(selection, null, hold);
@@ -410,8 +522,13 @@ class Page {
       if (this.hold?.tool === 'move' && this.hold.moved !== object) this.hold.attachTo(object);
     }
     const frame = this.document?.live ? {} : { frame: this.timeline.frame };
-    this.connection.ask<PickedMessage>({ type: 'pick', ...frame, object, triangle, weights })
-      .then((picked) => turn === this.asked && this.selectionPanel?.show(selection, picked, { isAble: hold.isAble, isHolding: this.hold?.isHolding ?? false }))
+    this.connection
+      .ask<PickedMessage>({ type: 'pick', ...frame, object, triangle, weights })
+      .then(
+        (picked) =>
+          turn === this.asked &&
+          this.selectionPanel?.show(selection, picked, { isAble: hold.isAble, isHolding: this.hold?.isHolding ?? false }),
+      )
       .catch((problem) => turn === this.asked && this.fail(problem));
     // A live scene moves on: ask again while something is chosen.
     clearTimeout(this.pickTimer);
@@ -420,14 +537,17 @@ class Page {
 
   private repick(): void {
     // A button that has the focus is not to be replaced under the finger.
-    if (this.selectionPanel?.element.contains(window.document.activeElement)) this.pickTimer = window.setTimeout(() => this.repick(), 500);
+    if (this.selectionPanel?.element.contains(window.document.activeElement))
+      this.pickTimer = window.setTimeout(() => this.repick(), 500);
     else this.pick();
   }
 
   private frameSelection(): void {
     const { stage, picker } = this;
     if (!stage || !picker?.selection) return this.frameAll();
-    const { object, triangle, weights } = picker.selection, surface = stage.surfaces[object], box = new THREE.Box3();
+    const { object, triangle, weights } = picker.selection,
+      surface = stage.surfaces[object],
+      box = new THREE.Box3();
     box.expandByPoint(surface.getPoint(triangle, weights));
     return stage.camera.frame(box.expandByScalar(stage.findBox().getSize(new THREE.Vector3()).length() * 0.06));
   }
@@ -438,7 +558,8 @@ class Page {
 
   private onHold(): void {
     this.updateHoldPanel();
-    const hint = get('hint'), { hold } = this;
+    const hint = get('hint'),
+      { hold } = this;
     hint.hidden = !hold?.isByKeys;
     if (hold?.isByKeys) hint.textContent = 'Arrow keys, Page Up and Page Down move the held point; Enter lets go';
     if (this.picker?.selection) this.pick();
@@ -447,25 +568,44 @@ class Page {
   // ---- parts of the page ----
 
   private makePanels(document: DocumentMessage): void {
-    const { stage, overlays, hold } = this;
-    if (!stage || !overlays || !hold || !this.selectionPanel) return;
-    const close = make('div', { class: 'sheet-close' }, button('Close panels', () => this.togglePanels(false)));
+    const { stage, overlays, hold, take } = this;
+    if (!stage || !overlays || !hold || !take || !this.selectionPanel) return;
+    const close = make(
+      'div',
+      { class: 'sheet-close' },
+      button('Close panels', () => this.togglePanels(false)),
+    );
     const holdPanel = hold.isAble ? makeHoldPanel(hold) : null;
     this.updateHoldPanel = holdPanel?.update ?? (() => {});
     this.selectionPanel.setDocument(document);
-    get('panels').replaceChildren(close, ...(holdPanel ? [holdPanel.element] : []),
+    get('panels').replaceChildren(
+      close,
+      ...(holdPanel ? [holdPanel.element] : []),
       makeLookPanel(this.look, (look) => {
         stage.setLook(look, look.hasGround);
         this.writeLinkSoon();
       }),
-      makeOverlayPanel(overlays, document.overlays), this.selectionPanel.element,
+      makeOverlayPanel(overlays, document.overlays),
+      this.selectionPanel.element,
       ...(hold.isAble ? [makeSettingsPanel(document, (what, value, object) => this.set(what, value, object))] : []),
       makeObjectPanel(stage, (object) => stage.camera.frame(stage.findBox([stage.surfaces[object]]))),
-      makeTakePanel({
-        picture: () => this.takePicture(), film: (from, to, rate) => void this.film(from, to, rate), stopFilm: () => (this.isFilming = false),
-        link: () => void this.copyLink(), recording: () => this.downloadRecording(),
-        session: () => this.connection.ask({ type: 'save_session' }).then((answer) => this.say(`saved as ${String(answer.file)}`)).catch((problem) => this.fail(problem)),
-      }, document, canFilm()));
+      makeTakePanel(
+        {
+          picture: () => take.picture(),
+          film: (from, to, rate) => void take.film(from, to, rate),
+          stopFilm: () => take.stopFilm(),
+          link: () => void this.copyLink(),
+          recording: () => take.recording(),
+          session: () =>
+            this.connection
+              .ask({ type: 'save_session' })
+              .then((answer) => this.say(`saved as ${String(answer.file)}`))
+              .catch((problem) => this.fail(problem)),
+        },
+        document,
+        canFilm(),
+      ),
+    );
   }
 
   // Of many changes of a slider the newest goes out.
@@ -499,11 +639,28 @@ class Page {
   }
 
   private makeAxes(): HTMLElement {
-    const axes = [['x', 'X'], ['y', 'Y'], ['z', 'Z']] as const;
+    const axes = [
+      ['x', 'X'],
+      ['y', 'Y'],
+      ['z', 'Z'],
+    ] as const;
     const frame = button('', () => this.frameAll(), { 'aria-label': 'Frame all', title: 'Frame all (Home)' });
-    frame.append(makeIcon('M2 6V2h4v1.500H3.500V6zM10 2h4v4h-1.500V3.500H10zM2 10h1.500v2.500H6V14H2zM12.500 10H14v4h-4v-1.500h2.500zM6 6h4v4H6z'));
-    return make('div', { class: 'axes', role: 'group', 'aria-label': 'Views' }, frame,
-      ...axes.map(([axis, label]) => button(label, () => this.stage!.camera.lookAlong(this.flip(axis)), { 'aria-label': `View along ${label}`, title: `View along ${label}; again: from the other side` })));
+    frame.append(
+      makeIcon(
+        'M2 6V2h4v1.500H3.500V6zM10 2h4v4h-1.500V3.500H10zM2 10h1.500v2.500H6V14H2zM12.500 10H14v4h-4v-1.500h2.500zM6 6h4v4H6z',
+      ),
+    );
+    return make(
+      'div',
+      { class: 'axes', role: 'group', 'aria-label': 'Views' },
+      frame,
+      ...axes.map(([axis, label]) =>
+        button(label, () => this.stage!.camera.lookAlong(this.flip(axis)), {
+          'aria-label': `View along ${label}`,
+          title: `View along ${label}; again: from the other side`,
+        }),
+      ),
+    );
   }
 
   // From the other side where it is seen along this axis already.
@@ -528,138 +685,37 @@ class Page {
 
   private showKeys(): void {
     const program = this.document ? `Tulle ${this.document.program}. ` : '';
-    showKeys(this.keys, `${program}The page holds three.js, CodeMirror and Lezer, all under the MIT licence; their licences stand at the top of app.js.`);
+    showKeys(
+      this.keys,
+      `${program}The page holds three.js, CodeMirror and Lezer, all under the MIT licence; their licences stand at the top of app.js.`,
+    );
   }
 
-  // Where nothing can be drawn: numbers in place of the picture.
   private showNumbers(): void {
     if (this.stage) return;
-    const { document } = this, state = this.liveBar.state;
-    let place = get('numbers');
-    if (!place) {
-      place = make('div', { id: 'numbers', class: 'numbers' });
-      get('stage').append(place);
-      this.view.hidden = true;
-      this.togglePanels(false);
-    }
-    const rows: [string, string][] = [];
-    if (document) {
-      for (const { name, role, vertex_count, triangle_count } of document.objects.slice(0, 50))
-        rows.push([name, `${role}, ${vertex_count} vertices, ${triangle_count} triangles`]);
-      rows.push(['Frame', `${document.live ? (state?.frame ?? 0) : this.timeline.frame}`], ['Time', `${(state?.time ?? this.shownTime).toFixed(3)} s`]);
-    }
-    if (state) {
-      rows.push(['Step', String(state.step)], ['Contacts', String(state.contacts)]);
-      for (const [name, value] of Object.entries(state.energies)) rows.push([`${name} energy`, `${write(value, 4)} J`]);
-    }
-    place.replaceChildren(make('h2', {}, 'This browser cannot draw: it has no WebGL 2. These are the numbers.'),
-      make('table', {}, make('tbody', {}, ...rows.map(([name, value]) => make('tr', {}, make('th', { scope: 'row' }, name), make('td', {}, value))))));
+    const state = this.liveBar.state;
+    if (!this.view.hidden) this.togglePanels(false);
+    this.view.hidden = true;
+    showNumbers(get('stage'), { document: this.document, state, frame: this.timeline.frame, time: this.shownTime });
   }
-
-  // ---- the editor ----
 
   private toggleEditor(isOn = get('editor').hidden): void {
     get('editor').hidden = !isOn;
     this.toolbar('editor').setAttribute('aria-pressed', String(isOn));
     // On a small screen there is room for one of them beside the picture.
     if (isOn && matchMedia('(max-width: 1100px)').matches) this.togglePanels(false);
-    if (isOn) void this.loadEditor().then(() => this.editor?.focus());
+    if (isOn && this.document) void this.editor.load(this.document).then(() => this.editor.focus());
   }
 
-  private async loadEditor(): Promise<void> {
-    if (!this.document?.abilities.includes('edit') || (get('editor').hidden && !this.document.problems?.length)) return;
-    if (get('editor').hidden) {
-      get('editor').hidden = false;
-      this.toolbar('editor').setAttribute('aria-pressed', 'true');
-    }
-    if (!this.editor) this.makeEditor();
-    const editor = this.editor!;
-    if (editor.isChanged) return;
-    try {
-      const { text } = await this.connection.ask<{ type: string; text: string }>({ type: 'text' });
-      if (editor.text !== text) editor.setText(text, true);
-      if (this.document?.problems?.length) editor.showProblems(this.document.problems);
-    } catch (problem) {
-      this.fail(problem);
-    }
-  }
-
-  private makeEditor(): void {
-    const state = make('p', { class: 'editor-state', role: 'status' });
-    const editor = new Editor({
-      check: async (text) => (await this.connection.ask<{ type: string; list?: Problem[] }>({ type: 'check', text })).list ?? [],
-      save: async (text) => (await this.connection.ask<{ type: string; list?: Problem[] }>({ type: 'save', text })).list ?? [],
-      onState: (words, hasProblems) => {
-        state.textContent = words;
-        state.classList.toggle('bad', hasProblems);
-      },
-    });
-    this.editor = editor;
-    const examples = choose('Begin from', [['', 'an example']], '', (name) => {
-      if (name)
-        this.connection.ask<{ type: string; text: string }>({ type: 'example', name })
-          .then(({ text }) => editor.setText(text, false)).catch((problem) => this.fail(problem));
-    });
-    const bar = make('div', { class: 'editor-bar' }, button('Save', () => void editor.save(), { class: 'main', title: 'Save and load (Ctrl S)' }),
-      button('Problems', () => editor.listProblems()), examples, button('Close', () => this.toggleEditor(false)));
-    get('editor').replaceChildren(bar, editor.host, state);
-    this.connection.ask<{ type: string; keys: SchemaKey[] }>({ type: 'schema' }).then(({ keys }) => editor.setSchema(keys)).catch((problem) => this.fail(problem));
-    this.connection.ask<{ type: string; names: string[] }>({ type: 'examples' })
-      .then(({ names }) => examples.querySelector('select')!.append(...names.map((name) => make('option', { value: name }, name.replace(/\.yaml$/, '')))))
-      .catch((problem) => this.fail(problem));
-  }
-
-  // ---- what one takes away ----
-
-  private get fileName(): string {
-    return (this.document?.path ?? 'tulle').replace(/\.[a-z]+$/i, '').replace(/[^\w.-]+/g, '_') || 'tulle';
-  }
-
-  private takePicture(): void {
-    this.stage?.takePicture().then((blob) => download(`${this.fileName}_${this.view.dataset.frame ?? 0}.png`, blob)).catch((problem) => this.fail(problem));
-  }
-
-  private downloadRecording(): void {
-    const link = make('a', { href: 'recording', download: `${this.fileName}.tulle` });
-    document.body.append(link);
-    link.click();
-    link.remove();
-  }
-
-  private async film(first: number, last: number, framesPerSecond: number): Promise<void> {
-    const { stage, timeline } = this;
-    const from = Math.min(Math.max(Math.round(first), 0), timeline.last), to = Math.min(Math.max(Math.round(last), from), timeline.last);
-    if (!stage || this.isFilming || !Number.isFinite(from + to)) return;
-    timeline.pause();
-    this.isFilming = stage.mustBeSharp = true;
-    stage.setCoarse(false);
-    try {
-      const film = await makeFilm({
-        canvas: stage.canvas, from, to, framesPerSecond: Math.min(Math.max(framesPerSecond || 30, 1), 120), isStopped: () => !this.isFilming,
-        show: async (frame) => {
-          timeline.setFrame(frame);
-          while (this.view.dataset.frame !== String(frame) && this.isFilming) {
-            await new Promise((done) => setTimeout(done, 5));
-            timeline.refresh();
-          }
-          stage.draw();
-          stage.finish();
-        },
-        tell: (done, count) => showFilmState(`frame ${done} of ${count}`, true),
-      });
-      if (film) download(`${this.fileName}.webm`, film);
-      showFilmState(film ? `${to - from + 1} frames, ${(film.size / 1e6).toFixed(1)} MB` : 'stopped', false);
-    } catch (problem) {
-      this.fail(problem);
-      showFilmState('', false);
-    }
-    this.isFilming = stage.mustBeSharp = false;
-  }
+  // ---- links ----
 
   private makeLink(): ViewLink {
     return {
-      frame: this.document?.live ? undefined : this.timeline.frame, camera: this.stage?.camera.toNumbers(),
-      overlays: this.overlays ? [...this.overlays.active] : [], look: this.look, selection: this.picker?.selection ?? undefined,
+      frame: this.document?.live ? undefined : this.timeline.frame,
+      camera: this.stage?.camera.toNumbers(),
+      overlays: this.overlays ? [...this.overlays.active] : [],
+      look: this.look,
+      selection: this.picker?.selection ?? undefined,
     };
   }
 
@@ -683,43 +739,24 @@ class Page {
   // ---- keys ----
 
   private makeKeys(): Key[] {
-    const camera = () => this.stage!.camera, live = () => this.document?.live ?? false, holds = () => this.hold?.isByKeys ?? false;
-    const drawn = () => this.stage !== null, able = () => this.hold?.isAble ?? false;
-    const move = (right: number, up: number, nearer = 0) => this.hold!.nudge(right, up, nearer);
-    const held = (keys: string[], shown: string, words: string, act: () => void): Key => ({ keys, shown, words, act, isOn: holds, inView: true });
-    const view = (keys: string[], shown: string, words: string, act: (event: KeyboardEvent) => void): Key => ({ keys, shown, words, act, isOn: drawn, inView: true });
-    const turn = (across: number, up: number) => (event: KeyboardEvent) => (event.shiftKey ? camera().pan(across * PAN, up * PAN) : camera().turn(across * TURN, up * TURN));
-    return [
-      held(['ArrowLeft'], 'arrows', 'moves what is held', () => move(-1, 0)), held(['ArrowRight'], '', '', () => move(1, 0)),
-      held(['ArrowUp'], '', '', () => move(0, 1)), held(['ArrowDown'], '', '', () => move(0, -1)),
-      held(['PageUp'], 'Page Up, Page Down', 'moves it away, nearer', () => move(0, 0, -1)), held(['PageDown'], '', '', () => move(0, 0, 1)),
-      held(['Enter', 'Escape'], 'Enter', 'lets go', () => this.hold!.letGo()),
-      view(['ArrowLeft'], 'arrows', 'turn the view; with Shift move it', turn(-1, 0)), view(['ArrowRight'], '', '', turn(1, 0)),
-      view(['ArrowUp'], '', '', turn(0, 1)), view(['ArrowDown'], '', '', turn(0, -1)),
-      view(['+', '='], '+ \u2212', 'nearer, away', () => camera().turn(0, 0, 1 / 1.15)), view(['-'], '', '', () => camera().turn(0, 0, 1.15)),
-      view(['Home'], 'Home', 'frames all', () => this.frameAll()), view(['f'], 'F', 'frames what is chosen', () => this.frameSelection()),
-      ...(['1', '2', '3'] as const).map((key, k) => view([key], k ? '' : '1 2 3', k ? '' : 'views along x, y, z', () => camera().lookAlong(this.flip('xyz'[k])))),
-      { keys: [' '], shown: 'space', words: 'plays, pauses', act: () => (live() ? this.liveBar.toggle() : this.timeline.toggle()) },
-      { keys: ['.'], shown: ', .', words: 'a frame back, on; of a live scene: a step on', act: () => (live() ? this.liveBar.step(1) : this.timeline.go(1)) },
-      { keys: ['>'], shown: '>', words: 'ten steps on', act: () => this.liveBar.step(10), isOn: live },
-      { keys: [','], shown: '', words: '', act: () => this.timeline.go(-1), isOn: () => !live() },
-      { keys: ['['], shown: '[ ]', words: 'first, last frame', act: () => this.timeline.go(-Infinity), isOn: () => !live() },
-      { keys: [']'], shown: '', words: '', act: () => this.timeline.go(Infinity), isOn: () => !live() },
-      { keys: ['r'], shown: 'R', words: 'resets the scene', act: () => this.liveBar.reset(), isOn: live },
-      { keys: ['v'], shown: 'V G X M', words: 'tools: look, grab, cut pins, move', act: () => this.hold!.setTool('look'), isOn: able },
-      { keys: ['g'], shown: '', words: '', act: () => this.hold!.setTool('grab'), isOn: able },
-      { keys: ['x'], shown: '', words: '', act: () => this.hold!.setTool('cut'), isOn: able },
-      { keys: ['m'], shown: '', words: '', act: () => this.hold!.setTool('move'), isOn: able },
-      { keys: ['h'], shown: 'H', words: 'takes hold of what is chosen', act: () => this.hold!.grabSelection(), isOn: able },
-      { keys: ['w'], shown: 'W', words: 'wireframe', act: () => this.flipLook('Wireframe'), isOn: drawn },
-      { keys: ['s'], shown: 'S', words: 'shadows', act: () => this.flipLook('Shadows'), isOn: drawn },
-      { keys: ['p'], shown: 'P', words: 'plots', act: () => this.togglePlots(), isOn: () => !this.toolbar('plots').hidden },
-      { keys: ['n'], shown: 'N', words: 'panels', act: () => this.togglePanels() },
-      { keys: ['e'], shown: 'E', words: 'editor', act: () => this.toggleEditor(), isOn: () => !this.toolbar('editor').hidden },
-      { keys: ['c'], shown: 'C', words: 'counts of frames drawn and received', act: () => this.corner.toggle(Boolean(this.corner.element.hidden)) },
-      { keys: ['Escape'], shown: 'Escape', words: 'lets go, clears the selection', act: () => (this.hold?.isHolding ? this.hold.letGo() : this.picker?.select(null)) },
-      { keys: ['?'], shown: '?', words: 'this list', act: () => this.showKeys() },
-    ];
+    return makeKeyTable({
+      stage: this.stage,
+      hold: this.hold,
+      picker: this.picker,
+      timeline: this.timeline,
+      liveBar: this.liveBar,
+      corner: this.corner,
+      isLive: () => this.document?.live ?? false,
+      isShown: (tool) => !this.toolbar(tool).hidden,
+      frameAll: () => this.frameAll(),
+      frameSelection: () => this.frameSelection(),
+      lookAlong: (axis) => this.stage!.camera.lookAlong(this.flip(axis)),
+      flipLook: (label) => this.flipLook(label),
+      togglePlots: () => this.togglePlots(),
+      togglePanels: () => this.togglePanels(),
+      toggleEditor: () => this.toggleEditor(),
+      showKeys: () => this.showKeys(),
+    });
   }
 
   private flipLook(label: string): void {

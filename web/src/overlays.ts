@@ -28,9 +28,12 @@ export const OVERLAYS: readonly OverlayKind[] = [
   { key: 'shear', label: 'Shear strain', source: 'strain', part: 2, paints: true },
 ];
 
-const STICK = new THREE.Color(...fromOklch([0.55, 0.17, 255])), SLIP = new THREE.Color(...fromOklch([0.72, 0.18, 55]));
-const OPEN = new THREE.Color(...fromOklch([0.6, 0.02, 250])), ARROW = new THREE.Color(...fromOklch([0.62, 0.24, 310]));
-const SPEED = new THREE.Color(...fromOklch([0.58, 0.15, 155])), CROSSING = new THREE.Color(...fromOklch([0.58, 0.24, 27]));
+const STICK = new THREE.Color(...fromOklch([0.55, 0.17, 255])),
+  SLIP = new THREE.Color(...fromOklch([0.72, 0.18, 55]));
+const OPEN = new THREE.Color(...fromOklch([0.6, 0.02, 250])),
+  ARROW = new THREE.Color(...fromOklch([0.62, 0.24, 310]));
+const SPEED = new THREE.Color(...fromOklch([0.58, 0.15, 155])),
+  CROSSING = new THREE.Color(...fromOklch([0.58, 0.24, 27]));
 const LARGEST_COUNT = 20000; // arrows of velocities that are drawn
 const LUT = 256;
 
@@ -49,7 +52,9 @@ const TABLES = { sequential: makeTable('sequential'), diverging: makeTable('dive
 // Points that tell kinds apart by shape: 0 a disc, 1 a diamond, 2 a ring.
 function makePoints(): THREE.Points<THREE.BufferGeometry, THREE.ShaderMaterial> {
   const material = new THREE.ShaderMaterial({
-    depthTest: true, transparent: true, uniforms: { size: { value: 11 * Math.min(window.devicePixelRatio, 2) } },
+    depthTest: true,
+    transparent: true,
+    uniforms: { size: { value: 11 * Math.min(window.devicePixelRatio, 2) } },
     vertexShader: `attribute vec3 color; attribute float shape; varying vec3 tint; varying float kind; uniform float size;
       void main() {
         tint = color; kind = shape;
@@ -92,7 +97,9 @@ class Arrows {
   }
 
   add(from: THREE.Vector3, way: THREE.Vector3, side: THREE.Vector3): void {
-    const tip = from.clone().add(way), back = from.clone().addScaledVector(way, 0.78), barb = 0.12 * way.length();
+    const tip = from.clone().add(way),
+      back = from.clone().addScaledVector(way, 0.78),
+      barb = 0.12 * way.length();
     const aside = new THREE.Vector3().crossVectors(way, side).normalize().multiplyScalar(barb);
     for (const point of [from, tip, tip, back.clone().add(aside), tip, back.sub(aside)]) {
       point.toArray(this.numbers, this.length);
@@ -187,10 +194,12 @@ export class Overlays {
     if (!this.active.has('contacts')) return null;
     const counts = { stick: 0, slip: 0, open: 0, self: 0 };
     if (message) {
-      const positions = new Float32Array(3 * message.count), colors = new Float32Array(3 * message.count);
+      const positions = new Float32Array(3 * message.count),
+        colors = new Float32Array(3 * message.count);
       const shapes = new Float32Array(message.count);
       for (let k = 0; k < message.count; k++) {
-        const at = CONTACT.words * k, flags = message.words[at + CONTACT.flags];
+        const at = CONTACT.words * k,
+          flags = message.words[at + CONTACT.flags];
         const kind = flags & CONTACT.stick ? 'stick' : flags & CONTACT.slip ? 'slip' : 'open';
         counts[kind]++;
         if (flags & CONTACT.self) counts.self++;
@@ -209,18 +218,32 @@ export class Overlays {
       icon.style.setProperty('--tint', toCss([color.r, color.g, color.b]));
       return make('li', {}, icon, text);
     };
-    return make('section', { 'aria-label': 'Contacts' }, make('h2', {}, 'Contacts'), make('ul', {},
-      row('disc', STICK, `${counts.stick} stick`), row('diamond', SLIP, `${counts.slip} slip`),
-      ...(counts.open ? [row('ring', OPEN, `${counts.open} open`)] : []), make('li', {}, `${counts.self} of cloth with itself`)));
+    return make(
+      'section',
+      { 'aria-label': 'Contacts' },
+      make('h2', {}, 'Contacts'),
+      make(
+        'ul',
+        {},
+        row('disc', STICK, `${counts.stick} stick`),
+        row('diamond', SLIP, `${counts.slip} slip`),
+        ...(counts.open ? [row('ring', OPEN, `${counts.open} open`)] : []),
+        make('li', {}, `${counts.self} of cloth with itself`),
+      ),
+    );
   }
 
   private showArrows(message: OverlayMessage | undefined): HTMLElement | null {
-    const hasNormals = this.active.has('normals'), hasImpulses = this.active.has('impulses'), count = message?.count ?? 0;
+    const hasNormals = this.active.has('normals'),
+      hasImpulses = this.active.has('impulses'),
+      count = message?.count ?? 0;
     this.normals.begin(hasNormals ? count : 0);
     this.impulses.begin(hasImpulses ? count : 0);
-    const size = this.stage.findBox().getSize(new THREE.Vector3()).length() || 1, side = this.stage.camera.getAxes()[2];
+    const size = this.stage.findBox().getSize(new THREE.Vector3()).length() || 1,
+      side = this.stage.camera.getAxes()[2];
     let largest = 0;
-    const from = new THREE.Vector3(), way = new THREE.Vector3();
+    const from = new THREE.Vector3(),
+      way = new THREE.Vector3();
     if (message && hasImpulses) {
       for (let k = 0; k < count; k++)
         largest = Math.max(largest, way.fromArray(message.floats, CONTACT.words * k + CONTACT.impulse).length());
@@ -229,7 +252,8 @@ export class Overlays {
     for (let k = 0; message && k < count; k++) {
       const at = CONTACT.words * k;
       from.fromArray(message.floats, at);
-      if (hasNormals) this.normals.add(from, way.fromArray(message.floats, at + CONTACT.normal).multiplyScalar(0.025 * size), side);
+      if (hasNormals)
+        this.normals.add(from, way.fromArray(message.floats, at + CONTACT.normal).multiplyScalar(0.025 * size), side);
       if (!hasImpulses || largest === 0) continue;
       way.fromArray(message.floats, at + CONTACT.impulse).multiplyScalar((0.12 * size) / largest);
       if (way.length() > 1e-4 * size) this.impulses.add(from, way, side);
@@ -237,9 +261,12 @@ export class Overlays {
     this.normals.end();
     this.impulses.end();
     if (!hasImpulses && !hasNormals) return null;
-    return make('section', { 'aria-label': 'Arrows of contacts' },
+    return make(
+      'section',
+      { 'aria-label': 'Arrows of contacts' },
       ...(hasNormals ? [make('p', {}, 'Short dark arrows: contact normals')] : []),
-      ...(hasImpulses ? [make('p', {}, `Purple arrows: impulses, the longest ${write(largest)} N s`)] : []));
+      ...(hasImpulses ? [make('p', {}, `Purple arrows: impulses, the longest ${write(largest)} N s`)] : []),
+    );
   }
 
   private showSpeeds(message: OverlayMessage | undefined): HTMLElement | null {
@@ -249,13 +276,17 @@ export class Overlays {
       this.speeds.end();
       return isOn ? make('section', {}, make('h2', {}, 'Velocities'), make('p', {}, 'not yet here')) : null;
     }
-    let count = 0, largest = 0;
-    const way = new THREE.Vector3(), from = new THREE.Vector3(), side = this.stage.camera.getAxes()[2];
+    let count = 0,
+      largest = 0;
+    const way = new THREE.Vector3(),
+      from = new THREE.Vector3(),
+      side = this.stage.camera.getAxes()[2];
     for (const array of message.byObject.values()) {
       count += array.length / 3;
       for (let i = 0; i < array.length; i += 3) largest = Math.max(largest, Math.hypot(array[i], array[i + 1], array[i + 2]));
     }
-    const stride = Math.ceil(count / LARGEST_COUNT), size = this.stage.findBox().getSize(way).length() || 1;
+    const stride = Math.ceil(count / LARGEST_COUNT),
+      size = this.stage.findBox().getSize(way).length() || 1;
     const scale = this.keepLimit('velocities', largest);
     this.speeds.begin(Math.ceil(count / stride) + message.byObject.size);
     for (const [object, array] of message.byObject) {
@@ -267,17 +298,23 @@ export class Overlays {
       }
     }
     this.speeds.end();
-    return make('section', { 'aria-label': 'Velocities' }, make('h2', {}, 'Velocities'),
+    return make(
+      'section',
+      { 'aria-label': 'Velocities' },
+      make('h2', {}, 'Velocities'),
       make('p', {}, `Green arrows; the fastest vertex ${write(largest)} m/s`),
-      ...(stride > 1 ? [make('p', {}, `every ${stride}th vertex has one`)] : []));
+      ...(stride > 1 ? [make('p', {}, `every ${stride}th vertex has one`)] : []),
+    );
   }
 
   private showCrossings(message: OverlayMessage | undefined): HTMLElement | null {
-    const isOn = this.active.has('crossings'), count = message?.count ?? 0;
+    const isOn = this.active.has('crossings'),
+      count = message?.count ?? 0;
     this.crossings.visible = isOn && count > 0;
     if (!isOn) return null;
     if (message && count) {
-      const numbers: number[] = [], point = new THREE.Vector3();
+      const numbers: number[] = [],
+        point = new THREE.Vector3();
       for (let k = 0; k < count; k++) {
         const { objects, triangles } = getCrossing(message, k);
         for (let side = 0; side < 2; side++) {
@@ -290,7 +327,8 @@ export class Overlays {
       this.crossings.geometry.dispose();
       this.crossings.geometry.setAttribute('position', new THREE.Float32BufferAttribute(numbers, 3));
     }
-    const words = message === undefined ? 'The judge is at work' : count === 0 ? 'The judge finds none' : `${count} pairs, outlined in red`;
+    const words =
+      message === undefined ? 'The judge is at work' : count === 0 ? 'The judge finds none' : `${count} pairs, outlined in red`;
     return make('section', { 'aria-label': 'Crossing pairs' }, make('h2', {}, 'Crossing pairs'), make('p', {}, words));
   }
 
@@ -302,7 +340,8 @@ export class Overlays {
 
   // Colors the surfaces.
   private paint(messages: ReadonlyMap<string, OverlayMessage>): HTMLElement | null {
-    const kind = OVERLAYS.find(({ key, paints }) => paints && this.active.has(key)), message = kind && messages.get(kind.source);
+    const kind = OVERLAYS.find(({ key, paints }) => paints && this.active.has(key)),
+      message = kind && messages.get(kind.source);
     if (!kind || !message) {
       for (const surface of this.stage.surfaces) surface.setPainting(null);
       return kind ? make('section', {}, make('h2', {}, kind.label), make('p', {}, 'not yet here')) : null;
@@ -319,9 +358,11 @@ export class Overlays {
         surface.setPainting(null);
         continue;
       }
-      const colors = new Uint16Array(4 * array.length), count = Math.min(array.length, surface.mesh.triangleCount);
+      const colors = new Uint16Array(4 * array.length),
+        count = Math.min(array.length, surface.mesh.triangleCount);
       for (let t = 0; t < count; t++) {
-        const label = array[t], isNone = label === 0 || label === 0xffffffff;
+        const label = array[t],
+          isNone = label === 0;
         if (!isNone) labels.add(label);
         // Neighbouring labels get far hues; every other one is hatched.
         const color = isNone ? [0.6, 0.6, 0.6] : fromOklch([0.68 + 0.12 * ((label % 3) - 1), 0.12, (label * 137.5) % 360]);
@@ -330,12 +371,17 @@ export class Overlays {
       }
       surface.setPainting({ by: 'triangle', colors });
     }
-    return make('section', { 'aria-label': 'Patches' }, make('h2', {}, 'Patches'),
-      make('p', {}, `${labels.size} patches, a color each, every other one hatched; grey: in none`));
+    return make(
+      'section',
+      { 'aria-label': 'Patches' },
+      make('h2', {}, 'Patches'),
+      make('p', {}, `${labels.size} patches, a color each, every other one hatched; grey: in none`),
+    );
   }
 
   private paintGaps(message: OverlayMessage): HTMLElement {
-    let least = Infinity, largest = 0;
+    let least = Infinity,
+      largest = 0;
     for (const array of message.byObject.values())
       for (const gap of array)
         if (Number.isFinite(gap)) {
@@ -352,7 +398,7 @@ export class Overlays {
       const colors = new Uint16Array(4 * surface.mesh.vertexCount);
       for (let i = 0; i < surface.mesh.vertexCount; i++) {
         if (Number.isFinite(array[i])) copyColor(TABLES.sequential, array[i] / high, colors, i);
-        else colors.fill(40000, 4 * i, 4 * i + 3), (colors[4 * i + 3] = 0);
+        else (colors.fill(40000, 4 * i, 4 * i + 3), (colors[4 * i + 3] = 0));
       }
       surface.setPainting({ by: 'vertex', colors });
     }
@@ -361,7 +407,8 @@ export class Overlays {
   }
 
   private paintStrain(message: OverlayMessage, kind: OverlayKind): HTMLElement {
-    let largest = 0, worst = 0;
+    let largest = 0,
+      worst = 0;
     for (const array of message.byObject.values())
       for (let i = kind.part!; i < array.length; i += 3) {
         const value = array[i];
@@ -372,7 +419,8 @@ export class Overlays {
       }
     const high = this.keepLimit(kind.key, largest) || 1;
     for (const [object, surface] of this.stage.surfaces.entries()) {
-      const array = message.byObject.get(object), colors = new Uint16Array(4 * surface.mesh.triangleCount);
+      const array = message.byObject.get(object),
+        colors = new Uint16Array(4 * surface.mesh.triangleCount);
       if (!array) {
         surface.setPainting(null);
         continue;
@@ -382,7 +430,10 @@ export class Overlays {
       surface.setPainting({ by: 'triangle', colors });
     }
     return makeScale({
-      title: `${kind.label} [%]`, low: -100 * high, high: 100 * high, map: 'diverging',
+      title: `${kind.label} [%]`,
+      low: -100 * high,
+      high: 100 * high,
+      map: 'diverging',
       note: `largest now ${write(100 * worst)} %; hatched: negative`,
     });
   }
@@ -404,7 +455,10 @@ function copyColor(table: Uint16Array, value: number, colors: Uint16Array, place
 }
 
 function makeCrossings(): THREE.LineSegments<THREE.BufferGeometry, THREE.LineBasicMaterial> {
-  const lines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: CROSSING, depthTest: false }));
+  const lines = new THREE.LineSegments(
+    new THREE.BufferGeometry(),
+    new THREE.LineBasicMaterial({ color: CROSSING, depthTest: false }),
+  );
   lines.frustumCulled = false;
   lines.renderOrder = 5;
   return lines;
@@ -414,8 +468,14 @@ function makeScale({ title, low, high, map, note }: Scale): HTMLElement {
   const bar = make('div', { class: `scale ${map}` });
   const stops = Array.from({ length: 17 }, (_, k) => toCss(mapValue(map, k / 16))).join(', ');
   bar.style.setProperty('--stops', `linear-gradient(to right, ${stops})`);
-  return make('section', { 'aria-label': title }, make('h2', {}, title), bar,
-    make('div', { class: 'ends' }, make('span', {}, write(low)), make('span', {}, write(high))), ...(note ? [make('p', {}, note)] : []));
+  return make(
+    'section',
+    { 'aria-label': title },
+    make('h2', {}, title),
+    bar,
+    make('div', { class: 'ends' }, make('span', {}, write(low)), make('span', {}, write(high))),
+    ...(note ? [make('p', {}, note)] : []),
+  );
 }
 
 export type { Painting, Surface };

@@ -2,7 +2,8 @@
 
 // The keys that lead to a place in YAML text, by indentation and by braces in the line.
 export function findPath(text: string, place: number): { path: string[]; isValue: boolean; key: string } {
-  const lines = text.slice(0, place).split('\n'), line = lines.pop()!;
+  const lines = text.slice(0, place).split('\n'),
+    line = lines.pop()!;
   const path: string[] = [];
   // Braces that are still open in this line.
   const open: { key: string; start: number }[] = [];
@@ -16,7 +17,8 @@ export function findPath(text: string, place: number): { path: string[]; isValue
   for (let k = lines.length - 1; k >= 0 && depth > 0; k--) {
     const match = /^(\s*(?:-\s+)*)([\w-]+)\s*:/.exec(lines[k]);
     if (!match) continue;
-    const column = match[1].length, dash = match[1].indexOf('-');
+    const column = match[1].length,
+      dash = match[1].indexOf('-');
     if (column >= depth) {
       if (dash >= 0 && dash < depth && column === depth) depth = dash + 1; // an item of a list: its keys are brothers
       continue;

@@ -22,17 +22,38 @@ export interface Selection {
 
 // The nearest triangle of a surface on a ray. By T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
 function intersect(surface: Surface, ray: THREE.Ray, best: Hit | null, object: number): Hit | null {
-  const { x: ox, y: oy, z: oz } = ray.origin, { x: dx, y: dy, z: dz } = ray.direction, { corners } = surface.mesh, x = surface.positions;
-  let found = -1, distance = best?.distance ?? Infinity, u = 0, v = 0;
+  const { x: ox, y: oy, z: oz } = ray.origin,
+    { x: dx, y: dy, z: dz } = ray.direction,
+    { corners } = surface.mesh,
+    x = surface.positions;
+  let found = -1,
+    distance = best?.distance ?? Infinity,
+    u = 0,
+    v = 0;
   for (let i = 0; i < corners.length; i += 3) {
-    const a = 3 * corners[i], b = 3 * corners[i + 1], c = 3 * corners[i + 2];
-    const ux = x[b] - x[a], uy = x[b + 1] - x[a + 1], uz = x[b + 2] - x[a + 2];
-    const vx = x[c] - x[a], vy = x[c + 1] - x[a + 1], vz = x[c + 2] - x[a + 2];
-    const px = dy * vz - dz * vy, py = dz * vx - dx * vz, pz = dx * vy - dy * vx, determinant = ux * px + uy * py + uz * pz;
+    const a = 3 * corners[i],
+      b = 3 * corners[i + 1],
+      c = 3 * corners[i + 2];
+    const ux = x[b] - x[a],
+      uy = x[b + 1] - x[a + 1],
+      uz = x[b + 2] - x[a + 2];
+    const vx = x[c] - x[a],
+      vy = x[c + 1] - x[a + 1],
+      vz = x[c + 2] - x[a + 2];
+    const px = dy * vz - dz * vy,
+      py = dz * vx - dx * vz,
+      pz = dx * vy - dy * vx,
+      determinant = ux * px + uy * py + uz * pz;
     if (determinant === 0) continue;
-    const tx = ox - x[a], ty = oy - x[a + 1], tz = oz - x[a + 2], s = (tx * px + ty * py + tz * pz) / determinant;
+    const tx = ox - x[a],
+      ty = oy - x[a + 1],
+      tz = oz - x[a + 2],
+      s = (tx * px + ty * py + tz * pz) / determinant;
     if (!(s >= 0 && s <= 1)) continue;
-    const qx = ty * uz - tz * uy, qy = tz * ux - tx * uz, qz = tx * uy - ty * ux, t = (dx * qx + dy * qy + dz * qz) / determinant;
+    const qx = ty * uz - tz * uy,
+      qy = tz * ux - tx * uz,
+      qz = tx * uy - ty * ux,
+      t = (dx * qx + dy * qy + dz * qz) / determinant;
     if (!(t >= 0 && s + t <= 1)) continue;
     const along = (vx * qx + vy * qy + vz * qz) / determinant;
     if (!(along > 0 && along < distance)) continue;
@@ -63,7 +84,10 @@ export class Picker {
     };
     this.outline = line(0xffd400);
     this.edge = line(0xff3d7f);
-    this.dot = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: 0xff3d7f, size: 9, sizeAttenuation: false, depthTest: false }));
+    this.dot = new THREE.Points(
+      new THREE.BufferGeometry(),
+      new THREE.PointsMaterial({ color: 0xff3d7f, size: 9, sizeAttenuation: false, depthTest: false }),
+    );
     this.dot.frustumCulled = false;
     this.dot.renderOrder = 9;
     stage.marks.add(this.outline, this.edge, this.dot);
@@ -71,8 +95,12 @@ export class Picker {
   }
 
   getRay(event: { clientX: number; clientY: number }): THREE.Ray {
-    const box = this.stage.canvas.getBoundingClientRect(), caster = new THREE.Raycaster();
-    const place = new THREE.Vector2((2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height);
+    const box = this.stage.canvas.getBoundingClientRect(),
+      caster = new THREE.Raycaster();
+    const place = new THREE.Vector2(
+      (2 * (event.clientX - box.left)) / box.width - 1,
+      1 - (2 * (event.clientY - box.top)) / box.height,
+    );
     this.stage.camera.camera.updateMatrixWorld();
     caster.setFromCamera(place, this.stage.camera.camera);
     return caster.ray;
@@ -114,7 +142,8 @@ export class Picker {
   }
 
   getNearest(): { vertex: number; edge: [number, number] } | null {
-    const { selection } = this, surface = selection && this.stage.surfaces[selection.object];
+    const { selection } = this,
+      surface = selection && this.stage.surfaces[selection.object];
     if (!selection || !surface) return null;
     const order = [0, 1, 2].sort((a, b) => selection.weights[b] - selection.weights[a]);
     const corner = (k: number) => surface.mesh.corners[3 * selection.triangle + order[k]];
@@ -123,13 +152,21 @@ export class Picker {
 
   // Moves the marks along with the frame.
   update(): void {
-    const { selection } = this, surface = selection && this.stage.surfaces[selection.object], nearest = this.getNearest();
+    const { selection } = this,
+      surface = selection && this.stage.surfaces[selection.object],
+      nearest = this.getNearest();
     const isShown = Boolean(surface?.group.visible && nearest);
     for (const each of [this.outline, this.edge, this.dot]) each.visible = isShown;
     if (isShown && surface && nearest && selection) {
       const corners = [0, 1, 2].map((k) => surface.getVertex(surface.mesh.corners[3 * selection.triangle + k]));
-      setLine(this.outline, [0, 1, 1, 2, 2, 0].map((k) => corners[k]));
-      setLine(this.edge, nearest.edge.map((vertex) => surface.getVertex(vertex)));
+      setLine(
+        this.outline,
+        [0, 1, 1, 2, 2, 0].map((k) => corners[k]),
+      );
+      setLine(
+        this.edge,
+        nearest.edge.map((vertex) => surface.getVertex(vertex)),
+      );
       setLine(this.dot, [surface.getVertex(nearest.vertex)]);
       this.edge.visible = selection.part === 'edge';
       this.dot.visible = selection.part === 'vertex';

@@ -13,7 +13,9 @@ export interface PlotGroup {
 const DASHES = [[], [6, 3], [2, 2], [8, 3, 2, 3], [12, 4], [4, 4]];
 const LIGHT = ['#1a5fa8', '#b45309', '#047857', '#a21caf', '#b91c1c', '#4d5866'];
 const DARK = ['#7db3f0', '#f0b35e', '#5fd0a0', '#e39af0', '#f58f8f', '#b6c0cc'];
-const HEIGHT = 120, LEFT = 52, BOTTOM = 16;
+const HEIGHT = 120,
+  LEFT = 52,
+  BOTTOM = 16;
 
 // The groups of the columns that there are.
 export function groupSeries(series: readonly { name: string; unit: string }[]): PlotGroup[] {
@@ -53,7 +55,8 @@ export class Plots {
     new ResizeObserver(() => this.load()).observe(this.canvas);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.draw());
     const pick = (event: PointerEvent) => {
-      const { data } = this, box = this.canvas.getBoundingClientRect();
+      const { data } = this,
+        box = this.canvas.getBoundingClientRect();
       if (!data || data.steps.length < 1) return;
       const part = Math.min(Math.max((event.clientX - box.left - LEFT) / (box.width - LEFT - 4), 0), 1);
       this.onPick(data.steps[0] + part * (data.steps.at(-1)! - data.steps[0]));
@@ -68,13 +71,20 @@ export class Plots {
   setSeries(series: readonly { name: string; unit: string }[]): void {
     this.groups = groupSeries(series);
     this.group = this.groups.find(({ key }) => key === this.group?.key) ?? this.groups[0] ?? null;
-    const chooser = choose('Plot', this.groups.map(({ key, label: text }) => [key, text] as const), this.group?.key ?? '', (key) => {
-      this.group = this.groups.find((each) => each.key === key) ?? null;
-      this.data = null;
-      this.load();
-    });
+    const chooser = choose(
+      'Plot',
+      this.groups.map(({ key, label: text }) => [key, text] as const),
+      this.group?.key ?? '',
+      (key) => {
+        this.group = this.groups.find((each) => each.key === key) ?? null;
+        this.data = null;
+        this.load();
+      },
+    );
     const head = make('div', { class: 'plot-head' }, chooser, this.legend);
-    this.element.replaceChildren(...(this.group ? [head, this.canvas] : [make('p', {}, 'This document has no series to plot.')]));
+    this.element.replaceChildren(
+      ...(this.group ? [head, this.canvas] : [make('p', {}, 'This document has no series to plot.')]),
+    );
     this.load();
   }
 
@@ -86,7 +96,8 @@ export class Plots {
   }
 
   private async fetch(): Promise<void> {
-    const { group } = this, width = this.canvas.clientWidth;
+    const { group } = this,
+      width = this.canvas.clientWidth;
     if (this.isAsking || !this.isStale || !group || width < 40 || !this.element.isConnected) return;
     this.isAsking = true;
     this.isStale = false;
@@ -107,13 +118,17 @@ export class Plots {
   }
 
   private draw(): void {
-    const { canvas, data, group } = this, width = canvas.clientWidth, scale = Math.min(window.devicePixelRatio, 2);
+    const { canvas, data, group } = this,
+      width = canvas.clientWidth,
+      scale = Math.min(window.devicePixelRatio, 2);
     const context = canvas.getContext('2d');
     if (!context || !group || width < 40) return;
     if (canvas.width !== Math.round(width * scale)) canvas.width = Math.round(width * scale);
     if (canvas.height !== HEIGHT * scale) canvas.height = HEIGHT * scale;
-    const isDark = matchMedia('(prefers-color-scheme: dark)').matches, colors = isDark ? DARK : LIGHT;
-    const ink = isDark ? '#b6c0cc' : '#4d5866', line = isDark ? '#3a424d' : '#d5dae1';
+    const isDark = matchMedia('(prefers-color-scheme: dark)').matches,
+      colors = isDark ? DARK : LIGHT;
+    const ink = isDark ? '#b6c0cc' : '#4d5866',
+      line = isDark ? '#3a424d' : '#d5dae1';
     context.setTransform(scale, 0, 0, scale, 0, 0);
     context.clearRect(0, 0, width, HEIGHT);
     context.font = '11px system-ui, sans-serif';
@@ -122,7 +137,8 @@ export class Plots {
       context.fillText('No steps yet', LEFT, HEIGHT / 2);
       return;
     }
-    let low = Infinity, high = -Infinity;
+    let low = Infinity,
+      high = -Infinity;
     for (const name of group.names)
       for (const values of [data.low[name], data.high[name]])
         for (const value of values ?? [])
@@ -133,7 +149,8 @@ export class Plots {
     if (!(high >= low)) [low, high] = [0, 1];
     if (low > 0 && low < 0.6 * high) low = 0;
     if (high === low) high = low + (Math.abs(low) || 1);
-    const first = data.steps[0], last = Math.max(data.steps.at(-1)!, first + 1);
+    const first = data.steps[0],
+      last = Math.max(data.steps.at(-1)!, first + 1);
     const x = (step: number) => LEFT + ((step - first) / (last - first)) * (width - LEFT - 4);
     const y = (value: number) => 6 + (1 - (value - low) / (high - low)) * (HEIGHT - BOTTOM - 10);
     context.strokeStyle = line;
@@ -150,7 +167,9 @@ export class Plots {
     context.fillText(`step ${first}`, LEFT, HEIGHT - 3);
     context.textAlign = 'right';
     context.fillText(String(data.steps.at(-1)), width - 4, HEIGHT - 3);
-    group.names.forEach((name, k) => this.drawSeries(context, { x, y }, data, name, colors[k % colors.length], DASHES[Math.floor(k % 6)]));
+    group.names.forEach((name, k) =>
+      this.drawSeries(context, { x, y }, data, name, colors[k % colors.length], DASHES[Math.floor(k % 6)]),
+    );
     context.setLineDash([]);
     context.strokeStyle = isDark ? '#ffffff' : '#10161e';
     context.lineWidth = 1.5;
@@ -163,17 +182,23 @@ export class Plots {
   }
 
   private drawSeries(
-    context: CanvasRenderingContext2D, { x, y }: { x: (step: number) => number; y: (value: number) => number }, data: SeriesMessage,
-    name: string, color: string, dash: number[],
+    context: CanvasRenderingContext2D,
+    { x, y }: { x: (step: number) => number; y: (value: number) => number },
+    data: SeriesMessage,
+    name: string,
+    color: string,
+    dash: number[],
   ): void {
-    const lows = data.low[name] ?? [], highs = data.high[name] ?? [];
+    const lows = data.low[name] ?? [],
+      highs = data.high[name] ?? [];
     context.strokeStyle = color;
     context.lineWidth = 1.5;
     context.setLineDash(dash);
     context.beginPath();
     let isDown = false;
     data.steps.forEach((step, k) => {
-      const least = lows[k], greatest = highs[k];
+      const least = lows[k],
+        greatest = highs[k];
       if (least === null || greatest === null || !Number.isFinite(least) || !Number.isFinite(greatest)) {
         isDown = false;
         return;
@@ -191,7 +216,9 @@ export class Plots {
     while (place + 1 < data.steps.length && data.steps[place + 1] <= this.step) place++;
     const words: string[] = [];
     const rows = group.names.map((name, k) => {
-      const low = data.low[name]?.[place], high = data.high[name]?.[place], isNumber = low !== null && low !== undefined;
+      const low = data.low[name]?.[place],
+        high = data.high[name]?.[place],
+        isNumber = low !== null && low !== undefined;
       const value = !isNumber ? '\u2013' : low === high ? write(low) : `${write(low)} to ${write(high)}`;
       const line = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
       line.setAttribute('viewBox', '0 0 22 4');

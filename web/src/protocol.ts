@@ -109,10 +109,21 @@ export interface PickedMessage {
   object: number;
   frame: number;
   position?: Vector;
-  vertex?: { index: number; position?: Vector; velocity?: Vector; mass?: number; is_pinned?: boolean; triangles?: number | number[] };
+  vertex?: {
+    index: number;
+    position?: Vector;
+    velocity?: Vector;
+    mass?: number;
+    is_pinned?: boolean;
+    triangles?: number | number[];
+  };
   edge?: { vertices?: [number, number]; length?: number; rest_length?: number; strain?: number };
   triangle?: {
-    index: number; vertices?: Vector; area?: number; patch?: number; strain?: { warp?: number; weft?: number; shear?: number };
+    index: number;
+    vertices?: Vector;
+    area?: number;
+    patch?: number;
+    strain?: { warp?: number; weft?: number; shear?: number };
   };
   contacts?: PickedContact[];
 }
@@ -136,7 +147,14 @@ export interface SchemaKey {
 
 export const HEADER_BYTES = 24;
 export const KIND = { mesh: 1, frame: 2, overlay: 3 } as const;
-export const OVERLAY_NUMBERS: Record<string, number> = { contacts: 1, velocities: 2, patches: 3, strain: 4, gaps: 5, crossings: 6 };
+export const OVERLAY_NUMBERS: Record<string, number> = {
+  contacts: 1,
+  velocities: 2,
+  patches: 3,
+  strain: 4,
+  gaps: 5,
+  crossings: 6,
+};
 const OVERLAY_NAMES = Object.fromEntries(Object.entries(OVERLAY_NUMBERS).map(([name, number]) => [number, name]));
 
 export interface Header {
@@ -153,8 +171,12 @@ export function readHeader(buffer: ArrayBuffer): Header {
   const view = new DataView(buffer);
   if (view.getUint8(1) !== VERSION) throw new Error(`a message has version ${view.getUint8(1)}; the page speaks ${VERSION}`);
   return {
-    kind: view.getUint8(0), object: view.getUint16(2, true), frame: view.getUint32(4, true), time: view.getFloat64(8, true),
-    sequence: view.getUint32(16, true), count: view.getUint32(20, true),
+    kind: view.getUint8(0),
+    object: view.getUint16(2, true),
+    frame: view.getUint32(4, true),
+    time: view.getFloat64(8, true),
+    sequence: view.getUint32(16, true),
+    count: view.getUint32(20, true),
   };
 }
 
@@ -168,8 +190,11 @@ export interface Mesh {
 }
 
 export function readMesh(buffer: ArrayBuffer): Mesh {
-  const { object } = readHeader(buffer), view = new DataView(buffer);
-  const vertexCount = view.getUint32(24, true), triangleCount = view.getUint32(28, true), hasUv = (view.getUint32(32, true) & 1) !== 0;
+  const { object } = readHeader(buffer),
+    view = new DataView(buffer);
+  const vertexCount = view.getUint32(24, true),
+    triangleCount = view.getUint32(28, true),
+    hasUv = (view.getUint32(32, true) & 1) !== 0;
   let place = 36;
   const positions = new Float32Array(buffer, place, 3 * vertexCount);
   place += positions.byteLength;
@@ -225,7 +250,8 @@ export class ObjectState {
     if (!steps) throw new Error('a frame of differences comes before a whole one');
     let place = start;
     for (let first = 0; first < steps.length; first += 3 * BLOCK) {
-      const end = Math.min(first + 3 * BLOCK, steps.length), width = bytes[place++];
+      const end = Math.min(first + 3 * BLOCK, steps.length),
+        width = bytes[place++];
       if (width === 0) continue;
       if (width > 2 || place + width * (end - first) > bytes.length) throw new Error('a frame of differences is damaged');
       if (width === 1) for (let i = first; i < end; i++) steps[i] += (bytes[place++] << 24) >> 24;
@@ -238,7 +264,9 @@ export class ObjectState {
 
   // Steps to metres. Numbers first .. end - 1; first is that of an x.
   private place(first: number, end: number): void {
-    const { positions, step } = this, steps = this.steps!, [x, y, z] = this.low;
+    const { positions, step } = this,
+      steps = this.steps!,
+      [x, y, z] = this.low;
     for (let i = first; i < end; i += 3) {
       positions[i] = x + step * steps[i];
       positions[i + 1] = y + step * steps[i + 1];
@@ -256,11 +284,13 @@ export class FrameDecoder {
 
   // Takes a frame message into the objects.
   read(buffer: ArrayBuffer): Header {
-    const header = readHeader(buffer), view = new DataView(buffer);
+    const header = readHeader(buffer),
+      view = new DataView(buffer);
     let place = HEADER_BYTES;
     for (let k = 0; k < header.count; k++) {
       const state = this.objects[view.getUint16(place, true)];
-      if (!state || view.getUint32(place + 4, true) * 3 !== state.positions.length) throw new Error('a frame does not fit its mesh');
+      if (!state || view.getUint32(place + 4, true) * 3 !== state.positions.length)
+        throw new Error('a frame does not fit its mesh');
       const isAbsent = (view.getUint8(place + 3) & 1) !== 0;
       if (isAbsent !== state.isAbsent) state.revision++;
       state.isAbsent = isAbsent;
@@ -285,10 +315,17 @@ export interface OverlayMessage {
 }
 
 export function readOverlay(buffer: ArrayBuffer): OverlayMessage {
-  const header = readHeader(buffer), name = OVERLAY_NAMES[header.object & 255], view = new DataView(buffer);
+  const header = readHeader(buffer),
+    name = OVERLAY_NAMES[header.object & 255],
+    view = new DataView(buffer);
   if (!name) throw new Error(`there is no overlay ${header.object}`);
   const message: OverlayMessage = {
-    name, frame: header.frame, count: header.count, floats: new Float32Array(), words: new Uint32Array(), byObject: new Map(),
+    name,
+    frame: header.frame,
+    count: header.count,
+    floats: new Float32Array(),
+    words: new Uint32Array(),
+    byObject: new Map(),
   };
   if (name === 'contacts' || name === 'crossings') {
     const length = header.count * (name === 'contacts' ? CONTACT.words : 3);
@@ -296,10 +333,12 @@ export function readOverlay(buffer: ArrayBuffer): OverlayMessage {
     message.words = new Uint32Array(buffer, HEADER_BYTES, length);
     return message;
   }
-  const width = name === 'velocities' || name === 'strain' ? 3 : 1, Type = name === 'patches' ? Uint32Array : Float32Array;
+  const width = name === 'velocities' || name === 'strain' ? 3 : 1,
+    Type = name === 'patches' ? Uint32Array : Float32Array;
   let place = HEADER_BYTES;
   for (let k = 0; k < header.count; k++) {
-    const object = view.getUint16(place, true), length = width * view.getUint32(place + 4, true);
+    const object = view.getUint16(place, true),
+      length = width * view.getUint32(place + 4, true);
     message.byObject.set(object, new Type(buffer, place + 8, length));
     place += 8 + 4 * length;
   }

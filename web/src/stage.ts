@@ -8,10 +8,12 @@ export function canDraw(): boolean {
   return Boolean(document.createElement('canvas').getContext('webgl2'));
 }
 
-const SLOW = 60, REST = 600; // milliseconds: from here on it is coarse; without a change for so long it is sharp again
+const SLOW = 60,
+  REST = 600; // milliseconds: from here on it is coarse; without a change for so long it is sharp again
 
 function drawsBySoftware(): boolean {
-  const context = document.createElement('canvas').getContext('webgl2'), names = context?.getExtension('WEBGL_debug_renderer_info');
+  const context = document.createElement('canvas').getContext('webgl2'),
+    names = context?.getExtension('WEBGL_debug_renderer_info');
   const name = context && names ? String(context.getParameter(names.UNMASKED_RENDERER_WEBGL)) : '';
   context?.getExtension('WEBGL_lose_context')?.loseContext();
   return /swiftshader|llvmpipe|softpipe|software/i.test(name);
@@ -103,10 +105,18 @@ export class Stage {
     this.key.target.position.copy(center);
     this.key.shadow.normalBias = room * 0.006;
     const reach = 1.3 * room;
-    Object.assign(this.key.shadow.camera, { left: -reach, right: reach, top: reach, bottom: -reach, near: room, far: 8 * room });
+    Object.assign(this.key.shadow.camera, {
+      left: -reach,
+      right: reach,
+      top: reach,
+      bottom: -reach,
+      near: room,
+      far: 8 * room,
+    });
     this.key.shadow.camera.updateProjectionMatrix();
     // The ground lies under everything, a hair lower, so that an obstacle there is not drawn through it.
-    const low = Math.min(...[box.min, box.max].map((corner) => corner.dot(up))), away = low - center.dot(up) - 0.004 * room;
+    const low = Math.min(...[box.min, box.max].map((corner) => corner.dot(up))),
+      away = low - center.dot(up) - 0.004 * room;
     for (const part of [this.ground, this.shade]) {
       part.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), up);
       part.position.copy(center).addScaledVector(up, away);
@@ -131,7 +141,8 @@ export class Stage {
 
   // The box of some surfaces, or of cloth and bodies with what is of their size.
   findBox(surfaces?: readonly Surface[]): THREE.Box3 {
-    const box = new THREE.Box3(), shown = this.surfaces.filter((surface) => surface.group.visible);
+    const box = new THREE.Box3(),
+      shown = this.surfaces.filter((surface) => surface.group.visible);
     if (surfaces) {
       for (const surface of surfaces) surface.growBox(box);
       return box;
@@ -210,16 +221,22 @@ export class Stage {
   async takePicture(): Promise<Blob> {
     this.setCoarse(false);
     return new Promise((done, fail) =>
-      this.canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error('the browser made no picture'))), 'image/png'));
+      this.canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error('the browser made no picture'))), 'image/png'),
+    );
   }
 }
 
 // A plane with a grid of square cells that fades out.
 function makeGround(): THREE.Mesh<THREE.PlaneGeometry, THREE.ShaderMaterial> {
   const material = new THREE.ShaderMaterial({
-    transparent: true, depthWrite: false, side: THREE.FrontSide,
+    transparent: true,
+    depthWrite: false,
+    side: THREE.FrontSide,
     uniforms: {
-      lines: { value: new THREE.Color() }, floor: { value: new THREE.Color() }, cell: { value: 1 }, reach: { value: 1 },
+      lines: { value: new THREE.Color() },
+      floor: { value: new THREE.Color() },
+      cell: { value: 1 },
+      reach: { value: 1 },
       middle: { value: new THREE.Vector3() },
     },
     vertexShader: `varying vec2 place; uniform float reach;
@@ -261,9 +278,12 @@ export class Corner {
   }
 
   private write(): void {
-    const now = performance.now(), counts = this.read(), seconds = (now - this.last) / 1000;
+    const now = performance.now(),
+      counts = this.read(),
+      seconds = (now - this.last) / 1000;
     if (seconds < 0.2) return;
-    const drawn = (counts.drawn - this.drawn) / seconds, received = (counts.received - this.received) / seconds;
+    const drawn = (counts.drawn - this.drawn) / seconds,
+      received = (counts.received - this.received) / seconds;
     this.element.textContent = `${drawn.toFixed(0)} drawn${counts.isSoftware ? ' by software' : ''}, ${received.toFixed(0)} received a second`;
     Object.assign(this.element.dataset, { drawn: drawn.toFixed(2), received: received.toFixed(2) });
     Object.assign(this, { last: now, drawn: counts.drawn, received: counts.received });

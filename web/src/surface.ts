@@ -22,24 +22,30 @@ const CELLS = 16; // of a checkered object along its largest side
 function addMarks(material: THREE.MeshStandardMaterial, isCheckered: { value: number }): void {
   material.onBeforeCompile = (shader) => {
     shader.uniforms.isCheckered = isCheckered;
-    shader.vertexShader = shader.vertexShader.replace('#include <common>', '#include <common>\nattribute vec3 chart;\nvarying vec3 place;')
+    shader.vertexShader = shader.vertexShader
+      .replace('#include <common>', '#include <common>\nattribute vec3 chart;\nvarying vec3 place;')
       .replace('#include <begin_vertex>', '#include <begin_vertex>\nplace = chart;');
     shader.fragmentShader = shader.fragmentShader
       .replace('#include <common>', '#include <common>\nuniform float isCheckered;\nvarying vec3 place;')
-      .replace('#include <color_fragment>', `#include <color_fragment>
+      .replace(
+        '#include <color_fragment>',
+        `#include <color_fragment>
         vec3 cell = floor(place);
         if (isCheckered > 0.5 && mod(cell.x + cell.y + cell.z, 2.0) > 0.5) diffuseColor.rgb *= 0.55;
         #ifdef USE_COLOR_ALPHA
           if (vColor.a < 0.5 && fract((gl_FragCoord.x + gl_FragCoord.y) / 8.0) < 0.3) diffuseColor.rgb *= 0.6;
         #endif
-        if (!gl_FrontFacing) diffuseColor.rgb *= 0.72;`);
+        if (!gl_FrontFacing) diffuseColor.rgb *= 0.72;`,
+      );
   };
 }
 
 // Where a vertex lies on the checks: by its uv, or by its place in the mesh.
 function makeChart(mesh: Mesh): Float32Array {
-  const chart = new Float32Array(3 * mesh.vertexCount), box = new THREE.Box3().setFromArray(mesh.positions);
-  const size = Math.max(...box.getSize(new THREE.Vector3()).toArray(), 1e-9), low = box.min.toArray();
+  const chart = new Float32Array(3 * mesh.vertexCount),
+    box = new THREE.Box3().setFromArray(mesh.positions);
+  const size = Math.max(...box.getSize(new THREE.Vector3()).toArray(), 1e-9),
+    low = box.min.toArray();
   for (let i = 0; i < mesh.vertexCount; i++)
     for (let axis = 0; axis < 3; axis++) {
       const place = mesh.uv ? (axis < 2 ? mesh.uv[2 * i + axis] : 0) : (mesh.positions[3 * i + axis] - low[axis]) / size;
@@ -82,7 +88,12 @@ export class Surface {
     this.whole.setAttribute('chart', new THREE.BufferAttribute(this.gather(makeChart(mesh), 3), 3));
     this.color = new THREE.Color(...color);
     const material = new THREE.MeshStandardMaterial({
-      color: this.color, side: THREE.DoubleSide, roughness: 0.85, metalness: 0, polygonOffset: true, polygonOffsetFactor: 1,
+      color: this.color,
+      side: THREE.DoubleSide,
+      roughness: 0.85,
+      metalness: 0,
+      polygonOffset: true,
+      polygonOffsetFactor: 1,
       polygonOffsetUnits: 1,
     });
     addMarks(material, this.isCheckered);
@@ -127,7 +138,10 @@ export class Surface {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', this.whole.getAttribute('position'));
       geometry.setIndex(new THREE.BufferAttribute(findEdges(this.index, this.source?.length ?? this.mesh.vertexCount), 1));
-      this.edges = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: 0x10161e, transparent: true, opacity: 0.5 }));
+      this.edges = new THREE.LineSegments(
+        geometry,
+        new THREE.LineBasicMaterial({ color: 0x10161e, transparent: true, opacity: 0.5 }),
+      );
       this.edges.frustumCulled = false;
       this.group.add(this.edges);
     }
@@ -166,7 +180,8 @@ export class Surface {
   }
 
   private takeApart(): THREE.BufferGeometry {
-    const geometry = new THREE.BufferGeometry(), count = this.index.length;
+    const geometry = new THREE.BufferGeometry(),
+      count = this.index.length;
     for (const name of ['position', 'normal', 'chart'])
       geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(3 * count), 3).setUsage(THREE.DynamicDrawUsage));
     this.spread(geometry, 'chart');
@@ -174,7 +189,9 @@ export class Surface {
   }
 
   private spread(geometry: THREE.BufferGeometry, name: string): void {
-    const to = geometry.getAttribute(name) as THREE.BufferAttribute, from = this.whole.getAttribute(name).array, { index } = this;
+    const to = geometry.getAttribute(name) as THREE.BufferAttribute,
+      from = this.whole.getAttribute(name).array,
+      { index } = this;
     for (let i = 0; i < index.length; i++) {
       const k = 3 * index[i];
       to.array[3 * i] = from[k];
@@ -191,7 +208,8 @@ export class Surface {
     this.seen = this.positions;
     const position = this.whole.getAttribute('position') as THREE.BufferAttribute;
     const normal = this.whole.getAttribute('normal') as THREE.BufferAttribute;
-    const { source, positions } = this, drawn = position.array as Float32Array;
+    const { source, positions } = this,
+      drawn = position.array as Float32Array;
     if (!source) drawn.set(positions);
     else
       for (let i = 0; i < source.length; i++) {
@@ -226,7 +244,8 @@ export class Surface {
 
   // Adds all vertices to a box; in a large mesh some of them are enough to frame it.
   growBox(box: THREE.Box3): void {
-    const stride = Math.max(1, Math.floor(this.mesh.vertexCount / 4000)), point = new THREE.Vector3();
+    const stride = Math.max(1, Math.floor(this.mesh.vertexCount / 4000)),
+      point = new THREE.Vector3();
     for (let i = 0; i < this.mesh.vertexCount; i += stride) box.expandByPoint(this.getVertex(i, point));
   }
 

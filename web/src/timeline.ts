@@ -4,8 +4,12 @@ import { button, choose, check, make, makeIcon, wantsLittleMotion } from './dom.
 import type { Fetcher, FrameStore, KeptFrame } from './frames.ts';
 
 export const ICON = {
-  play: 'M4 2.5v11l9-5.5z', pause: 'M4 3h3v10H4zM9 3h3v10H9z', back: 'M11 3v10L5 8zM3 3h2v10H3z', forward: 'M5 3v10l6-5zM11 3h2v10h-2z',
-  first: 'M13 3v10L8 8zM8 3v10L3 8zM2 3h1.5v10H2z', last: 'M3 3v10l5-5zM8 3v10l5-5zM12.5 3H14v10h-1.5z',
+  play: 'M4 2.5v11l9-5.5z',
+  pause: 'M4 3h3v10H4zM9 3h3v10H9z',
+  back: 'M11 3v10L5 8zM3 3h2v10H3z',
+  forward: 'M5 3v10l6-5zM11 3h2v10h-2z',
+  first: 'M13 3v10L8 8zM8 3v10L3 8zM2 3h1.5v10H2z',
+  last: 'M3 3v10l5-5zM8 3v10l5-5zM12.5 3H14v10h-1.5z',
   reset: 'M8 3a5 5 0 1 1-4.6 3l1.4.6A3.5 3.5 0 1 0 8 4.5V7L4.2 3.8 8 .6z',
 };
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8];
@@ -53,13 +57,29 @@ export class Timeline {
       if (isOn) this.setFrame(this.frameCount - 1);
     });
     this.followBox.hidden = true;
-    const speed = choose('Speed', SPEEDS.map((each) => [String(each), `${each} \u00d7`] as const), '1', (value) => (this.speed = Number(value)));
+    const speed = choose(
+      'Speed',
+      SPEEDS.map((each) => [String(each), `${each} \u00d7`] as const),
+      '1',
+      (value) => (this.speed = Number(value)),
+    );
     speed.classList.add('bare');
     this.element.append(
-      make('div', { class: 'buttons' }, iconButton('First frame', ICON.first, () => this.go(-Infinity)),
-        iconButton('Frame before', ICON.back, () => this.go(-1)), this.playButton, iconButton('Next frame', ICON.forward, () => this.go(1)),
-        iconButton('Last frame', ICON.last, () => this.go(Infinity))),
-      this.slider, this.time, speed, check('Loop', false, (isOn) => (this.doesLoop = isOn)), this.followBox);
+      make(
+        'div',
+        { class: 'buttons' },
+        iconButton('First frame', ICON.first, () => this.go(-Infinity)),
+        iconButton('Frame before', ICON.back, () => this.go(-1)),
+        this.playButton,
+        iconButton('Next frame', ICON.forward, () => this.go(1)),
+        iconButton('Last frame', ICON.last, () => this.go(Infinity)),
+      ),
+      this.slider,
+      this.time,
+      speed,
+      check('Loop', false, (isOn) => (this.doesLoop = isOn)),
+      this.followBox,
+    );
     document.addEventListener('visibilitychange', () => document.hidden && this.pause());
   }
 
@@ -92,7 +112,8 @@ export class Timeline {
   }
 
   private write(): void {
-    const kept = this.store.get(this.frame), seconds = kept?.time ?? this.frame * this.frameSeconds;
+    const kept = this.store.get(this.frame),
+      seconds = kept?.time ?? this.frame * this.frameSeconds;
     this.slider.value = String(this.frame);
     this.slider.setAttribute('aria-valuetext', `frame ${this.frame} of ${this.last}, ${seconds.toFixed(2)} s`);
     this.time.textContent = `${this.frame} / ${this.last}, ${seconds.toFixed(2)} s`;
@@ -145,10 +166,12 @@ export class Timeline {
     if (this.frameCount < 2) return;
     if (this.frame === this.last) this.setFrame(0);
     this.setPlaying(true);
-    let last = performance.now(), place = this.frame;
+    let last = performance.now(),
+      place = this.frame;
     const step = (now: number) => {
       if (!this.isPlaying) return;
-      const { stride } = this, next = this.frame + stride;
+      const { stride } = this,
+        next = this.frame + stride;
       // Time waits for frames that have not come.
       if (this.fetcher.has(Math.min(next, this.last)) || this.store.get(Math.min(next, this.last))) {
         place += (Math.min(now - last, 250) / 1000 / this.frameSeconds) * this.speed;

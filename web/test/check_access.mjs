@@ -2,28 +2,45 @@
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import path from 'node:path';
-import { close, getFrame, load, open, pictures, section, serve, settle, until, waitFrame } from './harness.mjs';
+import { close, getFrame, load, open, pictures, section, serve, until, waitFrame } from './harness.mjs';
 
 const axe = fs.readFileSync(load.resolve('axe-core/axe.min.js'), 'utf8');
 
 // What axe-core finds. It is put in by the debugger, which the policy of the page does not bind.
 async function inspect(page, where) {
   await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'wcag22aa', 'best-practice'] }));
-  const told = violations.map(({ id, nodes }) => `${id}: ${nodes.slice(0, 3).map(({ html, failureSummary }) => `${html.slice(0, 160)} ${failureSummary}`).join(' | ')}`);
+  const { violations } = await page.evaluate(() =>
+    globalThis.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'wcag22aa', 'best-practice'] }),
+  );
+  const told = violations.map(
+    ({ id, nodes }) =>
+      `${id}: ${nodes
+        .slice(0, 3)
+        .map(({ html, failureSummary }) => `${html.slice(0, 160)} ${failureSummary}`)
+        .join(' | ')}`,
+  );
   assert.deepEqual(told, [], where);
 }
 
-const SIZES = [[1440, 900], [800, 600], [360, 740]];
+const SIZES = [
+  [1440, 900],
+  [800, 600],
+  [360, 740],
+];
 const shoot = (page, name) => page.screenshot({ path: path.join(pictures, `${name}.png`) });
-const getFocus = (page) => page.evaluate(() => {
-  let element = document.activeElement;
-  if (element?.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
-  const style = getComputedStyle(element), tag = element.tagName.toLowerCase();
-  return {
-    name: element.getAttribute('aria-label') ?? element.closest('label')?.textContent ?? element.textContent, tag, width: parseFloat(style.outlineWidth), outline: style.outlineStyle,
-  };
-});
+const getFocus = (page) =>
+  page.evaluate(() => {
+    let element = document.activeElement;
+    if (element?.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
+    const style = getComputedStyle(element),
+      tag = element.tagName.toLowerCase();
+    return {
+      name: element.getAttribute('aria-label') ?? element.closest('label')?.textContent ?? element.textContent,
+      tag,
+      width: parseFloat(style.outlineWidth),
+      outline: style.outlineStyle,
+    };
+  });
 
 let run, live;
 
@@ -33,7 +50,9 @@ export const checks = {
     live ??= await serve('live.yaml');
     for (const colorScheme of ['light', 'dark'])
       for (const [width, height] of SIZES) {
-        const opened = await open(run.address, { colorScheme, viewport: { width, height } }), { page, view } = opened, name = `${width}_${colorScheme}`;
+        const opened = await open(run.address, { colorScheme, viewport: { width, height } }),
+          { page, view } = opened,
+          name = `${width}_${colorScheme}`;
         await waitFrame(view);
         if (width > 700) {
           await page.getByRole('button', { name: 'Plots' }).click();
@@ -42,15 +61,22 @@ export const checks = {
         }
         await page.getByRole('slider', { name: 'Frame' }).fill('36');
         await waitFrame(view, 36);
-        await settle(page);
+        await until(async () => (await view.getAttribute('data-coarse')) === null, 'the picture stays coarse');
         await shoot(page, `run_${name}`);
         await inspect(page, `a run, ${name}`);
-        const { inner, outer } = await page.evaluate(() => ({ inner: document.documentElement.scrollWidth, outer: innerWidth }));
+        const { inner, outer } = await page.evaluate(() => ({
+          inner: document.documentElement.scrollWidth,
+          outer: innerWidth,
+        }));
         assert.ok(inner <= outer, `${inner} of ${outer} pixels`);
-        const cut = await page.evaluate(() => [...document.querySelectorAll('header button, footer button, footer input, footer select, .axes button')].filter((each) => {
-          const box = each.getBoundingClientRect();
-          return box.width > 0 && (box.left < 0 || box.right > innerWidth + 0.5 || box.bottom > innerHeight + 0.5);
-        }).map((each) => each.outerHTML));
+        const cut = await page.evaluate(() =>
+          [...document.querySelectorAll('header button, footer button, footer input, footer select, .axes button')]
+            .filter((each) => {
+              const box = each.getBoundingClientRect();
+              return box.width > 0 && (box.left < 0 || box.right > innerWidth + 0.5 || box.bottom > innerHeight + 0.5);
+            })
+            .map((each) => each.outerHTML),
+        );
         assert.deepEqual(cut, [], `controls are cut off at ${name}`);
         if (width === 360) {
           await page.getByRole('button', { name: 'Panels', exact: true }).click();
@@ -82,7 +108,9 @@ export const checks = {
   },
 
   async 'for everybody: Tab reaches everything in order, and the focus is seen'() {
-    const opened = await open(run.address), { page, view } = opened, names = [];
+    const opened = await open(run.address),
+      { page, view } = opened,
+      names = [];
     await waitFrame(view);
     for (let k = 0; k < 60; k++) {
       await page.keyboard.press('Tab');
@@ -91,7 +119,25 @@ export const checks = {
       assert.ok(focus.outline !== 'none' && focus.width >= 2, `the focus is not seen at ${focus.name}`);
       names.push(focus.name.trim());
     }
-    const order = ['Plots', 'Panels', 'Keys', 'Run', 'Frame all', 'Look', 'Shading', 'Wireframe', 'Overlays', 'Contacts', 'Selection', 'Vertex', 'Take away', 'First frame', 'Play', 'Frame', 'Speed'];
+    const order = [
+      'Plots',
+      'Panels',
+      'Keys',
+      'Run',
+      'Frame all',
+      'Look',
+      'Shading',
+      'Wireframe',
+      'Overlays',
+      'Contacts',
+      'Selection',
+      'Vertex',
+      'Take away',
+      'First frame',
+      'Play',
+      'Frame',
+      'Speed',
+    ];
     let place = 0;
     for (const wanted of order) {
       const found = names.findIndex((name, k) => k >= place && name.startsWith(wanted));
@@ -106,12 +152,16 @@ export const checks = {
     await page.keyboard.press('w');
     assert.ok(await page.getByLabel('Wireframe').isChecked());
     await page.keyboard.press(']');
-    await until(async () => /frame 36/.test(await page.locator('#status').innerText()), 'the live region does not tell the frame');
+    await until(
+      async () => /frame 36/.test(await page.locator('#status').innerText()),
+      'the live region does not tell the frame',
+    );
     await close(opened);
   },
 
   async 'for everybody: where little motion is wanted, play stops at the end and views do not fly'() {
-    const opened = await open(run.address, { reducedMotion: 'reduce' }), { page, view } = opened;
+    const opened = await open(run.address, { reducedMotion: 'reduce' }),
+      { page, view } = opened;
     await waitFrame(view);
     await page.getByLabel('Loop').check();
     await page.getByRole('combobox', { name: 'Speed', exact: true }).selectOption('8');
@@ -127,17 +177,22 @@ export const checks = {
   },
 
   async 'for everybody: without WebGL there are numbers'() {
-    const prepare = (page) => page.addInitScript(() => {
-      const get = HTMLCanvasElement.prototype.getContext;
-      HTMLCanvasElement.prototype.getContext = function getContext(kind, ...rest) {
-        return /webgl/.test(kind) ? null : get.call(this, kind, ...rest);
-      };
-    });
-    const opened = await open(run.address, { prepare }), { page } = opened;
+    const prepare = (page) =>
+      page.addInitScript(() => {
+        const get = HTMLCanvasElement.prototype.getContext;
+        HTMLCanvasElement.prototype.getContext = function getContext(kind, ...rest) {
+          return /webgl/.test(kind) ? null : get.call(this, kind, ...rest);
+        };
+      });
+    const opened = await open(run.address, { prepare }),
+      { page } = opened;
     await page.getByText('This browser cannot draw').waitFor();
     await page.getByText('cloth, 625 vertices, 1152 triangles').waitFor();
     await page.getByRole('slider', { name: 'Frame' }).fill('20');
-    await until(async () => /Frame\s+20/.test(await page.locator('#numbers').innerText()), 'the numbers do not follow the timeline');
+    await until(
+      async () => /Frame\s+20/.test(await page.locator('#numbers').innerText()),
+      'the numbers do not follow the timeline',
+    );
     await inspect(page, 'numbers');
     await close(opened);
     const held = await open(live.address, { prepare });
@@ -148,19 +203,25 @@ export const checks = {
   },
 
   async 'for everybody: a lost connection is told, and made again'() {
-    let toPage = null, isCut = false;
-    const prepare = (page) => page.routeWebSocket(/\/session$/, (socket) => {
-      if (isCut) return socket.close({ code: 1001 });
-      toPage = socket;
-      return socket.connectToServer();
-    });
-    const opened = await open(run.address, { prepare }), { page, view } = opened;
+    let toPage = null,
+      isCut = false;
+    const prepare = (page) =>
+      page.routeWebSocket(/\/session$/, (socket) => {
+        if (isCut) return socket.close({ code: 1001 });
+        toPage = socket;
+        return socket.connectToServer();
+      });
+    const opened = await open(run.address, { prepare }),
+      { page, view } = opened;
     await waitFrame(view);
     await page.getByRole('slider', { name: 'Frame' }).fill('12');
     await waitFrame(view, 12);
     isCut = true;
     await toPage.close({ code: 1001, reason: 'gone' });
-    await until(async () => /lost/i.test(await page.locator('#link-state').innerText()), 'nothing says that the connection is lost');
+    await until(
+      async () => /lost/i.test(await page.locator('#link-state').innerText()),
+      'nothing says that the connection is lost',
+    );
     assert.match(await page.locator('#status').innerText(), /connection is lost/);
     await shoot(page, 'lost');
     isCut = false;

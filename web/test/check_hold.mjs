@@ -4,7 +4,21 @@ import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import path from 'node:path';
 import {
-  close, compare, differs, look, open, openSection, readFacts, section, serve, settle, toNumber, toNumbers, tulle, until, work,
+  close,
+  compare,
+  differs,
+  look,
+  open,
+  openSection,
+  readFacts,
+  section,
+  serve,
+  settle,
+  toNumber,
+  toNumbers,
+  tulle,
+  until,
+  work,
 } from './harness.mjs';
 
 let server, opened;
@@ -71,7 +85,12 @@ export const checks = {
     await until(async () => (await readStep(page)) === stopped + 2, 'the full stop does not make a step');
     const rewind = page.getByLabel('Rewind to');
     const saved = await until(async () => {
-      const values = await rewind.locator('option').evaluateAll((options) => options.map(({ value }) => value).filter(Boolean).map(Number));
+      const values = await rewind.locator('option').evaluateAll((options) =>
+        options
+          .map(({ value }) => value)
+          .filter(Boolean)
+          .map(Number),
+      );
       return values.find((value) => value < stopped && value > 0) ?? (values.length ? values[0] : null) ?? false;
     }, 'no state is saved').then(Number);
     await rewind.selectOption(String(saved));
@@ -118,11 +137,14 @@ export const checks = {
   async 'holding: a finger pulls, too'() {
     const { page } = await visit();
     await lookFromBehind(page);
-    const before = (await readVertex(page, 'curtain', BOTTOM)).position, mark = await findMark(page);
+    const before = (await readVertex(page, 'curtain', BOTTOM)).position,
+      mark = await findMark(page);
     await hold(page).getByRole('button', { name: 'Grab', exact: true }).click();
     await page.getByRole('button', { name: 'Start' }).click();
     // A finger that Chromium knows of, so that it can be captured.
-    const client = await page.context().newCDPSession(page), send = (type, x, y) => client.send('Input.dispatchTouchEvent', { type, touchPoints: type === 'touchEnd' ? [] : [{ x, y }] });
+    const client = await page.context().newCDPSession(page),
+      send = (type, x, y) =>
+        client.send('Input.dispatchTouchEvent', { type, touchPoints: type === 'touchEnd' ? [] : [{ x, y }] });
     await send('touchStart', mark.x, mark.y - 3);
     for (let k = 1; k <= 10; k++) await send('touchMove', mark.x + 9 * k, mark.y - 9 * k);
     await page.waitForTimeout(800);
@@ -134,7 +156,8 @@ export const checks = {
   },
 
   async 'holding: cloth is pulled by keys'() {
-    const { page, view } = await visit(), before = (await readVertex(page, 'curtain', BOTTOM)).position;
+    const { page, view } = await visit(),
+      before = (await readVertex(page, 'curtain', BOTTOM)).position;
     await section(page, 'Selection').getByRole('button', { name: 'Hold here' }).click();
     await page.locator('#hint', { hasText: 'Arrow keys' }).waitFor();
     assert.ok(await view.evaluate((element) => element === document.activeElement), 'the picture has not the focus');
@@ -169,7 +192,10 @@ export const checks = {
     await opened.view.focus();
     await step(page, 30);
     const after = await readVertex(page, 'curtain', pinned);
-    assert.ok(distance(before.position, after.position) > 0.005, `a vertex whose pin is cut stays: ${before.position}, ${after.position}`);
+    assert.ok(
+      distance(before.position, after.position) > 0.005,
+      `a vertex whose pin is cut stays: ${before.position}, ${after.position}`,
+    );
   },
 
   async 'holding: an obstacle is moved by numbers and by its arrows'() {
@@ -198,7 +224,8 @@ export const checks = {
   },
 
   async 'holding: a body is moved, cloth is not'() {
-    const { page } = await visit(), before = (await readVertex(page, 'ball', 0)).position;
+    const { page } = await visit(),
+      before = (await readVertex(page, 'ball', 0)).position;
     await choose(page, 'ball', 0);
     await hold(page).getByRole('button', { name: 'Move', exact: true }).click();
     await hold(page).getByLabel('Middle [m] z').fill('0.5');
@@ -208,12 +235,16 @@ export const checks = {
     assert.ok((await readVertex(page, 'ball', 0)).position[2] - before[2] > 0.1, 'the ball does not rise');
     await choose(page, 'curtain', 0);
     await hold(page).getByRole('button', { name: 'Move', exact: true }).click();
-    await until(async () => /choose an obstacle or a body/.test(await page.locator('#status').innerText()), 'cloth is offered to be moved');
+    await until(
+      async () => /choose an obstacle or a body/.test(await page.locator('#status').innerText()),
+      'cloth is offered to be moved',
+    );
     assert.equal(await hold(page).getByRole('button', { name: 'Move there' }).count(), 0);
   },
 
   async 'holding: wind, gravity, fabric and friction change while it runs'() {
-    const { page } = await visit(), scene = await openSection(page, 'Scene');
+    const { page } = await visit(),
+      scene = await openSection(page, 'Scene');
     const type = async (name, value) => {
       await scene.getByLabel(`${name}, as a number`).fill(String(value));
       await scene.getByLabel(`${name}, as a number`).press('Enter');
@@ -265,7 +296,8 @@ export const checks = {
     await take.getByRole('button', { name: 'Save session' }).click();
     await until(() => fs.readdirSync(work).some((name) => name.endsWith('.session')), 'no session is saved');
     const session = fs.readdirSync(work).find((name) => name.endsWith('.session'));
-    const again = await serve('live.yaml', '--replay', session, '--threads', '2'), other = await open(again.address);
+    const again = await serve('live.yaml', '--replay', session, '--threads', '2'),
+      other = await open(again.address);
     await other.page.locator('.live-time[data-step]').waitFor();
     await until(async () => (await readStep(other.page)) >= 40, 'the session does not come to its end');
     await until(() => isPaused(other.page), 'the session does not stand still at its end');
@@ -277,7 +309,8 @@ export const checks = {
   },
 
   async 'holding: two pages see the same scene'() {
-    const { page } = await visit(), other = await open(server.address);
+    const { page } = await visit(),
+      other = await open(server.address);
     await other.page.locator('.live-time[data-step]').waitFor();
     await opened.view.focus();
     await step(page, 12);
@@ -304,7 +337,9 @@ async function lookFromBehind(page) {
 
 // As readVertex, of what is chosen already, without keys or clicks that would let go.
 async function readVertexQuietly(page) {
-  await section(page, 'Selection').getByRole('button', { name: 'Vertex', exact: true }).evaluate((button) => button.click());
+  await section(page, 'Selection')
+    .getByRole('button', { name: 'Vertex', exact: true })
+    .evaluate((button) => button.click());
   await page.waitForTimeout(150);
   return until(async () => {
     const facts = await readFacts(page).catch(() => ({}));
@@ -314,8 +349,11 @@ async function readVertexQuietly(page) {
 
 // The middle of the pixels of a color in the picture, in coordinates of the page.
 async function findPixels(page, test) {
-  const { width, height, channels, data } = await look(page), box = await page.locator('#stage').boundingBox();
-  let x = 0, y = 0, count = 0;
+  const { width, height, channels, data } = await look(page),
+    box = await page.locator('#stage').boundingBox();
+  let x = 0,
+    y = 0,
+    count = 0;
   for (let i = 0; i < width * height; i++) {
     if (!test(data[channels * i], data[channels * i + 1], data[channels * i + 2])) continue;
     x += i % width;

@@ -9,11 +9,16 @@ fs.rmSync(pictures, { recursive: true, force: true });
 fs.mkdirSync(pictures, { recursive: true });
 makeData();
 console.log(`scenes and runs are made (${((Date.now() - start) / 1000).toFixed(1)} s)`);
-const parts = await Promise.all(['watch', 'hold', 'edit', 'access', 'tour', 'rates'].map((name) => import(`./check_${name}.mjs`).catch((problem) => {
-  if (problem.code === 'ERR_MODULE_NOT_FOUND') return { checks: {} };
-  throw problem;
-})));
-let failures = 0, count = 0;
+const parts = await Promise.all(
+  ['watch', 'hold', 'edit', 'access', 'tour', 'rates'].map((name) =>
+    import(`./check_${name}.mjs`).catch((problem) => {
+      if (problem.code === 'ERR_MODULE_NOT_FOUND') return { checks: {} };
+      throw problem;
+    }),
+  ),
+);
+let failures = 0,
+  count = 0;
 for (const { checks } of parts) {
   const found = await check(checks);
   failures += found.failures;
@@ -21,5 +26,7 @@ for (const { checks } of parts) {
 }
 await browser.close();
 stopAll();
-console.log(`${count - failures} of ${count} checks of the page passed in ${((Date.now() - start) / 1000).toFixed(0)} s; pictures are in ${pictures}`);
+console.log(
+  `${count - failures} of ${count} checks of the page passed in ${((Date.now() - start) / 1000).toFixed(0)} s; pictures are in ${pictures}`,
+);
 process.exit(failures ? 1 : 0);

@@ -7,11 +7,15 @@ const SECONDS = 4;
 
 async function measure(page) {
   const corner = page.getByTestId('counts');
-  let drawn = 0, received = 0;
+  let drawn = 0,
+    received = 0;
   await page.waitForTimeout(1200);
   for (let k = 0; k < SECONDS; k++) {
     await page.waitForTimeout(1000);
-    const counts = await corner.evaluate(({ dataset }) => ({ drawn: Number(dataset.drawn), received: Number(dataset.received) }));
+    const counts = await corner.evaluate(({ dataset }) => ({
+      drawn: Number(dataset.drawn),
+      received: Number(dataset.received),
+    }));
     drawn += counts.drawn / SECONDS;
     received += counts.received / SECONDS;
   }
@@ -19,19 +23,25 @@ async function measure(page) {
 }
 
 async function tell(name, triangles) {
-  const { address, stop } = await serve(`${name}.yaml`), opened = await open(address), { page, view } = opened;
+  const { address, stop } = await serve(`${name}.yaml`),
+    opened = await open(address),
+    { page, view } = opened;
   await page.locator('.live-time[data-step]').waitFor();
   await page.getByLabel('Speed of the simulation').selectOption('0');
   await view.focus();
   await page.keyboard.press('c');
   await page.keyboard.press('Space');
   await until(async () => Number(await page.locator('.live-time').getAttribute('data-step')) > 3, 'it does not run', 60000);
-  const shown = await measure(page), how = /software/.test(await page.getByTestId('counts').innerText()) ? 'by software' : 'by a graphics card';
+  const shown = await measure(page),
+    how = /software/.test(await page.getByTestId('counts').innerText()) ? 'by software' : 'by a graphics card';
   await section(page, 'Objects').locator('summary').click();
   for (const box of await section(page, 'Objects').getByRole('checkbox').all()) await box.uncheck();
-  const hidden = await measure(page), steps = /([\d.]+) steps a second/.exec(await page.locator('.live-time').innerText())?.[1];
-  console.log(`   ${triangles} triangles: ${shown.received.toFixed(1)} received and ${shown.drawn.toFixed(1)} drawn a second ${how}; `
-    + `${hidden.received.toFixed(1)} received with the surfaces hidden; ${steps} steps a second of the simulation`);
+  const hidden = await measure(page),
+    steps = /([\d.]+) steps a second/.exec(await page.locator('.live-time').innerText())?.[1];
+  console.log(
+    `   ${triangles} triangles: ${shown.received.toFixed(1)} received and ${shown.drawn.toFixed(1)} drawn a second ${how}; ` +
+      `${hidden.received.toFixed(1)} received with the surfaces hidden; ${steps} steps a second of the simulation`,
+  );
   await close(opened);
   await stop();
   return { shown, hidden };

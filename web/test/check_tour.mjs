@@ -10,11 +10,15 @@ const shoot = (page, name) => page.screenshot({ path: path.join(pictures, `tour_
 export const checks = {
   async 'tour: a run with overlays, plots and a picked triangle'() {
     const { address, stop } = await serve('watched');
-    const opened = await open(address, { viewport: SIZE, fragment: '#frame=27&overlays=contacts,warp' }), { page, view } = opened;
+    const opened = await open(address, { viewport: SIZE, fragment: '#frame=27&overlays=contacts,warp' }),
+      { page, view } = opened;
     await waitFrame(view, 27);
     await page.getByRole('button', { name: 'Plots' }).click();
     await page.getByRole('combobox', { name: 'Plot' }).selectOption('contacts');
-    await until(async () => /at step 81: contacts [1-9]/.test(await page.locator('canvas.plot').getAttribute('aria-label')), 'the plot is empty');
+    await until(
+      async () => /at step 81: contacts [1-9]/.test(await page.locator('canvas.plot').getAttribute('aria-label')),
+      'the plot is empty',
+    );
     await page.mouse.move(5, 5);
     await settle(page);
     await shoot(page, 'watch');
@@ -23,7 +27,12 @@ export const checks = {
     await settle(page);
     const box = await page.locator('#view').boundingBox();
     await page.mouse.click(box.x + box.width / 2, box.y + box.height * 0.42);
-    await until(async () => /Warp/.test(await section(page, 'Selection').innerText()) || /Vertex/.test(await section(page, 'Selection').innerText()), 'nothing is picked');
+    await until(
+      async () =>
+        /Warp/.test(await section(page, 'Selection').innerText()) ||
+        /Vertex/.test(await section(page, 'Selection').innerText()),
+      'nothing is picked',
+    );
     await settle(page);
     await page.getByRole('button', { name: 'Triangle' }).click();
     await until(async () => /Area/.test(await section(page, 'Selection').innerText()), 'the triangle is not told');
@@ -40,13 +49,17 @@ export const checks = {
 
   async 'tour: cloth is pulled, then its text is changed'() {
     fs.copyFileSync(path.join(root, 'scenes/ball.yaml'), path.join(work, 'ball.yaml'));
-    const { address, stop } = await serve('ball.yaml'), opened = await open(address, { viewport: SIZE }), { page } = opened;
+    const { address, stop } = await serve('ball.yaml'),
+      opened = await open(address, { viewport: SIZE }),
+      { page } = opened;
     await page.locator('.live-time[data-step]').waitFor();
     await settle(page);
     await page.getByRole('button', { name: 'Grab', exact: true }).click();
     await page.getByLabel('Force [N], as a number').fill('30');
     await page.getByLabel('Force [N], as a number').press('Enter');
-    const box = await page.locator('#view').boundingBox(), x = box.x + box.width * 0.5, y = box.y + box.height * 0.62;
+    const box = await page.locator('#view').boundingBox(),
+      x = box.x + box.width * 0.5,
+      y = box.y + box.height * 0.62;
     await page.mouse.move(x, y);
     await page.mouse.down();
     await until(async () => /held/.test(await page.locator('#status').innerText()), 'nothing is held');
@@ -58,14 +71,20 @@ export const checks = {
     await shoot(page, 'hold');
     await page.mouse.up();
     await page.getByRole('button', { name: 'Edit' }).click();
-    await until(async () => /title: ball into a sheet/.test(await page.locator('.cm-content').innerText()), 'the text does not come');
-    await page.locator('.cm-line', { hasText: 'preset: cotton' }).click();
+    await until(
+      async () => /title: ball into a sheet/.test(await page.locator('.cm-content').innerText()),
+      'the text does not come',
+    );
+    await page.locator('.cm-line', { hasText: 'preset: cotton' }).click({ position: { x: 40, y: 8 } });
     await page.keyboard.press('End');
     await page.keyboard.press('ArrowLeft');
     for (let k = 0; k < 6; k++) await page.keyboard.press('Backspace');
     await page.keyboard.type('de');
     await page.locator('.cm-tooltip-autocomplete').waitFor();
-    await until(async () => /problem/.test(await page.locator('.editor-state').innerText()), 'the unfinished word is no problem');
+    await until(
+      async () => /problem/.test(await page.locator('.editor-state').innerText()),
+      'the unfinished word is no problem',
+    );
     assert.match(await page.locator('.cm-tooltip-autocomplete').innerText(), /denim/);
     await settle(page);
     await shoot(page, 'edit');
@@ -73,4 +92,3 @@ export const checks = {
     await stop();
   },
 };
-

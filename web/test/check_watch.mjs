@@ -4,8 +4,26 @@ import { spawn } from 'node:child_process';
 import fs from 'node:fs';
 import path from 'node:path';
 import {
-  close, compare, differs, getFrame, look, measure, open, openSection, readFacts, readPc2, readPng, section, serve, settle, toNumber,
-  toNumbers, tulle, until, waitFrame, work,
+  close,
+  compare,
+  differs,
+  getFrame,
+  look,
+  measure,
+  open,
+  openSection,
+  readFacts,
+  readPc2,
+  readPng,
+  section,
+  serve,
+  settle,
+  toNumber,
+  toNumbers,
+  tulle,
+  until,
+  waitFrame,
+  work,
 } from './harness.mjs';
 
 const isBackground = (r, g, b) => Math.abs(r - 238) < 6 && Math.abs(g - 241) < 6 && Math.abs(b - 244) < 6;
@@ -27,23 +45,27 @@ const go = async ({ page, view }, frame) => {
 
 export const checks = {
   async 'watching: a run is drawn and no request leaves the page'() {
-    const opened = await visit(), { page, view } = opened;
+    const opened = await visit(),
+      { page, view } = opened;
     await go(opened, LAST);
-    const picture = await settle(page), cloth = measure(picture, isCloth);
+    const picture = await settle(page),
+      cloth = measure(picture, isCloth);
     assert.ok(cloth > 0.05 && cloth < 0.7, `cloth covers ${cloth}`);
     assert.ok(measure(picture, isBackground) > 0.1);
     assert.match(await view.getAttribute('aria-label'), /^Run .*: sheet \(cloth, 1152 triangles\), ball \(obstacle/);
     assert.equal(await page.locator('#link-state').textContent(), 'Connected');
-    const policy = (await (await fetch(server.address)).headers.get('content-security-policy'));
+    const policy = await (await fetch(server.address)).headers.get('content-security-policy');
     assert.ok(/default-src 'none'/.test(policy) && !/unsafe/.test(policy), policy);
     await close(opened);
   },
 
   async 'watching: keys and mouse turn, move, zoom and frame'() {
-    const opened = await visit(), { page, view } = opened;
+    const opened = await visit(),
+      { page, view } = opened;
     await go(opened, LAST);
     let before = await settle(page);
-    const first = before, share = (picture) => measure(picture, isCloth);
+    const first = before,
+      share = (picture) => measure(picture, isCloth);
     await view.focus();
     for (const key of ['ArrowLeft', 'ArrowUp', 'Shift+ArrowRight']) {
       await page.keyboard.press(key);
@@ -59,7 +81,9 @@ export const checks = {
     await page.keyboard.press('Home');
     const framed = await settle(page);
     assert.ok(share(framed) > 0.05);
-    const box = await page.locator('#view').boundingBox(), x = box.x + box.width / 2, y = box.y + box.height / 2;
+    const box = await page.locator('#view').boundingBox(),
+      x = box.x + box.width / 2,
+      y = box.y + box.height / 2;
     const drag = async (button, message) => {
       before = await settle(page);
       await page.mouse.move(x, y);
@@ -83,13 +107,30 @@ export const checks = {
   },
 
   async 'watching: shading, wires, checks, shadows and ground'() {
-    const opened = await visit(), { page } = opened;
+    const opened = await visit(),
+      { page } = opened;
     await go(opened, LAST);
-    const first = await settle(page), looks = await openSection(page, 'Look');
+    const first = await settle(page),
+      looks = await openSection(page, 'Look');
     const turns = [
-      ['flat shading', () => looks.getByLabel('Shading').selectOption('flat'), () => looks.getByLabel('Shading').selectOption('smooth'), 0.003],
-      ['checks', () => looks.getByLabel('Texture').selectOption('checker'), () => looks.getByLabel('Texture').selectOption('plain'), 0.02],
-      ...['Wireframe', 'Shadows', 'Ground'].map((name) => [name, () => looks.getByLabel(name).click(), () => looks.getByLabel(name).click(), 0.002]),
+      [
+        'flat shading',
+        () => looks.getByLabel('Shading').selectOption('flat'),
+        () => looks.getByLabel('Shading').selectOption('smooth'),
+        0.003,
+      ],
+      [
+        'checks',
+        () => looks.getByLabel('Texture').selectOption('checker'),
+        () => looks.getByLabel('Texture').selectOption('plain'),
+        0.02,
+      ],
+      ...['Wireframe', 'Shadows', 'Ground'].map((name) => [
+        name,
+        () => looks.getByLabel(name).click(),
+        () => looks.getByLabel(name).click(),
+        0.002,
+      ]),
     ];
     for (const [name, on, off, share] of turns) {
       await on();
@@ -101,7 +142,8 @@ export const checks = {
   },
 
   async 'watching: the timeline by keys, buttons and pointer'() {
-    const opened = await visit(), { page, view } = opened;
+    const opened = await visit(),
+      { page, view } = opened;
     await waitFrame(view, 0);
     const start = await settle(page);
     await slider(page).focus();
@@ -111,7 +153,12 @@ export const checks = {
     await page.keyboard.press('ArrowLeft');
     await waitFrame(view, LAST - 1);
     assert.match(await slider(page).getAttribute('aria-valuetext'), /^frame 35 of 36, 1\.17 s$/);
-    for (const [key, frame] of [[',', 34], ['.', 35], ['[', 0], [']', LAST]]) {
+    for (const [key, frame] of [
+      [',', 34],
+      ['.', 35],
+      ['[', 0],
+      [']', LAST],
+    ]) {
       await page.keyboard.press(key);
       await waitFrame(view, frame);
     }
@@ -125,7 +172,8 @@ export const checks = {
   },
 
   async 'watching: play at speed, loop, and stop at the end'() {
-    const opened = await visit(), { page, view } = opened;
+    const opened = await visit(),
+      { page, view } = opened;
     await view.focus();
     await page.keyboard.press('Space');
     await page.getByRole('button', { name: 'Pause' }).waitFor();
@@ -147,7 +195,9 @@ export const checks = {
   },
 
   async 'watching: scrubbing over ten thousand frames shows the newest, in bounded memory'() {
-    const { address, stop } = await serve('long'), opened = await open(address), { page, view } = opened;
+    const { address, stop } = await serve('long'),
+      opened = await open(address),
+      { page, view } = opened;
     await waitFrame(view);
     assert.equal(await slider(page).getAttribute('max'), '9999');
     const box = await slider(page).boundingBox();
@@ -166,7 +216,9 @@ export const checks = {
       const exact = pc2.get(frame, 20);
       await until(async () => {
         const facts = await readFacts(page).catch(() => ({}));
-        return facts.Frame === String(frame) && toNumbers(facts['Position [m]']).every((part, k) => Math.abs(part - exact[k]) < 1e-6);
+        return (
+          facts.Frame === String(frame) && toNumbers(facts['Position [m]']).every((part, k) => Math.abs(part - exact[k]) < 1e-6)
+        );
       }, `frame ${frame} is not that of the run`);
     }
     // A message for each frame would be ten thousand; memory holds what is near.
@@ -180,13 +232,20 @@ export const checks = {
   },
 
   async 'watching: a run under way is followed'() {
-    fs.writeFileSync(path.join(work, 'slow.yaml'), fs.readFileSync(path.join(work, 'watched.yaml'), 'utf8').replace('1.2 s', '60 s')
-      .replace('[25, 25]', '[31, 31]'));
+    fs.writeFileSync(
+      path.join(work, 'slow.yaml'),
+      fs.readFileSync(path.join(work, 'watched.yaml'), 'utf8').replace('1.2 s', '60 s').replace('[25, 25]', '[31, 31]'),
+    );
     const child = spawn(tulle, ['run', 'slow.yaml', '-o', 'slow'], { cwd: work, stdio: 'ignore' });
     try {
-      await until(() => fs.existsSync(path.join(work, 'slow/run.json')) && fs.existsSync(path.join(work, 'slow/sheet.pc2')), 'the run does not begin');
+      await until(
+        () => fs.existsSync(path.join(work, 'slow/run.json')) && fs.existsSync(path.join(work, 'slow/sheet.pc2')),
+        'the run does not begin',
+      );
       await new Promise((done) => setTimeout(done, 1500));
-      const { address, stop } = await serve('slow'), opened = await open(address), { page, view } = opened;
+      const { address, stop } = await serve('slow'),
+        opened = await open(address),
+        { page, view } = opened;
       await waitFrame(view);
       await page.getByLabel('Follow').check();
       const first = await getFrame(view);
@@ -201,26 +260,44 @@ export const checks = {
   },
 
   async 'watching: overlays have legends, and tell what the report tells'() {
-    const opened = await visit(), { page } = opened;
+    const opened = await visit(),
+      { page } = opened;
     await go(opened, LAST);
-    const plain = await settle(page), overlays = await openSection(page, 'Overlays'), legends = page.locator('.legends');
+    const plain = await settle(page),
+      overlays = await openSection(page, 'Overlays'),
+      legends = page.locator('.legends');
     // The line of report.csv behind the step of the last frame.
-    const lines = fs.readFileSync(path.join(work, 'watched/report.csv'), 'utf8').trim().split('\n').map((line) => line.split(','));
+    const lines = fs
+      .readFileSync(path.join(work, 'watched/report.csv'), 'utf8')
+      .trim()
+      .split('\n')
+      .map((line) => line.split(','));
     const report = Object.fromEntries(lines[0].map((name, k) => [name, lines[3 * LAST][k]]));
     await overlays.getByLabel('Contacts', { exact: true }).check();
-    await until(async () => (await legends.innerText()).includes(`${report.stick_contacts} stick`), 'the legend does not tell the contacts that stick');
+    await until(
+      async () => (await legends.innerText()).includes(`${report.stick_contacts} stick`),
+      'the legend does not tell the contacts that stick',
+    );
     assert.match(await legends.innerText(), new RegExp(`${report.slip_contacts} slip`));
     await differs(page, plain, 0.001, 'contacts are not drawn');
     await overlays.getByLabel('Contacts', { exact: true }).uncheck();
     const expected = {
-      'Contact normals': /contact normals/, Impulses: /the longest [\d.e\u2212]+ N s/, Velocities: /the fastest vertex [\d.]+ m\/s/,
-      Patches: /\d+ patches/, Gaps: /Gap \[mm\][\s\S]*the smallest/, 'Strain along warp': /Strain along warp \[%\]/, 'Strain along weft': /largest now/,
+      'Contact normals': /contact normals/,
+      Impulses: /the longest [\d.e\u2212]+ N s/,
+      Velocities: /the fastest vertex [\d.]+ m\/s/,
+      Patches: /\d+ patches/,
+      Gaps: /Gap \[mm\][\s\S]*the smallest/,
+      'Strain along warp': /Strain along warp \[%\]/,
+      'Strain along weft': /largest now/,
       'Shear strain': /hatched: negative/,
     };
     for (const [name, words] of Object.entries(expected)) {
       const box = overlays.getByLabel(name, { exact: true });
       await box.check();
-      await until(async () => words.test(await legends.innerText()), `the legend of ${name} does not come: ${await legends.innerText()}`);
+      await until(
+        async () => words.test(await legends.innerText()),
+        `the legend of ${name} does not come: ${await legends.innerText()}`,
+      );
       await differs(page, plain, 0.001, `${name} is not drawn`);
       await box.uncheck();
       await until(async () => !words.test(await legends.innerText()), `the legend of ${name} stays`);
@@ -235,31 +312,59 @@ export const checks = {
   },
 
   async 'watching: crossing pairs of a mesh are outlined'() {
-    fs.writeFileSync(path.join(work, 'crossed.obj'), 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.2 0.2 -0.5\nv 0.3 0.2 0.5\nv 0.2 0.4 0.5\nf 1 2 3\nf 4 5 6\n');
-    const { address, stop } = await serve('crossed.obj'), opened = await open(address), { page } = opened;
+    fs.writeFileSync(
+      path.join(work, 'crossed.obj'),
+      'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.2 0.2 -0.5\nv 0.3 0.2 0.5\nv 0.2 0.4 0.5\nf 1 2 3\nf 4 5 6\n',
+    );
+    const { address, stop } = await serve('crossed.obj'),
+      opened = await open(address),
+      { page } = opened;
     await waitFrame(opened.view);
     await (await openSection(page, 'Overlays')).getByLabel('Crossing pairs').check();
-    await until(async () => /1 pairs?, outlined in red/.test(await page.locator('.legends').innerText()), 'the pair is not found');
-    await until(async () => measure(await look(page), (r, g, b) => r > 180 && g < 60 && b < 90) > 0.0005, 'the pair is not drawn');
+    await until(
+      async () => /1 pairs?, outlined in red/.test(await page.locator('.legends').innerText()),
+      'the pair is not found',
+    );
+    await until(
+      async () => measure(await look(page), (r, g, b) => r > 180 && g < 60 && b < 90) > 0.0005,
+      'the pair is not drawn',
+    );
     await close(opened);
     await stop();
   },
 
   async 'watching: plots go along with the timeline'() {
-    const opened = await visit(), { page, view } = opened;
+    const opened = await visit(),
+      { page, view } = opened;
     await page.getByRole('button', { name: 'Plots' }).click();
-    const plot = page.locator('canvas.plot'), lines = fs.readFileSync(path.join(work, 'watched/report.csv'), 'utf8').trim().split('\n').map((line) => line.split(','));
+    const plot = page.locator('canvas.plot'),
+      lines = fs
+        .readFileSync(path.join(work, 'watched/report.csv'), 'utf8')
+        .trim()
+        .split('\n')
+        .map((line) => line.split(','));
     await go(opened, 30);
     await page.getByRole('combobox', { name: 'Plot' }).selectOption('contacts');
     const column = lines[0].indexOf('contacts');
-    await until(async () => {
-      const label = await plot.getAttribute('aria-label'), told = /at step 90: contacts ([\d.]+)/.exec(label)?.[1];
-      // A bucket begins at this step or a little before it.
-      return told !== undefined && lines.slice(86, 92).some((line) => Number(line[column]) === Number(told));
-    }, `the plot does not tell the contacts of step 90: ${await plot.getAttribute('aria-label')}`);
-    for (const group of ['energy', 'solve', 'times']) {
+    await until(
+      async () => {
+        const label = await plot.getAttribute('aria-label'),
+          told = /at step 90: contacts ([\d.]+)/.exec(label)?.[1];
+        // A bucket begins at this step or a little before it.
+        return told !== undefined && lines.slice(86, 92).some((line) => Number(line[column]) === Number(told));
+      },
+      `the plot does not tell the contacts of step 90: ${await plot.getAttribute('aria-label')}`,
+    );
+    for (const [group, label] of [
+      ['energy', 'Energy'],
+      ['solve', 'Solve'],
+      ['times', 'Stage times'],
+    ]) {
       await page.getByRole('combobox', { name: 'Plot' }).selectOption(group);
-      await until(async () => !/\u2013(,|$)/.test(await plot.getAttribute('aria-label')), `the plot ${group} has no values`);
+      await until(async () => {
+        const told = await plot.getAttribute('aria-label');
+        return told.startsWith(label) && !/\u2013(,|$)/.test(told);
+      }, `the plot ${group} has no values`);
     }
     const box = await plot.boundingBox();
     await plot.click({ position: { x: 52 + (box.width - 56) * 0.5, y: 40 } });
@@ -268,23 +373,34 @@ export const checks = {
   },
 
   async 'watching: picking tells about a vertex, an edge and a triangle'() {
-    const opened = await visit(), { page } = opened;
+    const opened = await visit(),
+      { page } = opened;
     await go(opened, LAST);
     await settle(page);
     const box = await page.locator('#view').boundingBox();
     await page.mouse.click(box.x + box.width / 2, box.y + box.height * 0.45);
     const panel = section(page, 'Selection');
     await panel.getByRole('button', { name: 'Vertex' }).click();
-    await until(async () => (await readFacts(page).catch(() => ({})))['Mass [kg]'] !== undefined || (await readFacts(page).catch(() => ({})))['Vertex'] !== undefined, 'nothing is told');
-    const vertex = await readFacts(page), pc2 = readPc2(path.join(work, 'watched/sheet.pc2')), exact = pc2.get(LAST, Number(vertex.Vertex));
-    toNumbers(vertex['Position [m]']).forEach((part, k) => assert.ok(Math.abs(part - exact[k]) < 1e-6, `${vertex['Position [m]']} is not ${exact}`));
+    await until(
+      async () =>
+        (await readFacts(page).catch(() => ({})))['Mass [kg]'] !== undefined ||
+        (await readFacts(page).catch(() => ({})))['Vertex'] !== undefined,
+      'nothing is told',
+    );
+    const vertex = await readFacts(page),
+      pc2 = readPc2(path.join(work, 'watched/sheet.pc2')),
+      exact = pc2.get(LAST, Number(vertex.Vertex));
+    toNumbers(vertex['Position [m]']).forEach((part, k) =>
+      assert.ok(Math.abs(part - exact[k]) < 1e-6, `${vertex['Position [m]']} is not ${exact}`),
+    );
     assert.ok(Number(vertex.Triangles) >= 1 && vertex['Velocity [m/s]'] !== undefined);
     await panel.getByRole('button', { name: 'Edge' }).click();
     const edge = await until(async () => {
       const facts = await readFacts(page).catch(() => ({}));
       return facts.Edge && facts;
     }, 'the edge is not told');
-    const ends = edge.Edge.split(',').map((each) => pc2.get(LAST, Number(each))), length = Math.hypot(...ends[0].map((part, k) => part - ends[1][k]));
+    const ends = edge.Edge.split(',').map((each) => pc2.get(LAST, Number(each))),
+      length = Math.hypot(...ends[0].map((part, k) => part - ends[1][k]));
     assert.ok(Math.abs(toNumber(edge['Length [m]']) - length) < 1e-5 && /%$/.test(edge.Strain));
     await panel.getByRole('button', { name: 'Triangle' }).click();
     const triangle = await until(async () => {
@@ -295,25 +411,40 @@ export const checks = {
     // A vertex of the sheet that touches the ball has a contact with it.
     await panel.getByLabel('Vertex', { exact: true }).fill('312');
     await panel.getByRole('button', { name: 'Choose' }).click();
-    await until(async () => /ball/.test(await panel.locator('.contact').first().innerText().catch(() => '')), 'the contact with the ball is not told');
+    await until(
+      async () =>
+        /ball/.test(
+          await panel
+            .locator('.contact')
+            .first()
+            .innerText()
+            .catch(() => ''),
+        ),
+      'the contact with the ball is not told',
+    );
     await page.keyboard.press('Escape');
     await panel.getByText('Click on a surface').waitFor();
     await close(opened);
   },
 
   async 'watching: a picture, a film, a link'() {
-    const opened = await visit(), { page, view } = opened;
+    const opened = await visit(),
+      { page, view } = opened;
     await go(opened, 30);
     const take = await openSection(page, 'Take away');
     const [picture] = await Promise.all([page.waitForEvent('download'), take.getByRole('button', { name: 'Picture' }).click()]);
     assert.match(picture.suggestedFilename(), /_30\.png$/);
-    const pixels = readPng(fs.readFileSync(await picture.path())), box = await page.locator('#view').boundingBox();
+    const pixels = readPng(fs.readFileSync(await picture.path())),
+      box = await page.locator('#view').boundingBox();
     assert.deepEqual([pixels.width, pixels.height], [Math.floor(box.width), Math.floor(box.height)]);
     assert.ok(measure(pixels, isCloth) > 0.03, 'the picture is blank');
     await take.getByLabel('First frame of the film').fill('10');
     await take.getByLabel('Last frame of the film').fill('24');
     await take.getByLabel('Frames a second of the film').fill('15');
-    const [film] = await Promise.all([page.waitForEvent('download', { timeout: 40000 }), take.getByRole('button', { name: 'Make film' }).click()]);
+    const [film] = await Promise.all([
+      page.waitForEvent('download', { timeout: 40000 }),
+      take.getByRole('button', { name: 'Make film' }).click(),
+    ]);
     assert.match(film.suggestedFilename(), /\.webm$/);
     const bytes = fs.readFileSync(await film.path());
     assert.equal(bytes.readUInt32BE(0), 0x1a45dfa3, 'it is no WebM file');
@@ -326,7 +457,8 @@ export const checks = {
     await page.mouse.click(box.x + box.width / 2, box.y + box.height * 0.45);
     await page.waitForTimeout(600);
     await page.mouse.move(5, 5);
-    const here = await settle(page), { hash } = new URL(page.url());
+    const here = await settle(page),
+      { hash } = new URL(page.url());
     assert.match(hash, /frame=33&camera=.*overlays=weft.*selection=0,/);
     const other = await visit(hash);
     await waitFrame(other.view, 33);
@@ -354,4 +486,3 @@ async function measureFilm(page, bytes) {
   await other.close();
   return seconds;
 }
-

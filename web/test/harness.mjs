@@ -9,9 +9,17 @@ import zlib from 'node:zlib';
 export const [place, tulle, chromium] = process.argv.slice(2).map((each) => path.resolve(each));
 export const root = path.resolve(import.meta.dirname ?? path.dirname(new URL(import.meta.url).pathname), '../..');
 export const load = createRequire(path.join(place, 'x'));
-export const pictures = path.join(place, 'pictures'), work = path.join(place, 'work');
-const ARGUMENTS = ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
-  '--disable-component-update', '--disable-sync'];
+export const pictures = path.join(place, 'pictures'),
+  work = path.join(place, 'work');
+const ARGUMENTS = [
+  '--no-sandbox',
+  '--disable-gpu',
+  '--disable-quic',
+  '--no-first-run',
+  '--disable-background-networking',
+  '--disable-component-update',
+  '--disable-sync',
+];
 
 export const browser = await load('playwright-core').chromium.launch({ executablePath: chromium, args: ARGUMENTS });
 
@@ -37,12 +45,13 @@ export async function serve(...args) {
     child.stderr.on('data', listen);
     child.on('exit', (code) => fail(new Error(`tulle view ended with ${code}: ${said}`)));
   });
-  const stop = () => new Promise((done) => {
-    servers.delete(child);
-    if (child.exitCode !== null) return done();
-    child.on('exit', done);
-    child.kill('SIGINT');
-  });
+  const stop = () =>
+    new Promise((done) => {
+      servers.delete(child);
+      if (child.exitCode !== null) return done();
+      child.on('exit', done);
+      child.kill('SIGINT');
+    });
   return { address, stop };
 }
 
@@ -58,7 +67,8 @@ export const run = (...args) => execFileSync(tulle, args, { cwd: work, encoding:
 export async function open(address, { prepare, fragment = '', ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1000, height: 640 }, acceptDownloads: true, ...options });
   context.setDefaultTimeout(20000);
-  const page = await context.newPage(), seen = { requests: [], errors: [] };
+  const page = await context.newPage(),
+    seen = { requests: [], errors: [] };
   page.on('request', (request) => seen.requests.push(request.url()));
   page.on('pageerror', (error) => seen.errors.push(error.stack));
   page.on('console', (message) => message.type() === 'error' && seen.errors.push(message.text()));
@@ -68,10 +78,16 @@ export async function open(address, { prepare, fragment = '', ...options } = {})
 }
 
 export async function close({ page, seen, address }, { expected = [] } = {}) {
-  const origin = new URL(address).origin, away = seen.requests.filter((each) => !/^(data|blob):/.test(each) && new URL(each).origin !== origin
-    && !each.startsWith(origin.replace('http', 'ws')));
+  const origin = new URL(address).origin,
+    away = seen.requests.filter(
+      (each) =>
+        !/^(data|blob):/.test(each) && new URL(each).origin !== origin && !each.startsWith(origin.replace('http', 'ws')),
+    );
   assert.deepEqual(away, [], 'a request left the page');
-  assert.deepEqual(seen.errors.filter((error) => !expected.some((each) => error.includes(each))), []);
+  assert.deepEqual(
+    seen.errors.filter((error) => !expected.some((each) => error.includes(each))),
+    [],
+  );
   await page.context().close();
 }
 
@@ -85,12 +101,14 @@ export async function until(condition, message, milliseconds = 15000) {
 }
 
 export const getFrame = async (view) => Number(await view.getAttribute('data-drawn'));
-export const waitFrame = (view, frame) => until(async () => {
-  const drawn = await view.getAttribute('data-drawn');
-  return drawn !== null && drawn !== '' && (frame === undefined || Number(drawn) === frame);
-}, `frame ${frame} is not drawn`);
+export const waitFrame = (view, frame) =>
+  until(async () => {
+    const drawn = await view.getAttribute('data-drawn');
+    return drawn !== null && drawn !== '' && (frame === undefined || Number(drawn) === frame);
+  }, `frame ${frame} is not drawn`);
 
-export const section = (page, title) => page.locator('#panels details').filter({ has: page.locator('summary', { hasText: new RegExp(`^${title}`) }) });
+export const section = (page, title) =>
+  page.locator('#panels details').filter({ has: page.locator('summary', { hasText: new RegExp(`^${title}`) }) });
 
 export async function openSection(page, title) {
   const details = section(page, title);
@@ -99,8 +117,15 @@ export async function openSection(page, title) {
 }
 
 // The facts of the panel of the selection: name to text.
-export const readFacts = (page) => section(page, 'Selection').locator('.facts').first().evaluate((list) =>
-  Object.fromEntries([...list.querySelectorAll('dt')].map((each) => [each.textContent, each.nextElementSibling.textContent])));
+export const readFacts = (page) =>
+  section(page, 'Selection')
+    .locator('.facts')
+    .first()
+    .evaluate((list) =>
+      Object.fromEntries(
+        [...list.querySelectorAll('dt')].map((each) => [each.textContent, each.nextElementSibling.textContent]),
+      ),
+    );
 
 export const toNumber = (text) => Number(text.replaceAll('\u2212', '-'));
 export const toNumbers = (text) => text.split(',').map(toNumber);
@@ -112,18 +137,23 @@ export function readPng(file) {
   const parts = [];
   let width, height, channels;
   for (let at = 8; at < file.length; at += 12 + file.readUInt32BE(at)) {
-    const kind = file.toString('latin1', at + 4, at + 8), body = file.subarray(at + 8, at + 8 + file.readUInt32BE(at));
+    const kind = file.toString('latin1', at + 4, at + 8),
+      body = file.subarray(at + 8, at + 8 + file.readUInt32BE(at));
     if (kind === 'IHDR') [width, height, channels] = [body.readUInt32BE(0), body.readUInt32BE(4), { 2: 3, 6: 4 }[body[9]]];
     if (kind === 'IDAT') parts.push(body);
   }
-  const rows = zlib.inflateSync(Buffer.concat(parts)), row = width * channels, data = new Uint8Array(row * height);
+  const rows = zlib.inflateSync(Buffer.concat(parts)),
+    row = width * channels,
+    data = new Uint8Array(row * height);
   for (let y = 0; y < height; y++) {
     const filter = rows[y * (row + 1)];
     for (let x = 0; x < row; x++) {
-      const left = x >= channels ? data[y * row + x - channels] : 0, up = y ? data[(y - 1) * row + x] : 0;
+      const left = x >= channels ? data[y * row + x - channels] : 0,
+        up = y ? data[(y - 1) * row + x] : 0;
       const corner = x >= channels && y ? data[(y - 1) * row + x - channels] : 0;
       const [a, b, c] = [Math.abs(up - corner), Math.abs(left - corner), Math.abs(left + up - 2 * corner)];
-      data[y * row + x] = rows[y * (row + 1) + 1 + x] + [0, left, up, (left + up) >> 1, a <= b && a <= c ? left : b <= c ? up : corner][filter];
+      data[y * row + x] =
+        rows[y * (row + 1) + 1 + x] + [0, left, up, (left + up) >> 1, a <= b && a <= c ? left : b <= c ? up : corner][filter];
     }
   }
   return { width, height, channels, data };
@@ -144,7 +174,11 @@ export function compare(a, b) {
   assert.equal(a.data.length, b.data.length);
   let count = 0;
   for (let i = 0; i < a.data.length; i += a.channels)
-    if (Math.abs(a.data[i] - b.data[i]) + Math.abs(a.data[i + 1] - b.data[i + 1]) + Math.abs(a.data[i + 2] - b.data[i + 2]) > 24) count++;
+    if (
+      Math.abs(a.data[i] - b.data[i]) + Math.abs(a.data[i + 1] - b.data[i + 1]) + Math.abs(a.data[i + 2] - b.data[i + 2]) >
+      24
+    )
+      count++;
   return count / (a.width * a.height);
 }
 
@@ -160,7 +194,8 @@ export async function settle(page) {
   await until(async () => {
     await page.waitForTimeout(250);
     const isCoarse = await page.locator('#view').getAttribute('data-coarse');
-    const now = await look(page), isSame = isCoarse === null && compare(before, now) < 1e-4;
+    const now = await look(page),
+      isSame = isCoarse === null && compare(before, now) < 1e-4;
     before = now;
     return isSame;
   }, 'the picture does not come to rest');
@@ -170,15 +205,22 @@ export async function settle(page) {
 // ---- files ----
 
 export function readPc2(file) {
-  const bytes = fs.readFileSync(file), vertexCount = bytes.readInt32LE(16), frameCount = bytes.readInt32LE(28);
-  return { vertexCount, frameCount, get: (frame, vertex) => [0, 1, 2].map((axis) => bytes.readFloatLE(32 + 4 * (3 * (vertexCount * frame + vertex) + axis))) };
+  const bytes = fs.readFileSync(file),
+    vertexCount = bytes.readInt32LE(16),
+    frameCount = bytes.readInt32LE(28);
+  return {
+    vertexCount,
+    frameCount,
+    get: (frame, vertex) => [0, 1, 2].map((axis) => bytes.readFloatLE(32 + 4 * (3 * (vertexCount * frame + vertex) + axis))),
+  };
 }
 
 // ---- the list of checks ----
 
 export async function check(checks) {
   const chosen = process.argv[5] ? new RegExp(process.argv[5]) : /./;
-  let failures = 0, count = 0;
+  let failures = 0,
+    count = 0;
   for (const [name, body] of Object.entries(checks)) {
     if (!chosen.test(name)) continue;
     const start = Date.now();
@@ -191,7 +233,9 @@ export async function check(checks) {
       console.log(`failed: ${name}\n${problem.stack}`);
       for (const context of browser.contexts()) {
         for (const page of context.pages())
-          await page.screenshot({ path: path.join(pictures, `failed_${name.replace(/\W+/g, '_').slice(0, 60)}.png`), timeout: 5000 }).catch(() => {});
+          await page
+            .screenshot({ path: path.join(pictures, `failed_${name.replace(/\W+/g, '_').slice(0, 60)}.png`), timeout: 5000 })
+            .catch(() => {});
         await context.close();
       }
     }

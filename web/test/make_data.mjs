@@ -51,7 +51,9 @@ wind: {velocity: [3, 1, 0], gust_strength: 2}
 
 // An obstacle that waves, of about so many triangles, over a small cloth.
 function writeLarge(name, triangleCount, frameCount) {
-  const n = Math.round(Math.sqrt(triangleCount / 2)) + 1, lines = [], at = (i, j) => [2 * (i / (n - 1) - 0.5), 2 * (j / (n - 1) - 0.5)];
+  const n = Math.round(Math.sqrt(triangleCount / 2)) + 1,
+    lines = [],
+    at = (i, j) => [2 * (i / (n - 1) - 0.5), 2 * (j / (n - 1) - 0.5)];
   for (let i = 0; i < n; i++) for (let j = 0; j < n; j++) lines.push(`v ${at(i, j).join(' ')} 0`);
   for (let i = 1; i < n; i++)
     for (let j = 1; j < n; j++) {
@@ -77,13 +79,16 @@ function writeLarge(name, triangleCount, frameCount) {
         numbers[place++] = 0.05 * Math.sin(6 * x + 0.4 * frame) * Math.cos(5 * y);
       }
   fs.writeFileSync(path.join(work, `${name}.pc2`), Buffer.concat([head, Buffer.from(numbers.buffer)]));
-  fs.writeFileSync(path.join(work, `${name}.yaml`), `title: ${triangleCount} triangles
+  fs.writeFileSync(
+    path.join(work, `${name}.yaml`),
+    `title: ${triangleCount} triangles
 time: {step: 1/30 s, duration: ${(frameCount - 1) / 30} s, steps_per_frame: 1}
 cloth:
   - {name: patch, mesh: {shape: rectangle, size: [0.1, 0.1], resolution: [3, 3]}, translate: [0, 0, 4]}
 obstacles:
   - {name: wave, mesh: {file: ${name}.obj}, motion: {sequence: {cache: ${name}.pc2, fps: 30, loop: pingpong}}}
-`);
+`,
+  );
 }
 
 // The folder is made anew; a run is kept where it is whole.

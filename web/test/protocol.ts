@@ -23,17 +23,17 @@ class Writer {
   }
 
   u16(...values: number[]): this {
-    for (const value of values) this.view.setUint16(0, value, true), this.put(2);
+    for (const value of values) (this.view.setUint16(0, value, true), this.put(2));
     return this;
   }
 
   u32(...values: number[]): this {
-    for (const value of values) this.view.setUint32(0, value, true), this.put(4);
+    for (const value of values) (this.view.setUint32(0, value, true), this.put(4));
     return this;
   }
 
   f32(...values: number[]): this {
-    for (const value of values) this.view.setFloat32(0, value, true), this.put(4);
+    for (const value of values) (this.view.setFloat32(0, value, true), this.put(4));
     return this;
   }
 
@@ -43,7 +43,11 @@ class Writer {
   }
 
   head(kind: number, object: number, frame: number, sequence: number, count: number): this {
-    return this.u8(kind, 1).u16(object).u32(frame).f64(frame / 30).u32(sequence, count);
+    return this.u8(kind, 1)
+      .u16(object)
+      .u32(frame)
+      .f64(frame / 30)
+      .u32(sequence, count);
   }
 
   align(): this {
@@ -69,11 +73,24 @@ const N = 150; // two whole blocks of 64 vertices and a part of one
 
 function makeMesh(): ReturnType<typeof readMesh> {
   const positions = Array.from({ length: 3 * N }, (_, i) => i / 8);
-  return readMesh(new Writer().head(1, 0, 0, 0, 0).u32(N, 2, 0).f32(...positions).u32(0, 1, 2, 2, 1, 149).buffer);
+  return readMesh(
+    new Writer()
+      .head(1, 0, 0, 0, 0)
+      .u32(N, 2, 0)
+      .f32(...positions)
+      .u32(0, 1, 2, 2, 1, 149).buffer,
+  );
 }
 
 const key = (sequence: number, low: number[], step: number, q: ArrayLike<number>) =>
-  new Writer().head(2, 0, sequence, sequence, 1).u16(0).u8(2, 0).u32(N).f32(...low, step).u16(...Array.from(q)).align();
+  new Writer()
+    .head(2, 0, sequence, sequence, 1)
+    .u16(0)
+    .u8(2, 0)
+    .u32(N)
+    .f32(...low, step)
+    .u16(...Array.from(q))
+    .align();
 
 test('a mesh is read, and one that is damaged is not', () => {
   const mesh = makeMesh();
@@ -81,17 +98,37 @@ test('a mesh is read, and one that is damaged is not', () => {
   assert.deepEqual([...mesh.corners], [0, 1, 2, 2, 1, 149]);
   assert.equal(mesh.positions[7], 7 / 8);
   assert.equal(mesh.uv, null);
-  const withUv = readMesh(new Writer().head(1, 3, 0, 0, 0).u32(3, 1, 1).f32(...Array(9).fill(1)).u32(0, 1, 2).f32(0, 0, 1, 0, 0, 1).buffer);
+  const withUv = readMesh(
+    new Writer()
+      .head(1, 3, 0, 0, 0)
+      .u32(3, 1, 1)
+      .f32(...Array(9).fill(1))
+      .u32(0, 1, 2)
+      .f32(0, 0, 1, 0, 0, 1).buffer,
+  );
   assert.deepEqual([...withUv.uv!], [0, 0, 1, 0, 0, 1]);
   assert.equal(withUv.object, 3);
-  assert.throws(() => readMesh(new Writer().head(1, 0, 0, 0, 0).u32(3, 1, 0).f32(...Array(9).fill(1)).u32(0, 1, 3).buffer), /not there/);
+  assert.throws(
+    () =>
+      readMesh(
+        new Writer()
+          .head(1, 0, 0, 0, 0)
+          .u32(3, 1, 0)
+          .f32(...Array(9).fill(1))
+          .u32(0, 1, 3).buffer,
+      ),
+    /not there/,
+  );
   assert.throws(() => readMesh(new Writer().head(1, 0, 0, 0, 0).u32(4000000000, 1, 0).buffer));
   assert.throws(() => readHeader(new ArrayBuffer(23)), /shorter/);
   assert.throws(() => readHeader(new Writer().u8(1, 2).u16(0).u32(0).f64(0).u32(0, 0).buffer), /version 2/);
 });
 
 test('keys and differences give back the steps that were sent, exactly', () => {
-  const random = makeRandom(7), decoder = new FrameDecoder([makeMesh()]), low = [-1, 0.5, 2], step = 0.0078125;
+  const random = makeRandom(7),
+    decoder = new FrameDecoder([makeMesh()]),
+    low = [-1, 0.5, 2],
+    step = 0.0078125;
   let q = Uint16Array.from({ length: 3 * N }, () => Math.floor(65536 * random()));
   decoder.read(key(1, low, step, q).buffer);
   const check = () => {
@@ -99,7 +136,8 @@ test('keys and differences give back the steps that were sent, exactly', () => {
   };
   check();
   for (let sequence = 2; sequence < 60; sequence++) {
-    const next = q.slice(), widths = [0, 1, 2].map(() => Math.floor(3 * random()));
+    const next = q.slice(),
+      widths = [0, 1, 2].map(() => Math.floor(3 * random()));
     const writer = new Writer().head(2, 0, sequence, sequence, 1).u16(0).u8(3, 0).u32(N);
     widths.forEach((width, block) => {
       writer.u8(width);
@@ -122,9 +160,17 @@ test('keys and differences give back the steps that were sent, exactly', () => {
 });
 
 test('exact, unchanged and absent objects', () => {
-  const decoder = new FrameDecoder([makeMesh()]), [state] = decoder.objects;
+  const decoder = new FrameDecoder([makeMesh()]),
+    [state] = decoder.objects;
   const exact = Array.from({ length: 3 * N }, (_, i) => Math.fround(Math.sin(i)));
-  decoder.read(new Writer().head(2, 0, 1, 1, 1).u16(0).u8(1, 0).u32(N).f32(...exact).buffer);
+  decoder.read(
+    new Writer()
+      .head(2, 0, 1, 1, 1)
+      .u16(0)
+      .u8(1, 0)
+      .u32(N)
+      .f32(...exact).buffer,
+  );
   assert.deepEqual([...state.positions], exact);
   assert.ok(state.hasMoved);
   const { revision } = state;
@@ -137,13 +183,30 @@ test('exact, unchanged and absent objects', () => {
 
 test('a damaged frame is refused', () => {
   const decoder = new FrameDecoder([makeMesh()]);
-  const difference = (...blocks: number[]) => new Writer().head(2, 0, 1, 1, 1).u16(0).u8(3, 0).u32(N).u8(...blocks).align().buffer;
+  const difference = (...blocks: number[]) =>
+    new Writer()
+      .head(2, 0, 1, 1, 1)
+      .u16(0)
+      .u8(3, 0)
+      .u32(N)
+      .u8(...blocks)
+      .align().buffer;
   assert.throws(() => decoder.read(difference(0, 0, 0)), /before a whole one/);
   decoder.read(key(1, [0, 0, 0], 1, new Uint16Array(3 * N)).buffer);
   assert.throws(() => decoder.read(difference(3, 0, 0)), /damaged/);
   assert.throws(() => decoder.read(difference(1, 0, 0)), /damaged/);
   assert.throws(() => decoder.read(new Writer().head(2, 0, 1, 1, 1).u16(1).u8(0, 0).u32(N).buffer), /fit/);
-  assert.throws(() => decoder.read(new Writer().head(2, 0, 1, 1, 1).u16(0).u8(0, 0).u32(N + 1).buffer), /fit/);
+  assert.throws(
+    () =>
+      decoder.read(
+        new Writer()
+          .head(2, 0, 1, 1, 1)
+          .u16(0)
+          .u8(0, 0)
+          .u32(N + 1).buffer,
+      ),
+    /fit/,
+  );
   assert.throws(() => decoder.read(new Writer().head(2, 0, 1, 1, 1).u16(0).u8(9, 0).u32(N).buffer), /coding 9/);
   const whole = key(1, [0, 0, 0], 1, new Uint16Array(3 * N)).buffer;
   for (let length = 0; length < whole.byteLength; length += 7) assert.throws(() => decoder.read(whole.slice(0, length)));
@@ -170,7 +233,9 @@ test('overlays are read', () => {
 // ---- what is kept, what is asked for ----
 
 test('the store is bounded, keeps the frame that is shown, and uses arrays again', () => {
-  const decoder = new FrameDecoder([makeMesh()]), frameBytes = 12 * N, store = new FrameStore(20 * (frameBytes + 300));
+  const decoder = new FrameDecoder([makeMesh()]),
+    frameBytes = 12 * N,
+    store = new FrameStore(20 * (frameBytes + 300));
   const arrays = new Set<Float32Array>();
   for (let frame = 0; frame < 10000; frame++) {
     decoder.read(key(frame, [frame, 0, 0], 1, new Uint16Array(3 * N)).buffer);
@@ -185,17 +250,31 @@ test('the store is bounded, keeps the frame that is shown, and uses arrays again
 });
 
 test('the newest wish wins', () => {
-  const sent: FrameRequest[] = [], store = new FrameStore(1e9), decoder = new FrameDecoder([makeMesh()]);
-  const fetcher = new Fetcher(store, 10000, (request) => sent.push(request), () => true);
+  const sent: FrameRequest[] = [],
+    store = new FrameStore(1e9),
+    decoder = new FrameDecoder([makeMesh()]);
+  const fetcher = new Fetcher(
+    store,
+    10000,
+    (request) => sent.push(request),
+    () => true,
+  );
   fetcher.want(100, 1);
   for (let frame = 200; frame < 300; frame++) fetcher.want(frame, 1); // scrubbing, faster than the server
-  assert.deepEqual(sent.map(({ from }) => from), [100], 'more than one request is under way');
+  assert.deepEqual(
+    sent.map(({ from }) => from),
+    [100],
+    'more than one request is under way',
+  );
   const come = (frame: number) => {
     store.keep({ kind: 2, object: 0, frame, time: 0, sequence: 1, count: 1 }, decoder, frame, []);
     fetcher.take(frame);
   };
   come(100);
-  assert.deepEqual(sent.map(({ from }) => from), [100, 299]);
+  assert.deepEqual(
+    sent.map(({ from }) => from),
+    [100, 299],
+  );
   come(299);
   fetcher.want(299, 1);
   assert.equal(sent.length, 2, 'what is coming is asked for again');
@@ -203,14 +282,19 @@ test('the newest wish wins', () => {
   fetcher.want(299 + sent[1].count - 10, 1);
   assert.equal(sent[2].from, 299 + sent[1].count, 'what comes next is not asked for');
   fetcher.want(9998, 1);
-  assert.ok(sent.every(({ from, count, step }) => from + (count - 1) * step <= 9999), 'frames behind the last one are asked for');
+  assert.ok(
+    sent.every(({ from, count, step }) => from + (count - 1) * step <= 9999),
+    'frames behind the last one are asked for',
+  );
 });
 
 // ---- links, places in YAML ----
 
 test('a link gives back the view', () => {
   const link = {
-    frame: 12, camera: [1, -2.5, 3, 0, 0, 0.25], overlays: ['contacts', 'warp'],
+    frame: 12,
+    camera: [1, -2.5, 3, 0, 0, 0.25],
+    overlays: ['contacts', 'warp'],
     look: { shading: 'flat' as const, texture: 'checker' as const, hasWires: true, hasShadows: false, hasGround: true },
     selection: { object: 1, triangle: 77, weights: [0.5, 0.25, 0.25] as [number, number, number], part: 'edge' as const },
   };
