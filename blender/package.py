@@ -12,6 +12,8 @@ def pack(program: str, path: str) -> None:
         for name in sorted(os.listdir(folder)):
             if name.endswith((".py", ".toml")):
                 archive.write(os.path.join(folder, name), "tulle_addon/" + name)
+        for name in sorted(os.listdir(os.path.join(folder, "fabrics"))):
+            archive.write(os.path.join(folder, "fabrics", name), "tulle_addon/fabrics/" + name, zipfile.ZIP_STORED)
         archive.write(os.path.join(HERE, "..", "LICENSE"), "tulle_addon/LICENSE")
         archive.write(program, "tulle_addon/bin/" + os.path.basename(program))
 

@@ -51,6 +51,7 @@ ARRAYS = {
     ("motion", "keys"): ("Keyframe", 1, "key_count"), ("pin", "vertices"): ("uint32", 1, "vertex_count"),
     ("cloth_def", "rest_positions"): ("double", 3, None), ("cloth_def", "rest_corners"): ("double", 9, None),
     ("cloth_def", "creases"): ("Crease", 1, "crease_count"), ("cloth_def", "warps"): ("double", 3, None),
+    ("cloth_def", "stiffness_factors"): ("double", 1, None),
     ("cloth_def", "pins"): ("Pin", 1, "pin_count"), ("cloth_def", "velocities"): ("double", 3, None),
     ("attachment_def", "vertices"): ("uint32", 1, "vertex_count"), ("attachment_def", "points"): ("double", 3, None),
     ("attachment_def", "triangles"): ("uint32", 1, None), ("attachment_def", "weights"): ("double", 3, None),

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The pictures of fabrics in docs/pictures/fabric: each preset on a pedestal; springs beside woven cloth.
+"""The pictures of fabrics in docs/pictures/fabric: each preset on a pedestal; springs beside woven cloth. Those on pedestals also become
+the icons of the add-on for Blender.
 
     python3 tools/draw_fabrics.py PROGRAM [drape|strip|hem ...]          all of them without names
 
@@ -29,6 +30,8 @@ SAMPLE_RADIUS, DISC_RADIUS = 0.15, 0.09  # [m]
 COARSEST_RINGS = 20
 MEMBRANES = ("springs", "woven")
 COLUMNS, PANEL = 4, (270, 190)  # of the sheet of fabrics; [px]
+PREVIEWS = ROOT / "blender/tulle_addon/fabrics"
+PREVIEW_SIZE, PREVIEW_PART = 128, 240  # [px] of an icon; width of the panel's part that it shows
 FONT = ImageFont.truetype(str(pathlib.Path(matplotlib.get_data_path()) / "fonts/ttf/DejaVuSans.ttf"), 13)
 
 
@@ -106,6 +109,17 @@ def count_folds(heights):
     return int((above & ~numpy.roll(above, 1)).sum())
 
 
+def save_preview(picture, fabric):
+    """The middle of a panel, as a square icon for the add-on for Blender."""
+    PREVIEWS.mkdir(parents=True, exist_ok=True)
+    edge = (picture.width - PREVIEW_PART) // 2
+    height = PREVIEW_SIZE * picture.height // PREVIEW_PART
+    small = picture.crop((edge, 0, edge + PREVIEW_PART, picture.height)).resize((PREVIEW_SIZE, height), Image.Resampling.LANCZOS)
+    square = Image.new("RGB", (PREVIEW_SIZE, PREVIEW_SIZE), picture.getpixel((0, 0)))
+    square.paste(small, (0, PREVIEW_SIZE - height))
+    square.quantize(64, dither=Image.Dither.NONE).save(PREVIEWS / f"{fabric}.png", optimize=True)
+
+
 def draw_drapes(program):
     fabrics = re.findall(r'^    \{"([a-z-]+)",', (ROOT / "src/dynamics/presets.c").read_text(), re.MULTILINE)
     panels = []
@@ -121,6 +135,7 @@ def draw_drapes(program):
         moved = numpy.abs(positions[-1] - positions[-2]).max()
         print(f"{fabric:18} {rings} rings, drape coefficient {drape:.1f} %, {folds} folds, moved by {1e3 * moved:.3f} mm", flush=True)
         panels.append((drape, f"{fabric}, {drape:.0f} %", render(program, directory, PANEL)))
+        save_preview(panels[-1][2], fabric)
     panels.sort(key=lambda panel: panel[0])
     rows = -(-len(panels) // COLUMNS)
     line = FONT.size + 8

@@ -137,6 +137,107 @@ class Bakes(SceneTest):
         self.bake_all(restart=True)
         self.judge()
 
+    def test_from_frame(self):
+        """Frames up to the present one stay to the bit; those behind it follow the settings as they are now."""
+        sheet, ball = self.add_sheet(cells=16, place=(0, 0, 0.27)), self.add_ball()
+        self.scene.frame_end = 18
+        self.bake_all()
+        before = self.list_frames("sheet")
+        sheet.tulle.fabric, sheet.tulle.use_friction, sheet.tulle.friction = "silk", True, 0.05
+        ball.location, ball.rotation_mode = (0, 0, 0), "XYZ"
+        ball.keyframe_insert("location", frame=14)
+        ball.location.z = 0.05
+        ball.keyframe_insert("location", frame=18)
+        self.scene.frame_set(14)
+        self.bake_all(from_frame=True)
+        self.assertEqual(self.scene.frame_current, 14)
+        after = self.list_frames("sheet")
+        self.assertEqual(len(after), len(before))
+        self.assertTrue(all(np.array_equal(a, b) for a, b in zip(before[:5], after[:5])))
+        self.assertFalse(np.array_equal(before[5], after[5]))
+        self.assertLess(np.abs(before[5] - after[5]).max(), 0.05)  # it goes on as it moved
+        self.compare(sheet, "sheet")
+        self.judge()
+        self.assertFalse(os.path.exists(self.path("run.before")))
+        self.bake_all()  # all is there
+        self.assertTrue(all(np.array_equal(a, b) for a, b in zip(after, self.list_frames("sheet"))))
+        bpy.ops.tulle.free()
+        self.assertFalse(os.path.exists(self.path()))
+
+    def test_from_frame_cancelled(self):
+        """A bake from a frame that was cancelled goes on to the same frames."""
+        sheet = self.add_sheet(cells=16)
+        self.add_ball()
+        self.bake_all()
+        sheet.tulle.fabric = "silk"
+        self.scene.frame_set(12)
+        under_way = bake.Bake(bpy.context, from_frame=12)
+        while not under_way.is_over:
+            under_way.advance(bpy.context)
+            if under_way.caches and under_way.caches.frame_count >= 4 and not under_way.is_cancelled:
+                under_way.cancel()
+        self.assertEqual(under_way.state, "CANCELLED")
+        self.assertFalse(os.path.exists(self.path("run.before")))
+        self.bake_all()
+        cancelled = self.list_frames("sheet")
+        sheet.tulle.fabric = "cotton"
+        self.bake_all(restart=True)
+        sheet.tulle.fabric = "silk"
+        self.bake_all(from_frame=True)
+        self.assertTrue(all(np.array_equal(a, b) for a, b in zip(cancelled, self.list_frames("sheet"))))
+        self.compare(sheet, "sheet")
+
+    def test_from_frame_refused(self):
+        """A refusal leaves the frames that were there."""
+        self.assertEqual(self.bake(from_frame=True), {"CANCELLED"})
+        self.add_sheet(cells=16), self.add_ball()
+        self.assertEqual(self.bake(from_frame=True), {"CANCELLED"})
+        self.assertIn("nothing to go on from", self.scene.tulle.report)
+        self.bake_all()
+        before = self.list_frames("sheet")
+        self.scene.frame_set(22)
+        self.assertEqual(self.bake(from_frame=True), {"CANCELLED"})
+        self.assertIn("from 10 to 21", self.scene.tulle.report)
+        self.scene.frame_set(13)
+        self.scene.objects["ball"].location.z = 0.15  # into the cloth
+        self.assertEqual(self.bake(from_frame=True), {"CANCELLED"})
+        self.assertIn("intersect", self.scene.tulle.report)
+        self.scene.tulle.substeps = 7
+        self.scene.objects["ball"].location.z = 0.0
+        self.assertEqual(self.bake(from_frame=True), {"CANCELLED"})
+        self.assertIn("in a frame", self.scene.tulle.report)
+        self.assertTrue(all(np.array_equal(a, b) for a, b in zip(before, self.list_frames("sheet"))))
+        self.assertFalse(os.path.exists(self.path("run.before")))
+        # Blender ended right after the run was put aside.
+        self.scene.tulle.substeps = 0
+        caches.put_aside(self.path())
+        self.bake_all()
+        self.assertTrue(all(np.array_equal(a, b) for a, b in zip(before, self.list_frames("sheet"))))
+
+    def test_stiffness_group(self):
+        """Weights become factors; the stiff side of a sheet that is held along its middle hangs less."""
+        sheet = self.add_sheet(cells=16)
+        sheet.vertex_groups.new(name="pins").add([v.index for v in sheet.data.vertices if abs(v.co.x) < 0.32], 1.0, "REPLACE")
+        stiff = sheet.vertex_groups.new(name="stiff")
+        for vertex in sheet.data.vertices:
+            if vertex.co.x > 0:
+                stiff.add([vertex.index], min(1.0, 4.0 * vertex.co.x), "REPLACE")
+        values = sheet.tulle
+        values.fabric = "denim"
+        values.pin_group, values.stiffness_group, values.stiffness_from, values.stiffness_to = "pins", "stiff", 0.5, 100.0
+        self.scene.frame_end = 30
+        self.bake_all()
+        file = self.read_scene()["cloth"][0]["stiffness_file"]
+        factors = np.loadtxt(self.path(*file.split("/")))
+        places = np.array([v.co for v in sheet.data.vertices])
+        wanted = 0.5 + 99.5 * np.clip(4.0 * places[:, 0], 0.0, 1.0)
+        self.assertLess(np.abs(factors / wanted - 1).max(), 1e-6)
+        last = self.list_frames("sheet")[-1]
+        left, right = last[places[:, 0] < -0.49][:, 2].mean(), last[places[:, 0] > 0.49][:, 2].mean()
+        self.assertGreater(right, left + 0.05)
+        values.stiffness_group = "none"
+        self.refuse("no vertex group 'none'", "stiffness")
+
     def test_longer_range_goes_on(self):
         sheet, _ = self.add_sheet(), self.add_ball()
         self.bake_all()

@@ -120,6 +120,7 @@ class Errors(SceneTest):
         self.refuse("no shape key 'none'")
         sheet.tulle.rest = "UV"
         sheet.data.uv_layers.remove(sheet.data.uv_layers[0])
+        sheet.data.update_tag()
         self.refuse("no UV map")
 
     def test_words(self):

@@ -107,6 +107,8 @@ class Tools(SceneTest):
         values = cloth.settings
         values.mass, values.tension_stiffness, values.bending_stiffness = 1.0, 40.0, 10.0
         values.vertex_group_mass, values.use_pressure, values.use_sewing_springs = "held", True, True
+        sheet.vertex_groups.new(name="stiff").add([3, 4], 1.0, "REPLACE")
+        values.vertex_group_structural_stiffness, values.tension_stiffness_max = "stiff", 120.0
         values.rest_shape_key = sheet.data.shape_keys.key_blocks["small"]
         cloth.collision_settings.use_self_collision, cloth.collision_settings.self_distance_min = True, 0.02
         self.select(sheet)
@@ -115,6 +117,7 @@ class Tools(SceneTest):
         self.assertEqual((taken.role, taken.fabric, taken.pin_group), ("CLOTH", "denim", "held"))
         self.assertEqual((taken.rest, taken.rest_key, taken.use_thickness), ("KEY", "small", True))
         self.assertAlmostEqual(taken.thickness, 0.02, 6)
+        self.assertEqual((taken.stiffness_group, taken.stiffness_from, taken.stiffness_to), ("stiff", 1.0, 3.0))
         self.assertEqual(ball.tulle.role, "OBSTACLE")
         for words in ("pressure", "sewing springs", "ball is an obstacle"):
             self.assertIn(words, self.scene.tulle.report)

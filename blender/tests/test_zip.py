@@ -35,7 +35,11 @@ class Zip(unittest.TestCase):
             path = os.path.join(folder, "tulle_addon.zip")
             package.pack(TULLE, path)
             environment = {key: value for key, value in os.environ.items() if not key.startswith("TULLE")}
-            environment.update({"ZIP": path, "HOME": folder, "BLENDER_USER_RESOURCES": folder, "PATH": "/nowhere"})
+            # Debian's Blender from 4.2 on looks for Python on PATH.
+            folders = [each for each in os.get_exec_path() if not os.path.exists(os.path.join(each, "tulle"))]
+            environment.update(
+                {"ZIP": path, "HOME": folder, "BLENDER_USER_RESOURCES": folder, "PATH": os.pathsep.join(folders)}
+            )
             done = subprocess.run(
                 [bpy.app.binary_path, "-b", "--factory-startup", "--python-exit-code", "1", "--python-expr", SCRIPT],
                 env=environment, capture_output=True, text=True, check=False,

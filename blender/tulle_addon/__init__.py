@@ -4,6 +4,7 @@ One marks a cloth, marks what it falls on, and bakes. The add-on writes a scene 
 its frames by a Mesh Cache modifier. Each module is one thought:
 
     settings   what an artist sets on objects and on the scene
+    pictures   pictures of the fabrics
     meshes     meshes of Blender in world space and metres, as arrays and files
     stack      which modifiers are simulated and which stay behind the cache; what is switched while a mesh is read
     motion     what stands still, moves rigidly or deforms

@@ -13,7 +13,8 @@ from .meshes import Refusal
 SLICE = 0.1  # [s] that the window waits for at most, while the scene is exported and caches grow
 LEFT_FILE = "left.csv"
 LOCKED = "is locked: another process"
-CHANGED = "cannot be resumed: its scene has another hash"
+CHANGED = "cannot be resumed: "
+NO_VELOCITIES = "keeps no velocities"
 
 current: Optional["Bake"] = None
 
@@ -27,13 +28,14 @@ def find_folder(scene) -> str:
 class Bake:
     """Export, run, caches. `advance` does a little of it; `state` becomes FINISHED, CANCELLED, FAILED or CHANGED at the end."""
 
-    def __init__(self, context, restarts: bool = False, in_window: bool = False):
+    def __init__(self, context, restarts: bool = False, in_window: bool = False, from_frame: Optional[int] = None):
         self.is_in_window = in_window
         self.follows = in_window and context.scene.tulle.follow  # the view goes to the last whole frame
         self.usual_frame = context.scene.frame_current
         self.scene_name = context.scene.name
         self.folder = find_folder(context.scene)
         self.restarts = restarts
+        self.from_frame = from_frame  # the last one that is kept; None: all that are there, or none
         self.process: Optional[program.Process] = None
         self.caches: Optional[caches.Caches] = None
         self.is_cancelled = False
@@ -42,9 +44,25 @@ class Bake:
         self.words: List[str] = []
         self.state = ""
         program.find_program()
+        caches.settle(self.folder)
+        if from_frame is not None:
+            self.check_frame(context.scene, from_frame)
         self._export = export.Export(context, self.folder)
         self._exporting: Optional[Iterator[float]] = self._export.run()
         self.tell("EXPORTING", 0.0, "Reading the scene", "")
+
+    def check_frame(self, scene, frame: int) -> None:
+        held = caches.count_whole_frames(self.folder) if caches.has_run(self.folder) else 0
+        if held == 0:
+            raise Refusal("There is nothing to go on from: bake first")
+        last = min(self.first + held - 1, scene.frame_end - 1)
+        if not self.first <= frame <= last:
+            raise Refusal(
+                "Frame %d cannot be gone on from: choose a frame from %d to %d" % (frame, self.first, last)
+            )
+        links = caches.read_json(os.path.join(self.folder, export.LINK_FILE)) or {}
+        if links.get("frame_start") != self.first:
+            raise Refusal("The frames that are there start at another frame than the scene: bake anew")
 
     def tell(self, state: str, share: Optional[float], status: str, report: Optional[str] = None) -> None:
         self.state = state
@@ -100,9 +118,15 @@ class Bake:
         left = os.path.join(self.folder, LEFT_FILE)
         if os.path.exists(left):
             os.remove(left)
-        has_run = os.path.exists(os.path.join(self.folder, export.RUN_FOLDER, "run.json"))
         arguments = ["run", export.SCENE_FILE, "-o", export.RUN_FOLDER, "--progress", "json", "--list-left", LEFT_FILE]
-        arguments += ["--force" if self.restarts and has_run else "--resume"]
+        arguments += ["--record", "velocities"]
+        if self.from_frame is not None:
+            caches.put_aside(self.folder)
+            arguments += ["--from", "%s:%d" % (export.BEFORE_FOLDER, self.from_frame - self.first)]
+        elif self.restarts and caches.has_run(self.folder):
+            arguments += ["--force"]
+        else:
+            arguments += ["--resume"]
         if scene.tulle.threads > 0:
             arguments += ["-t", str(scene.tulle.threads)]
         self.words = list(self._export.notes)
@@ -162,12 +186,15 @@ class Bake:
         words = self.process.words
         self.process = None
         self.end_following()
+        caches.settle(self.folder)
+        if any(NO_VELOCITIES in line for line in words):
+            words = ["The frames that are there were baked without velocities: bake anew once, then from any frame"]
         if code == 2 and any(CHANGED in line for line in words):
             self.tell(
                 "CHANGED", None, "The scene has changed since it was baked", "Bake anew to replace the frames that are there."
             )
             return
-        if os.path.exists(os.path.join(self.folder, export.RUN_FOLDER, "run.json")) and (code != 2 or self.has_begun):
+        if caches.has_run(self.folder) and (code != 2 or self.has_begun):
             self.take_over()
         frames = self.caches.frame_count if self.caches else 0
         if code == 0:
@@ -199,6 +226,7 @@ class Bake:
             self.process.interrupt()
             self.process.wait(30)
             self.process = None
+            caches.settle(self.folder)
         self._exporting = None
         self.end_following()
         picks = selection.Picks()
@@ -230,6 +258,7 @@ def stop() -> None:
         bake.cancel()
         if bake.process is not None:
             bake.process.wait(60)
+            caches.settle(bake.folder)
 
 
 @persistent

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from . import meshes, stack
-from .export import CACHE_FOLDER, LINK_FILE, RUN_FOLDER
+from .export import BEFORE_FOLDER, CACHE_FOLDER, LINK_FILE, RUN_FOLDER
 from .meshes import Refusal
 
 
@@ -145,38 +145,63 @@ def remove_modifier(obj) -> None:
     obj.tulle.muted_cloth = ""
 
 
+def has_run(folder: str, name: str = RUN_FOLDER) -> bool:
+    return os.path.exists(os.path.join(folder, name, "run.json"))
+
+
+def list_run_files(folder: str, name: str) -> List[str]:
+    """What a run may hold, within the folder; run.json, which tells, is the last."""
+    run = read_json(os.path.join(folder, name, "run.json")) or {}
+    files = [body[key] for body in run.get("bodies", []) for key in ("mesh", "cache") if body.get(key)]
+    files += ["scene.yaml", "frames.csv", "bodies.csv", "report.csv", "checksums.csv", "debug.bin", "checkpoint.bin"]
+    files += ["checkpoint.previous.bin", "run.json"]
+    return [os.path.join(name, file) for file in files if os.path.basename(file) == file]
+
+
+def remove_all(folder: str, files: List[str], folders: List[str]) -> None:
+    for file in files:
+        path = os.path.join(folder, file)
+        if os.path.isfile(path):
+            os.remove(path)
+    for name in folders:
+        try:
+            os.rmdir(os.path.join(folder, name))
+        except OSError:  # it holds something else, or is not there
+            pass
+
+
+def remove_run(folder: str, name: str) -> None:
+    remove_all(folder, list_run_files(folder, name), [name])
+
+
+def put_aside(folder: str) -> None:
+    """The run makes room for one that begins with its frames."""
+    os.replace(os.path.join(folder, RUN_FOLDER), os.path.join(folder, BEFORE_FOLDER))
+
+
+def settle(folder: str) -> None:
+    """What was put aside goes where the new run holds its frames, and comes back where it does not."""
+    if not has_run(folder, BEFORE_FOLDER):
+        return
+    if os.path.exists(os.path.join(folder, RUN_FOLDER, "checkpoint.bin")):
+        remove_run(folder, BEFORE_FOLDER)
+        return
+    remove_run(folder, RUN_FOLDER)
+    os.replace(os.path.join(folder, BEFORE_FOLDER), os.path.join(folder, RUN_FOLDER))
+
+
 def remove_files(folder: str) -> None:
     """Removes what the add-on wrote, and nothing else: a folder that holds other files stays."""
     links = read_json(os.path.join(folder, LINK_FILE))
     if links is None or links.get("format") != "tulle blender":
         return
-    run = read_json(os.path.join(folder, RUN_FOLDER, "run.json")) or {}
-    names = [os.path.join(CACHE_FOLDER, link["name"] + ".pc2") for link in links["bodies"]]
-    names += [
-        os.path.join("meshes", link["name"] + ending) for link in links["bodies"] for ending in (".obj", ".pc2", ".rest.obj")
+    files = [os.path.join(CACHE_FOLDER, link["name"] + ".pc2") for link in links["bodies"]]
+    files += [
+        os.path.join("meshes", link["name"] + ending)
+        for link in links["bodies"]
+        for ending in (".obj", ".pc2", ".rest.obj", ".stiffness.txt")
     ]
-    names += [
-        os.path.join(RUN_FOLDER, body[key]) for body in run.get("bodies", []) for key in ("mesh", "cache") if body.get(key)
-    ]
-    names += [
-        os.path.join(RUN_FOLDER, name)
-        for name in (
-            "scene.yaml",
-            "frames.csv",
-            "bodies.csv",
-            "report.csv",
-            "checksums.csv",
-            "checkpoint.bin",
-            "checkpoint.previous.bin",
-            "run.json",
-        )
-    ]
-    for name in names + ["scene.yaml", "left.csv", LINK_FILE]:
-        path = os.path.join(folder, name)
-        if os.path.isfile(path) and os.path.basename(path) == os.path.basename(name):
-            os.remove(path)
-    for name in (CACHE_FOLDER, "meshes", RUN_FOLDER, ""):
-        try:
-            os.rmdir(os.path.join(folder, name))
-        except OSError:  # it holds something else, or is not there
-            pass
+    files += list_run_files(folder, RUN_FOLDER) + list_run_files(folder, BEFORE_FOLDER)
+    remove_all(
+        folder, files + ["scene.yaml", "left.csv", LINK_FILE], [CACHE_FOLDER, "meshes", RUN_FOLDER, BEFORE_FOLDER, ""]
+    )

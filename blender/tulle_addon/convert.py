@@ -20,7 +20,6 @@ WITHOUT: List[Tuple[str, str, Any, str]] = [
     ("settings", "use_dynamic_mesh", False, "a mesh that changes while it is simulated"),
     ("settings", "vertex_group_shrink", "", "the group of shrinking"),
     ("settings", "shrink_min", 0.0, "shrinking"),
-    ("settings", "vertex_group_structural_stiffness", "", "the group of stiffness"),
     ("settings", "vertex_group_shear_stiffness", "", "the group of shear"),
     ("settings", "vertex_group_bending", "", "the group of bending"),
     ("settings", "time_scale", 1.0, "the speed"),
@@ -47,6 +46,11 @@ def take_over(obj, modifier) -> List[str]:
     values.pin_group = settings.vertex_group_mass
     if settings.vertex_group_mass and settings.pin_stiffness != 1.0:
         notes.append("Pins hold fully; their stiffness is not taken over")
+    if settings.vertex_group_structural_stiffness:
+        values.stiffness_group, values.stiffness_from = settings.vertex_group_structural_stiffness, 1.0
+        ratio = settings.tension_stiffness_max / max(settings.tension_stiffness, 1e-6)
+        values.stiffness_to = min(100.0, max(1.0, ratio))
+        notes.append("The group of stiffness counts for shear and bending, too: up to %.3g times" % values.stiffness_to)
     if settings.rest_shape_key is not None:
         values.rest, values.rest_key = "KEY", settings.rest_shape_key.name
     if contact.use_self_collision:

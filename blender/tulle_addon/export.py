@@ -17,6 +17,7 @@ from .meshes import Refusal
 from .parts import MESH_FOLDER, Part, Reader
 
 SCENE_FILE, LINK_FILE, RUN_FOLDER, CACHE_FOLDER = "scene.yaml", "blender.json", "run", "cache"
+BEFORE_FOLDER = "run.before"  # the run whose frames a bake from a frame keeps, until that has begun
 LARGEST_STEP = 1 / 90  # [s]
 # A scene file holds 200,000 values; a rigid motion beyond this many keyframes in all is written as a point cache.
 MOST_KEYFRAMES = 15000
@@ -140,6 +141,8 @@ class Export(Reader):
             cloth["material"].update({"friction": settings.friction})
         if settings.use_thickness:
             cloth["thickness"] = settings.thickness * self.scale
+        if part.weights is not None:
+            cloth["stiffness_file"] = self.write_stiffness(part)
         if settings.rest == "UV":
             cloth["rest"] = {"uv": settings.uv_scale * self.scale}
         elif settings.rest == "KEY":
@@ -150,6 +153,15 @@ class Export(Reader):
         if attachments:
             cloth["attach"] = attachments
         return cloth
+
+    def write_stiffness(self, part: Part) -> str:
+        """A factor for each vertex that is written."""
+        settings = part.obj.tulle
+        factors = settings.stiffness_from + (settings.stiffness_to - settings.stiffness_from) * part.weights[part.used]
+        least, most = sorted((settings.stiffness_from, settings.stiffness_to))
+        with open(self.get_path(part.name + ".stiffness.txt"), "w", encoding="ascii") as file:
+            file.writelines("%.9g\n" % factor for factor in np.clip(factors, max(least, 0.01), most))
+        return "%s/%s.stiffness.txt" % (MESH_FOLDER, part.name)
 
     def name_file(self, part: Part, ending: str = ".obj") -> Dict[str, Any]:
         return {"file": "%s/%s%s" % (MESH_FOLDER, part.name, ending)}

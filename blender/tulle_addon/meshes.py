@@ -115,6 +115,16 @@ def read_group(mesh, index: int) -> np.ndarray:
     return np.array(chosen, np.int64)
 
 
+def read_weights(mesh, index: int) -> np.ndarray:
+    """The weight of each vertex in a vertex group; 0 for those outside."""
+    weights = np.zeros(len(mesh.vertices))
+    for vertex in mesh.vertices:
+        for each in vertex.groups:
+            if each.group == index:
+                weights[vertex.index] = each.weight
+    return weights
+
+
 def write_obj(path: str, positions: np.ndarray, corners: np.ndarray, uvs: Optional[np.ndarray] = None) -> None:
     """Doubles with as many digits as give them again; faces of a mirrored object are turned round by who calls."""
     with open(path, "w", encoding="ascii") as file:

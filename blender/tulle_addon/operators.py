@@ -18,14 +18,15 @@ def report_end(operator, under_way: bake.Bake, scene) -> None:
     operator.report({level}, words)
 
 
-def begin(operator, context, restarts: bool, in_window: bool = False) -> Optional[bake.Bake]:
+def begin(operator, context, in_window: bool = False) -> Optional[bake.Bake]:
     """A new bake, or none with the reason told."""
     if bake.current is not None:
         operator.report({"ERROR"}, "A bake is under way")
         return None
     try:
-        bake.current = bake.Bake(context, restarts, in_window)
-    except Refusal as refusal:
+        from_frame = context.scene.frame_current if operator.from_frame else None
+        bake.current = bake.Bake(context, operator.restart, in_window, from_frame)
+    except (Refusal, OSError) as refusal:
         context.scene.tulle.state, context.scene.tulle.status, context.scene.tulle.report = "FAILED", "Not baked", str(refusal)
         operator.report({"ERROR"}, str(refusal))
     return bake.current
@@ -39,6 +40,10 @@ class TULLE_OT_bake(bpy.types.Operator):
     restart: bpy.props.BoolProperty(
         name="Anew", description="Replace what is baked of another scene", default=False, options={"SKIP_SAVE"}
     )
+    from_frame: bpy.props.BoolProperty(
+        name="From Frame", description="Keep the frames up to the present one, and go on from there", default=False,
+        options={"SKIP_SAVE"},
+    )  # fmt: skip
 
     @classmethod
     def poll(cls, context):
@@ -46,7 +51,7 @@ class TULLE_OT_bake(bpy.types.Operator):
 
     def execute(self, context):
         """Waits until all is done: for scripts."""
-        under_way = begin(self, context, self.restart)
+        under_way = begin(self, context)
         if under_way is None:
             return {"CANCELLED"}
         try:
@@ -65,7 +70,7 @@ class TULLE_OT_bake(bpy.types.Operator):
     def invoke(self, context, event):
         if bpy.app.background:
             return self.execute(context)
-        if begin(self, context, self.restart, in_window=True) is None:
+        if begin(self, context, in_window=True) is None:
             return {"CANCELLED"}
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -124,6 +129,25 @@ class TULLE_OT_bake_anew(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class TULLE_OT_bake_from(bpy.types.Operator):
+    """Keeps the frames up to the present one, and bakes those behind it anew with the settings as they are now"""
+
+    bl_idname = "tulle.bake_from"
+    bl_label = "Bake from Frame"
+
+    @classmethod
+    def poll(cls, context):
+        return bake.current is None
+
+    def invoke(self, context, event):
+        return context.window_manager.invoke_confirm(self, event)
+
+    def execute(self, context):
+        mode = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
+        bpy.ops.tulle.bake(mode, from_frame=True)
+        return {"FINISHED"}
+
+
 class TULLE_OT_cancel(bpy.types.Operator):
     """Ends the bake; what is baked stays, and Bake goes on from there"""
 
@@ -170,7 +194,7 @@ class TULLE_OT_free(bpy.types.Operator):
 
 
 class TULLE_OT_export(bpy.types.Operator):
-    """Writes the folder for a program on another machine: there, run `tulle run scene.yaml -o run` in it"""
+    """Writes the folder for a program on another machine: there, run `tulle run scene.yaml -o run --record velocities` in it"""
 
     bl_idname = "tulle.export"
     bl_label = "Export Folder"
@@ -189,7 +213,7 @@ class TULLE_OT_export(bpy.types.Operator):
             self.report({"ERROR"}, str(refusal))
             return {"CANCELLED"}
         context.scene.tulle.report = "\n".join(exported.notes)
-        context.scene.tulle.status = "Exported to %s; run there: tulle run scene.yaml -o run" % folder
+        context.scene.tulle.status = "Exported to %s; run there: tulle run scene.yaml -o run --record velocities" % folder
         self.report({"INFO"}, context.scene.tulle.status)
         return {"FINISHED"}
 
@@ -206,7 +230,9 @@ class TULLE_OT_import(bpy.types.Operator):
 
     def execute(self, context):
         try:
-            found = caches.Caches(bake.find_folder(context.scene))
+            folder = bake.find_folder(context.scene)
+            caches.settle(folder)
+            found = caches.Caches(folder)
             found.update()
             found.show(context.scene)
         except (Refusal, OSError) as refusal:
@@ -223,7 +249,15 @@ def redraw(context) -> None:
                 area.tag_redraw()
 
 
-CLASSES = (TULLE_OT_bake, TULLE_OT_bake_anew, TULLE_OT_cancel, TULLE_OT_free, TULLE_OT_export, TULLE_OT_import)
+CLASSES = (
+    TULLE_OT_bake,
+    TULLE_OT_bake_anew,
+    TULLE_OT_bake_from,
+    TULLE_OT_cancel,
+    TULLE_OT_free,
+    TULLE_OT_export,
+    TULLE_OT_import,
+)
 
 
 def register() -> None:

@@ -30,12 +30,18 @@ def draw_optional(layout, values, switch: str, name: str) -> None:
 
 
 def draw_cloth(layout, obj, values) -> None:
+    layout.template_icon_view(values, "fabric", show_labels=True, scale=4.0, scale_popup=5.0)
     layout.prop(values, "fabric")
     words = next(text for name, _, text in settings.FABRICS if name == values.fabric)
     layout.label(text=words, icon="INFO")
     draw_optional(layout, values, "use_thickness", "thickness")
     draw_optional(layout, values, "use_friction", "friction")
     layout.prop_search(values, "pin_group", obj, "vertex_groups")
+    layout.prop_search(values, "stiffness_group", obj, "vertex_groups")
+    if values.stiffness_group:
+        column = layout.column(align=True)
+        column.prop(values, "stiffness_from")
+        column.prop(values, "stiffness_to")
     layout.prop(values, "rest")
     if values.rest == "KEY" and obj.type == "MESH" and obj.data.shape_keys:
         layout.prop_search(values, "rest_key", obj.data.shape_keys, "key_blocks")
@@ -67,6 +73,7 @@ def draw_scene(layout, context) -> None:
         row = layout.row(align=True)
         row.operator("tulle.bake_anew")
         row.operator("tulle.free")
+        layout.operator("tulle.bake_from", text="Bake from Frame %d" % context.scene.frame_current, icon="FRAME_NEXT")
     draw_report(layout, context, values)
 
 

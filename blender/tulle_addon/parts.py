@@ -57,6 +57,7 @@ class Part:
     keeps_shape: bool = True  # its local positions are those of the start in every frame so far
     pins: Optional[np.ndarray] = None  # pinned vertices as they are written
     pins_keep_shape: bool = True
+    weights: Optional[np.ndarray] = None  # of all vertices in the group of stiffness
     thin: Optional[np.ndarray] = None  # triangles of an obstacle without area in every frame so far
     writer: Optional[meshes.Pc2Writer] = None
 
@@ -151,7 +152,9 @@ class Reader:
                 pieces.append((meshes.read_positions(mesh), part.matrices[-1], triangles))
                 if number == 0:
                     part.own = triangles
-                    part.pins = self.find_group(part, mesh, part.obj.tulle.pin_group, "pins") if part.role == "CLOTH" else None
+                    if part.role == "CLOTH":
+                        part.pins = self.find_group(part, mesh, part.obj.tulle.pin_group, "pins")
+                        part.weights = self.read_stiffness(part, mesh)
             evaluated.to_mesh_clear()
         pieces += instances
         if not pieces:
@@ -179,6 +182,14 @@ class Reader:
                 "No vertex of '%s' has a weight of 0.5 or more in '%s', the group of its %s" % (name, group, what), [name]
             )
         return found
+
+    def read_stiffness(self, part: Part, mesh) -> Optional[np.ndarray]:
+        group, name = part.obj.tulle.stiffness_group, part.obj.name
+        if not group:
+            return None
+        if group not in part.obj.vertex_groups:
+            raise Refusal("'%s' has no vertex group '%s', which its stiffness names" % (name, group), [name])
+        return meshes.read_weights(mesh, part.obj.vertex_groups[group].index)
 
     def begin_part(self, part: Part, pieces) -> None:
         """The first frame: triangles, which vertices are loose, where they are."""

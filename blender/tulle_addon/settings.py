@@ -10,6 +10,8 @@ from bpy.props import (
     StringProperty,
 )
 
+from . import pictures
+
 # May be set on overrides of linked objects.
 OVERRIDE = {"LIBRARY_OVERRIDABLE"}
 
@@ -80,7 +82,7 @@ class TulleAttachment(bpy.types.PropertyGroup):
 
 class TulleObject(bpy.types.PropertyGroup):
     role: EnumProperty(override=OVERRIDE, name="Role", items=ROLES, default="NONE", description="What the object is for Tulle")
-    fabric: EnumProperty(override=OVERRIDE, name="Fabric", items=FABRICS, default="cotton")
+    fabric: EnumProperty(override=OVERRIDE, name="Fabric", items=FABRICS, default="cotton")  # `register` adds the pictures
     use_thickness: BoolProperty(
         override=OVERRIDE, name="Set Thickness", default=False, description="Otherwise the size of the meshes decides"
     )
@@ -112,6 +114,25 @@ class TulleObject(bpy.types.PropertyGroup):
     )
     pin_group: StringProperty(
         override=OVERRIDE, name="Pins", description="Vertices with a weight of at least 0.5 are held, and follow the object"
+    )
+    stiffness_group: StringProperty(
+        override=OVERRIDE, name="Stiffness", description="Weights that make the fabric stiffer or softer, in all ways alike"
+    )
+    stiffness_from: FloatProperty(
+        override=OVERRIDE,
+        name="From",
+        default=1.0,
+        min=0.01,
+        max=100.0,
+        description="Factor on the fabric's stiffness where the weight is 0",
+    )
+    stiffness_to: FloatProperty(
+        override=OVERRIDE,
+        name="To",
+        default=10.0,
+        min=0.01,
+        max=100.0,
+        description="Factor on the fabric's stiffness where the weight is 1",
     )
     rest: EnumProperty(
         override=OVERRIDE, name="Rest Shape", items=REST_SHAPES, default="START", description="Shape in which nothing pulls"
@@ -167,6 +188,9 @@ CLASSES = (TulleAttachment, TulleObject, TulleScene)
 
 
 def register() -> None:
+    TulleObject.__annotations__["fabric"] = EnumProperty(
+        override=OVERRIDE, name="Fabric", items=pictures.load_fabrics(FABRICS), default="cotton"
+    )
     for each in CLASSES:
         bpy.utils.register_class(each)
     bpy.types.Object.tulle = PointerProperty(type=TulleObject, override=OVERRIDE)
@@ -178,3 +202,4 @@ def unregister() -> None:
     del bpy.types.Object.tulle
     for each in reversed(CLASSES):
         bpy.utils.unregister_class(each)
+    pictures.release()

@@ -1,6 +1,6 @@
 /* tulle/live.h - what a host gives and changes while the world runs: motion step by step, for
  * engines and editors that learn the next pose of a character, a gripper or a hand only before they
- * step; gravity and wind; materials, thickness and pins of cloth; its sleep.
+ * step; gravity and wind; materials, thickness and pins of cloth; its sleep; starts amid a motion.
  *
  * Each step goes on from where things are to what was given for its end. Within the step rigid
  * obstacles move as between two keyframes, all else on straight lines. Friction and impacts see the
@@ -125,6 +125,28 @@ TULLE_API int tulle_cloth_is_asleep(const tulle_world *world, tulle_cloth_id id)
  * begins anew. Error: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not
  * started). */
 TULLE_API tulle_status tulle_cloth_wake(tulle_world *world, tulle_cloth_id id, tulle_error *error);
+
+/* ---- starts amid a motion ---- */
+
+/* Where the cloth of a world is at a time, as a frame of another run has it. */
+typedef struct tulle_moment {
+    double time;              /* [s] >= 0 */
+    uint64_t step_count;      /* steps that led there; tulle_world_get_step_count goes on from it */
+    const double *positions;  /* [m] 3 * vertex_count: of all cloths in the order of adding */
+    const double *velocities; /* [m/s] 3 * vertex_count, in the same order */
+    size_t vertex_count;      /* of all cloths together */
+} tulle_moment;
+/* Starts the world as tulle_world_start does, but at a later time: cloth is where `moment` has it,
+ * obstacles are where their scripts have them then, and that is judged. What holds at the start
+ * holds still: rest shapes, pins by their motion, and attachments, which hold the places that they
+ * take where the defs have the objects. Nothing else is carried over: contacts begin anew, so
+ * friction knows no rest; hysteresis is that of cloth that was brought there from its rest shape;
+ * all is awake; nothing has broken. Pins without keyframes hold vertices where `moment` has them.
+ * Errors as of tulle_world_start; TULLE_ERROR_INVALID_ARGUMENT also for null, numbers that are not
+ * finite, another vertex_count, a world that has started, and one with rigid bodies. The world can
+ * be started in another way then. */
+TULLE_API tulle_status tulle_world_start_at(tulle_world *world, const tulle_moment *moment,
+                                            tulle_error *error);
 
 /* ---- rollback ---- */
 

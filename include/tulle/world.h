@@ -316,6 +316,9 @@ typedef struct tulle_cloth_def {
     /* 3 * triangle_count directions of the warp in the rest shape, of any length from 1e-100 on;
      * null: all along the grain */
     const double *warps;
+    /* triangle_count factors on all stiffness and hysteresis of the material, 0.01 .. 100: a stiff
+     * collar, a soft hem. Null: 1 everywhere */
+    const double *stiffness_factors;
     /* what tulle_world_set_material_law calls the surface, at most 63 bytes; null: nothing */
     const char *contact_material;
     double thickness;         /* [m] 0: the world's contact distance decides */
@@ -571,7 +574,7 @@ typedef struct tulle_step_report {
  * - TULLE_ERROR_PINCHED, when obstacles leave cloth no room;
  * - TULLE_ERROR_STEP_FAILED, when forces lead to numbers that are not finite, when
  *   TULLE_RESPONSE_PAPER tears cloth, or when a body turns further than 4096 substeps follow;
- * - TULLE_ERROR_LIMIT, beyond 2^32 candidate pairs;
+ * - TULLE_ERROR_LIMIT, too many candidate pairs even where the step is cut 4,096-fold;
  * - TULLE_ERROR_INTERRUPTED, by a stop request; and what a frame reader returns. */
 TULLE_API tulle_status tulle_world_step(tulle_world *world, double time_step,
                                         tulle_step_report *report, tulle_error *error);
@@ -729,7 +732,7 @@ TULLE_API tulle_stretch tulle_world_find_largest_stretch(const tulle_world *worl
  * table cloth does, a third is wanted: coarser cells hold it up. */
 typedef struct tulle_fineness {
     double mean_edge; /* [m] mean length of the edges between rest positions; 0: not known */
-    /* [m] (B / (area density * gravity))^(1/3) with the smaller rigidity B of warp and weft; 0:
+    /* [m] (B / (area density * gravity))^(1/3) with the least rigidity B of warp and weft; 0:
      * nothing bends it or nothing pulls. Source: Peirce 1930. */
     double bending_length;
 } tulle_fineness;

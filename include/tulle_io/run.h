@@ -50,6 +50,7 @@ typedef struct tulle_run_def {
     int threads;              /* for the record */
     int writes_vtp;           /* also a VTP file a frame and moving body, and a PVD file a body */
     int records_debug;        /* also debug.bin: tulle_run_debug of each frame */
+    int records_velocities;   /* debug.bin with velocities alone, unless records_debug */
     const tulle_world_detection *detection; /* for the record; null: not said */
     int has_response;                       /* 1: response and motion_space are given */
     tulle_response response;                /* for the record */
@@ -64,8 +65,9 @@ TULLE_API tulle_run_def tulle_run_def_default(void);
 /* What explains a frame beyond positions: velocities, contacts and patches. Bodies are in the order
  * of the run, cloths first, then obstacles, as tulle_contact names objects. */
 typedef struct tulle_run_debug {
-    const double *const *velocities;     /* [m/s] of each body, 3 * vertex_count; null for static
-                                            bodies. Stored as float */
+    const double *const *velocities; /* [m/s] of each body, 3 * vertex_count; null for static
+                                        bodies. Stored as float */
+    /* What follows is passed over, and null or 0 when read, where velocities alone are kept. */
     const tulle_contact *contacts;       /* real numbers are stored as float */
     size_t contact_count;                /* length of `contacts` */
     const uint32_t *const *patch_labels; /* of each cloth, triangle_count labels as from
@@ -92,8 +94,9 @@ typedef struct tulle_run_frame {
     const double *const *positions;
     /* [m/s] of each body, 3 * vertex_count, or null; the whole may be null; for VTP files */
     const double *const *velocities;
-    const int *is_present;             /* of each body; null: all are */
-    const tulle_run_debug *debug;      /* kept when the run records_debug; null: nothing is known */
+    const int *is_present; /* of each body; null: all are */
+    /* kept when the run records_debug or records_velocities; null: nothing is known */
+    const tulle_run_debug *debug;
     const tulle_transform *transforms; /* of each body that is_dynamic, in the order of bodies; may
                                           be null when there is none */
     const tulle_run_lag *lags;         /* lag_count, by ascending body; null: none lags */
@@ -255,6 +258,7 @@ typedef struct tulle_run_info {
     tulle_motion_space motion_space;        /* of TULLE_RESPONSE_PAPER */
     const tulle_run_outcome *outcome;       /* how its steps went; null: not recorded */
     int has_debug;                          /* 1: the run records tulle_run_debug of its frames */
+    int has_velocities;                     /* 1: the same, or of it velocities alone */
     uint64_t debug_byte_count;              /* [bytes] of debug.bin; 0 without */
     int has_checksums;                      /* 0: of an older version, so nothing can be verified */
 } tulle_run_info;
@@ -324,7 +328,7 @@ TULLE_API tulle_status tulle_run_reader_read_transforms(tulle_run_reader *reader
                                                         tulle_error *error);
 /* Gives what explains frame number `frame`. `*debug` lives until the next call or until the reader
  * is closed; it is null when the writer knew nothing of the frame. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (null, no such frame, or a run without debug records),
+ * TULLE_ERROR_INVALID_ARGUMENT (null, no such frame, or a run that keeps no velocities),
  * TULLE_ERROR_IO,
  * TULLE_ERROR_PARSE (cut short or changed: names debug.bin and the byte),
  * TULLE_ERROR_OUT_OF_MEMORY.

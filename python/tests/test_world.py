@@ -42,6 +42,32 @@ def test_the_bits_do_not_depend_on_threads(sheet: tulle.Mesh, ball: tulle.Mesh) 
     assert len(hashes) == 1
 
 
+def test_a_start_amid_a_motion(sheet: tulle.Mesh, ball: tulle.Mesh) -> None:
+    worlds = []
+    for _ in range(2):
+        world = tulle.World(threads=1)
+        world.add_cloth(sheet, stiffness_factors=np.linspace(1, 3, sheet.triangle_count))
+        world.add_obstacle(ball)
+        worlds.append(world)
+    first, second = worlds
+    drop(first, 5)
+    cloth = first.cloths[0]
+    second.start_at(first.time, cloth.positions, cloth.velocities, first.step_count)
+    assert second.step_count == 5 and second.time == first.time
+    assert np.array_equal(second.cloths[0].positions, first.cloths[0].positions)
+    for world in worlds:
+        drop(world, 5)
+    assert np.allclose(second.cloths[0].positions, first.cloths[0].positions, atol=1e-4)
+    fresh = tulle.World(threads=1)
+    fresh.add_cloth(sheet)
+    with pytest.raises(tulle.InvalidArgumentError):
+        fresh.start_at(0.0, cloth.positions[1:], cloth.velocities[1:])
+    with pytest.raises(tulle.InvalidArgumentError):
+        fresh.start_at(0.0, cloth.positions, cloth.velocities[1:])
+    with pytest.raises(tulle.InvalidArgumentError):
+        fresh.add_cloth(sheet, stiffness_factors=[1.0, 2.0])
+
+
 def test_settings(sheet: tulle.Mesh) -> None:
     settings = tulle.WorldDef(gravity=(0, 0, -1), threads=1)
     world = tulle.World(settings, on_pinch="stop", wind={"velocity": [1, 0, 0]})

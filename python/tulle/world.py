@@ -242,9 +242,10 @@ class World(Unique):
             definition.material = structs.Material.make(material, {}, "material")
         count = mesh.vertex_count
         for field, rows in (("rest_positions", count), ("velocities", count), ("rest_corners", mesh.triangle_count),
-                            ("warps", mesh.triangle_count)):
+                            ("warps", mesh.triangle_count), ("stiffness_factors", mesh.triangle_count)):
             value = getattr(definition, field)
-            if value is not None and np.size(value) != (9 if field == "rest_corners" else 3) * rows:
+            numbers = {"rest_corners": 9, "stiffness_factors": 1}.get(field, 3)
+            if value is not None and np.size(value) != numbers * rows:
                 raise InvalidArgumentError(f"{field} should have {rows} rows, one for each "
                                            f"{'vertex' if rows == count else 'triangle'}, not shape {np.shape(value)}")
         made = definition.to_c(keep)
@@ -401,6 +402,20 @@ class World(Unique):
         Raises IntersectingStartError; `get_intersections` then gives all pairs.
         """
         self._change(core.tulle_world_start)
+        self._is_started = True
+
+    def start_at(self, time: float, positions: ArrayLike, velocities: ArrayLike, step_count: int = 0) -> None:
+        """Starts at a later time [s], with all cloth, in the order of adding, at these places [m] and velocities [m/s]: (vertices, 3).
+
+        Rest shapes, pins and attachments are those of a start at time 0; contacts begin anew. `step_count` goes on from there. Raises
+        InvalidArgumentError for other shapes and with rigid bodies, IntersectingStartError as `start` does.
+        """
+        places, speeds = to_doubles(positions, 3, "positions"), to_doubles(velocities, 3, "velocities")
+        if places.shape != speeds.shape:
+            raise InvalidArgumentError(f"positions have {len(places)} rows, velocities {len(speeds)}")
+        moment = ffi.new("tulle_moment *", {"time": time, "step_count": step_count, "vertex_count": len(places)})
+        moment.positions, moment.velocities = point_to(places, "double *"), point_to(speeds, "double *")
+        self._change(core.tulle_world_start_at, moment)
         self._is_started = True
 
     def step(self, time_step: float) -> structs.StepReport:

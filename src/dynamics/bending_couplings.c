@@ -288,7 +288,9 @@ static edge_matrix measure_triangle(const bending_shape *shape, const cloth_mode
     double const area = shape->areas[triangle];
     const tulle_material *const material =
         cloth_get_material(def, def->surface->triangles[3 * triangle]);
-    double const rigidities[3] = {material->bend_warp, material->bend_weft, material->bend_twist};
+    double const factor = def->stiffness_factors ? def->stiffness_factors[triangle] : 1.0;
+    double const rigidities[3] = {factor * material->bend_warp, factor * material->bend_weft,
+                                  factor * material->bend_twist};
     edge_strains const edges = measure_edges(shape, model, triangle);
     const double(*const strains)[3] = edges.strains;
     edge_matrix matrix;

@@ -156,7 +156,9 @@ static void add_couplings(const coupling_builder *build, size_t edge, size_t sid
         def->membrane == TULLE_MEMBRANE_WOVEN
             ? (material->bend_warp + material->bend_weft + 2.0 * material->bend_twist) / 3.0
             : material->springs.bend_stiffness;
-    double const stiffness = rigidity / (4.0 * build->areas[triangle]);
+    double const stiffness = rigidity *
+                             (def->stiffness_factors ? def->stiffness_factors[triangle] : 1.0) /
+                             (4.0 * build->areas[triangle]);
     vec3 edges_of[3]; /* edge k joins corners k and k + 1 */
     for (size_t k = 0; k < 3; k++)
         edges_of[k] = vec3_sub(cloth_get_rest(def, triangle, corners[(k + 1) % 3]),

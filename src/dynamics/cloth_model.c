@@ -71,6 +71,7 @@ static tulle_status check_edges(const cloth_model_def *def, const cloth_model *m
 static bool build_springs(memory *heap, const cloth_model_def *def, cloth_model *model,
                           const double *areas) {
     const topology *const surface = def->surface;
+    const double *const factors = def->stiffness_factors;
     model->springs = memory_allocate_zeroed(heap, model->edge_count, sizeof *model->springs);
     if (!model->springs) return false;
     for (size_t e = 0; e < model->edge_count; e++) {
@@ -79,7 +80,8 @@ static bool build_springs(memory *heap, const cloth_model_def *def, cloth_model 
         for (int k = 0; k < 2; k++) {
             uint32_t const triangle = surface->edge_triangles[2 * e + (size_t)k];
             spring->vertices[k] = surface->edges[2 * e + (size_t)k];
-            if (triangle != TULLE_NONE) area += areas[triangle];
+            if (triangle == TULLE_NONE) continue;
+            area += areas[triangle] * (factors ? factors[triangle] : 1.0);
         }
         double const length = measure_edge(def, e);
         const tulle_material *const material = cloth_get_material(def, spring->vertices[0]);
@@ -106,6 +108,7 @@ static membrane_curve make_curve(const tulle_curve *curve) {
 static bool build_elements(memory *heap, const cloth_model_def *def, cloth_model *model,
                            const double *areas) {
     const topology *const surface = def->surface;
+    const double *const factors = def->stiffness_factors;
     size_t const triangles = model->triangle_count;
     model->fabric_count = def->material_count;
     model->elements = memory_allocate_zeroed(heap, triangles, sizeof *model->elements);
@@ -135,7 +138,7 @@ static bool build_elements(memory *heap, const cloth_model_def *def, cloth_model
         double const inverse = 1.0 / (2.0 * areas[t]);
         *element = (membrane_element){
             .gradients = {{v2 * inverse, -u2 * inverse}, {-v1 * inverse, u1 * inverse}},
-            .area = areas[t],
+            .area = areas[t] * (factors ? factors[t] : 1.0),
             .corners = {corners[0], corners[1], corners[2]},
             .fabric = def->vertex_materials ? def->vertex_materials[corners[0]] : 0};
         for (uint32_t k = 0; k < 3; k++) {
@@ -209,7 +212,7 @@ tulle_status cloth_model_build(memory *heap, const cloth_model_def *def, cloth_m
         }
         result.block_begin[vertices] = position;
 
-        if (!hysteresis_begin(heap, def, &result) ||
+        if (!hysteresis_begin(heap, def, areas, &result) ||
             !bending_build_hinges(heap, def, areas, &result) ||
             !bending_build_matrix(heap, &result) || !hysteresis_finish(heap, &result))
             status =

@@ -37,6 +37,8 @@ typedef struct cloth_model_def {
     const uint32_t *vertex_clamps;
     const double *warps; /* 3 a triangle of cloth: along the warp, of any length, in the rest shape;
                             the part in the triangle's plane counts. Null: along x */
+    const double *stiffness_factors; /* of each triangle of cloth, > 0, on all stiffness and
+                                        hysteresis of its material; null: 1 */
 } cloth_model_def;
 
 static inline const tulle_material *cloth_get_material(const cloth_model_def *def,

@@ -16,7 +16,8 @@ enum { TRIANGLES_PER_CHUNK = 1024, HINGES_PER_CHUNK = 1024 };
 
 /* ---- constants ---- */
 
-bool hysteresis_begin(memory *heap, const cloth_model_def *def, cloth_model *model) {
+bool hysteresis_begin(memory *heap, const cloth_model_def *def, const double *areas,
+                      cloth_model *model) {
     bool has_bend = false, has_shear = false;
     for (size_t i = 0; i < def->material_count; i++) {
         const tulle_material *const m = &def->materials[i];
@@ -34,10 +35,15 @@ bool hysteresis_begin(memory *heap, const cloth_model_def *def, cloth_model *mod
     sliders->has_bend = has_bend;
     sliders->has_shear = has_shear;
     sliders->fabrics = memory_allocate(heap, def->material_count * sizeof *sliders->fabrics);
-    if (has_bend)
+    if (has_bend) {
         sliders->part_begin =
             memory_allocate_zeroed(heap, model->triangle_count + 1, sizeof(uint32_t));
-    if (!sliders->fabrics || (has_bend && !sliders->part_begin)) return false;
+        sliders->inv_double_areas = memory_allocate(heap, model->triangle_count * sizeof(double));
+    }
+    if (!sliders->fabrics || (has_bend && (!sliders->part_begin || !sliders->inv_double_areas)))
+        return false;
+    for (size_t t = 0; has_bend && t < model->triangle_count; t++)
+        sliders->inv_double_areas[t] = 0.5 / areas[t];
     for (size_t i = 0; i < def->material_count; i++) {
         const tulle_material *const m = &def->materials[i];
         sliders->fabrics[i] =
@@ -174,6 +180,7 @@ void hysteresis_destroy(memory *heap, cloth_model *model) {
     memory_release(heap, sliders->fabrics, sliders->fabric_count * sizeof *sliders->fabrics);
     memory_release(heap, sliders->parts, parts * sizeof *sliders->parts);
     memory_release(heap, sliders->part_begin, (triangles + 1) * sizeof(uint32_t));
+    memory_release(heap, sliders->inv_double_areas, triangles * sizeof(double));
     memory_release(heap, sliders->hinge_begin, (hinges + 1) * sizeof(uint32_t));
     memory_release(heap, sliders->hinge_parts, parts * sizeof(uint32_t));
     memory_release(heap, sliders->corners, corners * sizeof *sliders->corners);
@@ -196,8 +203,8 @@ hinge_kink hysteresis_measure_kink(const cloth_model *model, size_t index,
     const cloth_hinge *const hinge = &model->hinges[index];
     /* The normal is along a x m, with a the edge and m the difference of the corners' offsets over
      * twice the rest areas: the sum of the sides' unit normals where they keep their areas. */
-    double const inverses[2] = {0.5 / model->elements[hinge->sides[0] / 3].area,
-                                0.5 / model->elements[hinge->sides[1] / 3].area};
+    double const inverses[2] = {model->sliders->inv_double_areas[hinge->sides[0] / 3],
+                                model->sliders->inv_double_areas[hinge->sides[1] / 3]};
     vec3 const origin = vec3_load(positions, hinge->vertices[0]);
     vec3 const left = vec3_sub(vec3_load(positions, hinge->vertices[2]), origin);
     vec3 const right = vec3_sub(vec3_load(positions, hinge->vertices[3]), origin);

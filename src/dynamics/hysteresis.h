@@ -59,7 +59,8 @@ typedef struct cloth_sliders {
     slider_fabric *fabrics; /* as those of the elements */
     bool has_bend, has_shear;
     /* All that follows is null where nothing has hysteresis of bending. */
-    uint32_t *part_begin; /* by triangle, into parts */
+    double *inv_double_areas; /* [1/m^2] by triangle: 1 / (2 rest area) */
+    uint32_t *part_begin;     /* by triangle, into parts */
     curvature_part *parts;
     uint32_t *hinge_begin, *hinge_parts; /* by hinge: its parts */
     uint32_t *corner_begin;              /* by triangle, into corners */
@@ -75,7 +76,8 @@ typedef struct cloth_sliders {
 /* Parts of cloth_model_build: laws, before hinges are built, and what the bending of hinges fills;
  * the rest once the matrix has its pattern. Nothing is made where no fabric has hysteresis. False:
  * no memory. */
-bool hysteresis_begin(memory *heap, const cloth_model_def *def, cloth_model *model);
+bool hysteresis_begin(memory *heap, const cloth_model_def *def, const double *areas,
+                      cloth_model *model);
 bool hysteresis_finish(memory *heap, cloth_model *model);
 void hysteresis_destroy(memory *heap, cloth_model *model);
 

@@ -7,7 +7,8 @@
  *     psi_u(e_u) + psi_v(e_v) + psi_s(s) + c e_u e_v.
  *
  * Each psi is that of a membrane_curve. Yarns carry what is along them and shear what turns them
- * against each other, so the constants of a tensile test and of a shear test enter as they are. */
+ * against each other, so the constants of a tensile test and of a shear test enter as they are. A
+ * factor on the stiffness of a triangle multiplies its energy, as more area would. */
 #ifndef TULLE_DYNAMICS_MEMBRANE_H
 #define TULLE_DYNAMICS_MEMBRANE_H
 
@@ -39,7 +40,7 @@ typedef struct membrane_fabric {
 typedef struct membrane_element {
     double gradients[2]
                     [YARN_COUNT]; /* [1/m] D of corners 1 and 2; D of corner 0 is minus their sum */
-    double area;                  /* [m^2] at rest */
+    double area;                  /* [m^2] at rest, times the factor on its stiffness */
     uint32_t corners[3], fabric;
 } membrane_element;
 

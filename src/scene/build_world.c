@@ -71,6 +71,7 @@ static tulle_status add_cloth(const scene_cloth *cloth, tulle_world *world, tull
     def.rest_corners = cloth->rest_corners;
     def.has_flat_rest = cloth->has_flat_rest;
     def.warps = cloth->warps;
+    def.stiffness_factors = cloth->stiffness_factors;
     def.creases = cloth->creases;
     def.crease_count = cloth->crease_count;
     def.material = cloth->material;

@@ -1,6 +1,5 @@
-/* scene/find_regions.c - the regions of a cloth, whose triangles shrink or have their warp
- * elsewhere.
- */
+/* scene/find_regions.c - the regions of a cloth, whose triangles shrink, are stiffer or softer, or
+ * have their warp elsewhere. */
 #include "scene/rest_shape.h"
 
 #include <string.h>
@@ -67,5 +66,12 @@ bool has_region_shrink(const rest_work *work) {
     const region_keys *const regions = work->keys->regions.items;
     for (size_t i = 0; i < work->keys->regions.count; i++)
         if (regions[i].shrink != 1.0) return true;
+    return false;
+}
+
+bool has_region_stiffness(const rest_work *work) {
+    const region_keys *const regions = work->keys->regions.items;
+    for (size_t i = 0; i < work->keys->regions.count; i++)
+        if (regions[i].stiffness != 1.0) return true;
     return false;
 }

@@ -124,7 +124,7 @@ typedef struct crease_keys {
 typedef struct region_keys {
     schema_head head;
     choice_keys where;
-    double shrink;
+    double shrink, stiffness;
     schema_vector grain;
 } region_keys;
 
@@ -149,6 +149,7 @@ typedef struct cloth_keys {
     material_keys material;
     rest_keys rest;
     schema_vector grain, grain_uv;
+    const char *stiffness_file;
     double thickness;
     schema_list regions, pins, attach;
     schema_vector color, back_color;

@@ -200,6 +200,14 @@ static const schema_key region_table[] = {
      .maximum = 2,
      FIELD(region_keys, shrink),
      .meaning = "factor on the lengths at rest of these triangles, beside that of the whole cloth"},
+    {.name = "stiffness",
+     .type = SCHEMA_NUMBER,
+     .fallback = "1",
+     .minimum = 0.01,
+     .maximum = 100,
+     FIELD(region_keys, stiffness),
+     .meaning = "factor on all stiffness of the material in these triangles, in stretch, shear and "
+                "bending, beside that of the stiffness_file: 20 for a stiff collar"},
     {.name = "grain",
      .type = SCHEMA_VECTOR,
      .flags = SCHEMA_OPTIONAL,
@@ -268,6 +276,14 @@ static const schema_key cloth_table[] = {
      .derived = "grain",
      .meaning = "direction of the warp in the plane of the mesh file's texture coordinates, as "
                 "patterns of garments lie there; friction_across goes on by grain"},
+    {.name = "stiffness_file",
+     .type = SCHEMA_PATH,
+     .flags = SCHEMA_OPTIONAL,
+     FIELD(cloth_keys, stiffness_file),
+     .derived = "1 everywhere",
+     .meaning = "text file with a factor on all stiffness of the material for each vertex, 0.01 to "
+                "100, in the order of the mesh; a triangle takes the mean of its corners. What "
+                "stands behind # is passed over"},
     {.name = "thickness",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_LENGTH,
@@ -296,7 +312,8 @@ static const schema_key cloth_table[] = {
      .maximum = 10000,
      FIELD(cloth_keys, regions),
      .meaning =
-         "parts that shrink or have their warp elsewhere; where they overlap the last counts"},
+         "parts that shrink, are stiffer or softer, or have their warp elsewhere; where they "
+         "overlap the last counts"},
     {.name = "pins",
      .type = SCHEMA_LIST,
      .map = &pin_map,

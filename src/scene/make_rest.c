@@ -286,5 +286,5 @@ bool make_rest(const scene_work *scene, const cloth_keys *keys, scene_cloth *clo
     if (is_good && is_given) is_good = note_odd_rest(&work, rest);
     bool const is_said = schema_is_given(&rest_map, rest, "folds");
     cloth->has_flat_rest = is_said ? rest->folds == REST_FOLDS_FLAT : is_uv;
-    return is_good && lay_warps(&work);
+    return is_good && lay_warps(&work) && make_stiffness(&work);
 }

@@ -42,9 +42,13 @@ static inline const region_keys *get_region(const rest_work *work, size_t triang
 bool find_regions(rest_work *work);
 /* Lists the edges of creases. False after a problem: a crease has none, or memory is out. */
 bool list_creases(const rest_work *work);
-/* Whether the triangles of a region have a grain of their own, or one shrinks. */
+/* Whether the triangles of a region have a grain of their own, or one shrinks or has a factor on
+ * its stiffness. */
 bool has_region_grain(const rest_work *work);
 bool has_region_shrink(const rest_work *work);
+bool has_region_stiffness(const rest_work *work);
+/* Fills the factors on the stiffness of triangles, where there are any. False after a problem. */
+bool make_stiffness(const rest_work *work);
 
 /* Notes what is allowed in a rest shape and is seldom meant. False, with a problem, without memory.
  */

@@ -42,6 +42,7 @@ typedef struct scene_cloth {
     tulle_material material;
     /* At rest, as of tulle_cloth_def; null: not given. */
     double *rest_positions, *rest_corners, *warps;
+    double *stiffness_factors;
     bool has_flat_rest;
     tulle_crease *creases;
     size_t crease_count;

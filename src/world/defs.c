@@ -317,6 +317,22 @@ static tulle_status check_warps(const tulle_cloth_def *def, const char *owner, t
     return TULLE_OK;
 }
 
+/* Beyond, the matrix of the cloth is ill-conditioned, and something is mistaken. */
+static const double LEAST_FACTOR = 0.01, LARGEST_FACTOR = 100.0;
+
+static tulle_status check_factors(const tulle_cloth_def *def, const char *owner,
+                                  tulle_error *error) {
+    for (size_t t = 0; def->stiffness_factors && t < def->mesh.triangle_count; t++) {
+        double const factor = def->stiffness_factors[t];
+        if (factor >= LEAST_FACTOR && factor <= LARGEST_FACTOR) continue;
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the factor on the stiffness of triangle %zu is %g; it must lie "
+                         "between %g and %g",
+                         owner, t, factor, LEAST_FACTOR, LARGEST_FACTOR);
+    }
+    return TULLE_OK;
+}
+
 static tulle_status check_creases(const tulle_cloth_def *def, const char *owner,
                                   tulle_error *error) {
     if (def->crease_count > 0 && !def->creases)
@@ -361,6 +377,7 @@ tulle_status cloth_def_check(const tulle_cloth_def *def, tulle_membrane membrane
         status = check_finite(def->velocities, value_count, "velocity", owner, error);
     }
     if (status == TULLE_OK) status = check_warps(def, owner, error);
+    if (status == TULLE_OK) status = check_factors(def, owner, error);
     if (status == TULLE_OK) status = check_creases(def, owner, error);
     range_check const checks[] = {
         {"thickness", "m", def->thickness, 0.0, 1.0},

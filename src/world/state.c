@@ -453,7 +453,7 @@ tulle_status tulle_world_load_state(tulle_world *world, const void *bytes, size_
     tulle_status status = world_begin_call(world, &call, error);
     if (status != TULLE_OK) return status;
     bool const was_started = world->is_started;
-    status = world_start(world, false, error);
+    status = world_start(world, false, NULL, error);
     if (status == TULLE_OK) {
         status = load_state(world, bytes, byte_count, error);
         if (status != TULLE_OK && !was_started) world_release_start(world); /* not judged */

@@ -55,6 +55,7 @@ static const struct_size SIZES[] = {
     SIZE_OF(tulle_mesh_info),
     SIZE_OF(tulle_mesh_lines),
     SIZE_OF(tulle_mesh_view),
+    SIZE_OF(tulle_moment),
     SIZE_OF(tulle_motion),
     SIZE_OF(tulle_object_id),
     SIZE_OF(tulle_object_info),

@@ -60,6 +60,7 @@ void world_destroy_cloth(memory *heap, world_cloth *cloth) {
     size_t const vector_bytes = 3 * cloth->mesh.vertex_count * sizeof(double);
     memory_release(heap, cloth->rest, vector_bytes);
     memory_release(heap, cloth->warps, 3 * cloth->mesh.triangle_count * sizeof(double));
+    memory_release(heap, cloth->factors, cloth->mesh.triangle_count * sizeof(double));
     memory_release(heap, cloth->rest_corners, 9 * cloth->mesh.triangle_count * sizeof(double));
     memory_release(heap, cloth->creases, cloth->crease_count * sizeof *cloth->creases);
     memory_release(heap, cloth->velocities, vector_bytes);
@@ -160,6 +161,9 @@ static tulle_status copy_cloth(memory *heap, const tulle_cloth_def *def, world_c
     cloth->velocities = memory_allocate(heap, 3 * count * sizeof(double));
     if (def->warps)
         cloth->warps = copy_array(heap, def->warps, def->mesh.triangle_count, 3 * sizeof(double));
+    if (def->stiffness_factors)
+        cloth->factors = copy_array(heap, def->stiffness_factors, def->mesh.triangle_count,
+                                    sizeof *cloth->factors);
     if (def->rest_corners)
         cloth->rest_corners =
             copy_array(heap, def->rest_corners, def->mesh.triangle_count, 9 * sizeof(double));
@@ -168,7 +172,7 @@ static tulle_status copy_cloth(memory *heap, const tulle_cloth_def *def, world_c
         cloth->creases = copy_array(heap, def->creases, def->crease_count, sizeof *cloth->creases);
     if (def->crease_count > 0 && !cloth->creases) return TULLE_ERROR_OUT_OF_MEMORY;
     if (!cloth->rest || !cloth->velocities || (def->warps && !cloth->warps) ||
-        (def->rest_corners && !cloth->rest_corners))
+        (def->rest_corners && !cloth->rest_corners) || (def->stiffness_factors && !cloth->factors))
         return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < 3 * count; i++) {
         cloth->velocities[i] = def->velocities ? def->velocities[i] : def->velocity[i % 3];

@@ -20,6 +20,7 @@
 #include "tulle/attach.h"
 #include "tulle/bodies.h"
 #include "tulle/events.h"
+#include "tulle/live.h"
 #include "tulle/query.h"
 #include "world/motion.h"
 
@@ -67,6 +68,7 @@ typedef struct world_cloth {
     double *velocities;   /* [m/s] at the start; the same */
     double *rest_corners; /* [m] 9 * triangle_count; null: those of `rest` */
     double *warps;        /* 3 * triangle_count; null: along the grain */
+    double *factors;      /* triangle_count, on the stiffness; null: 1 */
     bool has_flat_rest;
     tulle_crease *creases; /* crease_count */
     size_t crease_count;
@@ -441,7 +443,8 @@ void world_destroy_obstacle(memory *heap, world_obstacle *obstacle);
 
 /* start.c: tulle_world_start; without judgement when a saved state is about to take the place of
  * the first one. */
-tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error);
+tulle_status world_start(tulle_world *world, bool is_judged, const tulle_moment *moment,
+                         tulle_error *error);
 /* start_arrays.c: releases what the start made; fine before it. */
 void world_release_start(tulle_world *world);
 /* start_arrays.c: releases what cloths were at first, of which the start made its own. */

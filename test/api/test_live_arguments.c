@@ -228,6 +228,19 @@ ARGUMENTS_OF(tulle_cloth_set_pin_targets) {
     let_go();
 }
 
+/* What is refused in a world without bodies: test/world/test_start_at.c. */
+ARGUMENTS_OF(tulle_world_start_at) {
+    (void)unused;
+    double const numbers[96] = {0.0};
+    tulle_moment const moment = {
+        .positions = numbers, .velocities = numbers, .vertex_count = 32, .step_count = 5};
+    REFUSED(tulle_world_start_at(NULL, &moment, &error));
+    REFUSED(tulle_world_start_at(fresh, NULL, &error));
+    REFUSED(tulle_world_start_at(started, &moment, &error));
+    REFUSED(tulle_world_start_at(fresh, &moment, &error)); /* it has a body */
+    assert_int_equal(tulle_world_start_at(NULL, NULL, NULL), TULLE_ERROR_INVALID_ARGUMENT);
+}
+
 ARGUMENTS_OF(tulle_world_set_gravity) {
     (void)unused;
     double const good[3] = {0.0, 0.0, -9.81};
@@ -422,6 +435,7 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_obstacle_set_next_transform),
     TABLE_LINE(tulle_obstacle_set_next_positions),
     TABLE_LINE(tulle_cloth_set_pin_targets),
+    TABLE_LINE(tulle_world_start_at),
     TABLE_LINE(tulle_world_set_gravity),
     TABLE_LINE(tulle_world_set_wind),
     TABLE_LINE(tulle_cloth_set_material),

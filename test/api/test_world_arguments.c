@@ -253,6 +253,15 @@ static void refuse_bad_rest(void) {
         refuse_cloth_def(&def);
     }
     def = make_cloth_def();
+    double factors[TRIANGLES];
+    for (int i = 0; i < TRIANGLES; i++) factors[i] = 1.0;
+    def.stiffness_factors = factors;
+    double const bad_factors[] = {0.0, -1.0, 0.0099, 100.1, (double)INFINITY, (double)NAN};
+    for (size_t i = 0; i < sizeof bad_factors / sizeof *bad_factors; i++) {
+        factors[TRIANGLES - 1] = bad_factors[i];
+        refuse_cloth_def(&def);
+    }
+    def = make_cloth_def();
     def.rest_corners = rest;
     for (size_t t = 0; t < TRIANGLES; t++)
         memcpy(rest + 9 * t, (double[9]){0, 0, 0, 1, 0, 0, 0, 1, 0}, 9 * sizeof(double));

@@ -47,7 +47,7 @@ class Server:
             self.process.kill()
             raise
         self.output, self.errors, self.code = output, errors, self.process.returncode
-        if self.code not in (0, 1):
+        if self.code not in (0, 1) or "Sanitizer" in errors:
             raise RuntimeError(f"the program ended with {self.code}: {errors}")
 
     def read_line(self):

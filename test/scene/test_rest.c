@@ -154,6 +154,49 @@ static void regions_shrink_and_turn_the_warp(void **state) {
     tulle_scene_destroy(loaded);
 }
 
+static void triangles_may_be_stiffer_and_softer(void **state) {
+    (void)state;
+    tulle_scene *loaded = load_cloth(CLOTH("regions: [{" BOX ", shrink: 0.9}]"));
+    assert_null(loaded->cloths->stiffness_factors);
+    tulle_scene_destroy(loaded);
+    loaded = load_cloth(CLOTH("regions: [{vertices: [0, 2, 3], stiffness: 20}]"));
+    assert_numbers(loaded->cloths->stiffness_factors, (double[]){1, 20}, 2);
+    assert_null(loaded->cloths->rest_corners);
+    tulle_scene_destroy(loaded);
+
+    /* A triangle takes the mean of its corners, and a region counts beside it. */
+    write_text_file("w.txt", "# by vertex\n 1 2\n\n 3 # the third\n4");
+    loaded = load_cloth(CLOTH("stiffness_file: w.txt"));
+    assert_numbers(loaded->cloths->stiffness_factors, (double[]){2, 8.0 / 3.0}, 2);
+    uint64_t const hash = tulle_scene_get_hash(loaded);
+    tulle_scene_destroy(loaded);
+    loaded = load_cloth(CLOTH("stiffness_file: w.txt, regions: [{vertices: [0-2], stiffness: 3}]"));
+    assert_numbers(loaded->cloths->stiffness_factors, (double[]){6, 8.0 / 3.0}, 2);
+    tulle_scene_destroy(loaded);
+    write_text_file("w.txt", "1 2 3 5");
+    loaded = load_cloth(CLOTH("stiffness_file: w.txt"));
+    assert_true(tulle_scene_get_hash(loaded) != hash);
+
+    /* They reach the world: under its weight a stiffer cloth stretches less. */
+    double lengths[2];
+    for (int i = 0; i < 2; i++) {
+        tulle_scene_destroy(loaded);
+        write_text_file("w.txt", i == 0 ? "1 1 1 1" : "50 50 50 50");
+        loaded = load_cloth(TIME "gravity: [0, -500, 0]\ncloth: [{mesh: {file: m.obj}, pins: "
+                                 "[{vertices: [2, 3]}], stiffness_file: w.txt}]\n");
+        tulle_scene_world built;
+        tulle_error error;
+        assert_int_equal(tulle_scene_build_world(loaded, 1, NULL, &built, &error), TULLE_OK);
+        for (int k = 0; k < 60; k++)
+            assert_int_equal(tulle_world_step(built.world, 1.0 / 60.0, NULL, &error), TULLE_OK);
+        const double *const at = tulle_cloth_get_positions(built.world, built.cloths[0], NULL);
+        lengths[i] = at[10] - at[1] - 1.0;
+        tulle_scene_destroy_world(&built);
+    }
+    assert_true(lengths[1] > 0.0 && lengths[0] > 10.0 * lengths[1]);
+    tulle_scene_destroy(loaded);
+}
+
 static void creases_are_edges(void **state) {
     (void)state;
     tulle_scene *const loaded =
@@ -243,6 +286,16 @@ static const refusal refusals[] = {
     {CLOTH("rest: {file: no.obj}"), dressed, NULL, 0, 0, "s.yaml:3:14"},
     {CLOTH("rest: {file: r.obj}"), dressed, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", 3, 14,
      "has 1 triangles, the mesh has 2"},
+    {CLOTH("regions: [{" BOX ", stiffness: 0}]"), dressed, NULL, 3, 65, "stiffness"},
+    {CLOTH("regions: [{" BOX ", stiffness: 101}]"), dressed, NULL, 3, 65, "stiffness"},
+    {CLOTH("stiffness_file: no.txt"), dressed, NULL, 0, 0, "s.yaml:3:1"},
+    {CLOTH("stiffness_file: r.obj"), dressed, "1 1\n1 0\n", 2, 3,
+     "of vertex 3 is '0'; it must be a number between 0.01 and 100"},
+    {CLOTH("stiffness_file: r.obj"), dressed, "1 1 1 nan", 1, 7, "of vertex 3 is 'nan'"},
+    {CLOTH("stiffness_file: r.obj"), dressed, "1 1\n1\n", 3, 0,
+     "has 3 factors; the mesh has 4 vertices"},
+    {CLOTH("stiffness_file: r.obj"), dressed, "1 1 1 1\n\n1", 3, 1,
+     "more factors than the mesh has vertices, which are 4"},
     {CLOTH("rest: {file: r.obj}"), dressed, SQUARE "f 1 2 3\nf 3 4 1\n", 3, 14,
      "triangle 1 has the vertices 2, 3, 0, in the mesh it has 0, 2, 3"},
     {CLOTH("rest: {file: r.obj}"), dressed,
@@ -284,6 +337,7 @@ int main(void) {
         cmocka_unit_test(cloth_may_shrink),
         cmocka_unit_test(worlds_are_built_so),
         cmocka_unit_test(regions_shrink_and_turn_the_warp),
+        cmocka_unit_test(triangles_may_be_stiffer_and_softer),
         cmocka_unit_test(creases_are_edges),
         cmocka_unit_test(odd_rest_shapes_are_noted),
         cmocka_unit_test(refusals_name_their_place),

@@ -88,9 +88,10 @@ static void print_trouble(tulle_run_reader *reader, const tulle_run_info *info) 
 
 /* What debug records cost. */
 static void print_debug(const tulle_run_info *info) {
-    if (!info->has_debug) return;
+    if (!info->has_velocities) return;
     double const size = (double)info->debug_byte_count;
-    printf("  %-16s debug.bin, %.4g MB", "debug records", size * 1e-6);
+    printf("  %-16s debug.bin, %.4g MB", info->has_debug ? "debug records" : "velocities",
+           size * 1e-6);
     if (info->frame_count > 0) printf(", %.4g kB a frame", size * 1e-3 / info->frame_count);
     putchar('\n');
 }

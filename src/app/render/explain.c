@@ -222,7 +222,9 @@ tulle_status picture_explanation_open(picture_explanation *self, picture_run *ru
     *self = (picture_explanation){.heap = memory_default(), .color = options->color};
     bool const needs_debug = self->color == PICTURE_PATCHES || self->color == PICTURE_CONTACTS ||
                              self->color == PICTURE_VELOCITY;
-    if (needs_debug && !run->info->has_debug)
+    bool const has_record =
+        self->color == PICTURE_VELOCITY ? run->info->has_velocities : run->info->has_debug;
+    if (needs_debug && !has_record)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, options->directory, 0, 0,
                             "the run has no record of what --color %s shows; run it again with "
                             "`tulle run %s --record debug`",

@@ -1,6 +1,7 @@
-/* app/run/debug.c - what `tulle run --record debug` keeps of a frame: velocities of all that moves,
- * contacts of the last step, patches of each cloth. Patches are those that the last step used. For
- * a method without patches they are grown for the cloth's way over the next step. */
+/* app/run/debug.c - what `tulle run --record debug` and `--record velocities` keep of a frame:
+ * velocities of all that moves, contacts of the last step, patches of each cloth. Patches are those
+ * that the last step used. For a method without patches they are grown for the cloth's way over the
+ * next step. */
 #include "app/run/session.h"
 
 #include <stdlib.h>
@@ -30,9 +31,11 @@ tulle_status debug_record_fill(debug_record *record, const run_session *session,
     tulle_patch_options const options = {.time_step = tulle_scene_get_time_step(session->scene),
                                          .is_in_use = method == TULLE_DETECT_PATCHES ||
                                                       method == TULLE_DETECT_PAPER};
+    bool const is_all = session->options.records_debug;
     for (size_t i = 0; i < built->cloth_count; i++) {
         size_t patch_count = 0;
         record->velocities[i] = tulle_cloth_get_velocities(built->world, built->cloths[i], NULL);
+        if (!is_all) continue;
         tulle_status const status = tulle_cloth_get_patches(
             built->world, built->cloths[i], &options, record->labels[i], &patch_count, error);
         if (status != TULLE_OK) return status;
@@ -41,6 +44,7 @@ tulle_status debug_record_fill(debug_record *record, const run_session *session,
     for (size_t i = 0; i < built->obstacle_count; i++)
         record->velocities[built->cloth_count + i] =
             tulle_obstacle_get_velocities(built->world, built->obstacles[i], NULL);
+    if (!is_all) return TULLE_OK;
     return tulle_world_get_contacts(built->world, &record->debug.contacts,
                                     &record->debug.contact_count, error);
 }

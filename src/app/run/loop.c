@@ -48,8 +48,8 @@ static tulle_status get_transforms(run_session *session, tulle_error *error) {
 static tulle_status write_frame(run_session *session, tulle_error *error) {
     tulle_status status = check_extent(session, error);
     if (status == TULLE_OK) status = get_transforms(session, error);
-    if (status == TULLE_OK && session->options.records_debug)
-        status = debug_record_fill(&session->debug, session, error);
+    bool const records = session->options.records_debug || session->options.records_velocities;
+    if (status == TULLE_OK && records) status = debug_record_fill(&session->debug, session, error);
     if (status != TULLE_OK) return status;
     const tulle_scene_world *const built = &session->built;
     for (size_t i = 0; i < built->cloth_count; i++) {
@@ -75,8 +75,7 @@ static tulle_status write_frame(run_session *session, tulle_error *error) {
                                    .transforms = session->transforms,
                                    .lags = session->lags,
                                    .lag_count = session->lag_count,
-                                   .debug = session->options.records_debug ? &session->debug.debug
-                                                                           : NULL};
+                                   .debug = records ? &session->debug.debug : NULL};
     return tulle_run_write_frame(session->writer, &frame, error);
 }
 
@@ -98,7 +97,8 @@ static tulle_status write_checkpoint(run_session *session, tulle_error *error) {
 }
 
 tulle_status run_write_start(run_session *session, tulle_error *error) {
-    tulle_status const status = write_frame(session, error);
+    tulle_status const status =
+        session->source ? run_source_copy(session, error) : write_frame(session, error);
     return status != TULLE_OK ? status : write_checkpoint(session, error);
 }
 

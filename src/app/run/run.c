@@ -23,7 +23,7 @@ static const char *const checkpoint_default = "30s";
 
 /* The words of the command line. */
 typedef struct run_words {
-    const char *directory, *progress, *write, *record, *checkpoint, *left;
+    const char *directory, *progress, *write, *record, *checkpoint, *left, *from;
     long frames, threads;
     int resumes, replaces;
     option_list overrides;
@@ -31,7 +31,7 @@ typedef struct run_words {
 
 static const char *const progress_choices[] = {"auto", "json", "none", NULL};
 static const char *const write_choices[] = {"vtp", NULL};
-static const char *const record_choices[] = {"plain", "debug", NULL};
+static const char *const record_choices[] = {"plain", "velocities", "debug", NULL};
 
 /* ---- options ---- */
 
@@ -85,9 +85,13 @@ static options_outcome read_words(int argc, char **argv, run_words *words) {
          "how progress is shown on standard error (default: auto)", 0, 0, progress_choices},
         {"write", 0, OPTION_CHOICE, &words->write, "vtp",
          "also write VTP and PVD files, which ParaView reads", 0, 0, write_choices},
-        {"record", 0, OPTION_CHOICE, &words->record, "plain|debug",
-         "debug: also keep velocities, contacts and patches of each frame (default: plain)", 0, 0,
-         record_choices},
+        {"record", 0, OPTION_CHOICE, &words->record, "plain|velocities|debug",
+         "also keep velocities of each frame; debug: contacts and patches, too (default: plain)", 0,
+         0, record_choices},
+        {"from", 0, OPTION_TEXT, &words->from, "RUN[:FRAME]",
+         "begin with the frames of RUN, which keeps velocities, up to FRAME (default: its last), "
+         "and go on from there with the scene as it is now",
+         0, 0, NULL},
         {"list-left", 0, OPTION_TEXT, &words->left, "FILE",
          "if the start is refused, list the pairs of triangles that intersect as CSV", 0, 0, NULL},
         {"checkpoint-every", 0, OPTION_TEXT, &words->checkpoint, "STEPS|SECONDS",
@@ -120,7 +124,9 @@ static bool use_words(const run_words *words, const char *scene_path,
     options->resumes = words->resumes;
     options->replaces = words->replaces;
     options->writes_vtp = words->write != NULL;
+    options->from = words->from;
     options->records_debug = strcmp(words->record, "debug") == 0;
+    options->records_velocities = strcmp(words->record, "velocities") == 0;
     if (options->resumes && options->replaces) {
         app_print_message("run",
                           "--resume keeps the run and --force replaces it; give one of them");
@@ -182,7 +188,8 @@ static tulle_status prepare_world(run_session *session, tulle_error *error) {
     session->goes_on =
         session->options.resumes && tulle_run_has_checkpoint(session->options.directory) != 0;
     if (status == TULLE_OK) tulle_world_set_stop_request(session->built.world, is_stopped, session);
-    if (status == TULLE_OK && !session->goes_on)
+    bool const has_source = session->options.from && !session->goes_on;
+    if (status == TULLE_OK && !session->goes_on && !has_source)
         status = app_start_world(session->built.world, session->options.scene_path, error);
     if (status != TULLE_OK) return status;
     session->body_count = session->built.cloth_count + session->built.obstacle_count;
@@ -196,15 +203,18 @@ static tulle_status prepare_world(run_session *session, tulle_error *error) {
         !session->transforms || !session->lags)
         return fail_memory(error);
     describe_bodies(session);
-    if (session->options.records_debug && !debug_record_prepare(&session->debug, session))
+    if ((session->options.records_debug || session->options.records_velocities) &&
+        !debug_record_prepare(&session->debug, session))
         return fail_memory(error);
-    return TULLE_OK;
+    if (has_source) status = run_source_open(session, error);
+    return has_source && status == TULLE_OK ? run_source_start(session, error) : status;
 }
 
 static void release_session(run_session *session) {
     tulle_scene_destroy_world(&session->built);
     tulle_scene_destroy(session->scene);
     debug_record_release(&session->debug);
+    run_source_close(session->source, session->body_count);
     free(session->bodies);
     free(session->positions);
     free(session->velocities);
@@ -231,6 +241,7 @@ static tulle_run_def make_run_def(const run_session *session,
     def.threads = options->threads;
     def.writes_vtp = options->writes_vtp;
     def.records_debug = options->records_debug;
+    def.records_velocities = options->records_velocities;
     def.detection = detection;
     def.has_response = 1;
     def.response = tulle_world_get_response(session->built.world, &def.motion_space);

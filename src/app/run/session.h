@@ -39,9 +39,10 @@ typedef struct run_progress {
 typedef struct run_options {
     const char *scene_path, *directory;
     const char *left_path; /* for pairs that intersect in a start that is refused; null: none */
+    const char *from;      /* RUN or RUN:FRAME whose frames it begins with; null: none */
     uint32_t frame_count;  /* the start not counted */
     int threads;
-    bool resumes, replaces, writes_vtp, records_debug;
+    bool resumes, replaces, writes_vtp, records_debug, records_velocities;
     double checkpoint_seconds; /* between checkpoints; 0: by steps */
     uint64_t checkpoint_steps;
 } run_options;
@@ -55,8 +56,11 @@ typedef struct debug_record {
     tulle_run_debug debug;     /* the last frame that was filled in */
 } debug_record;
 
+typedef struct run_source run_source; /* the run that is gone on from, see from.c */
+
 typedef struct run_session {
     run_options options;
+    run_source *source; /* null: none */
     tulle_scene *scene;
     tulle_scene_world built;
     tulle_run_writer *writer;
@@ -81,7 +85,7 @@ typedef struct run_session {
 /* Steps until all frames are written, an error or an interrupt; writes frames, reports and
  * checkpoints, at the end a last checkpoint. TULLE_ERROR_INTERRUPTED when asked to stop. */
 tulle_status run_step_to_end(run_session *session, tulle_error *error);
-/* Writes the start as frame 0 and the first checkpoint. */
+/* Writes the start as frame 0, or the frames of the source, and the first checkpoint. */
 tulle_status run_write_start(run_session *session, tulle_error *error);
 
 /* debug.c: room for the session's bodies; false when memory is short. */
@@ -90,6 +94,15 @@ bool debug_record_prepare(debug_record *record, const run_session *session);
 tulle_status debug_record_fill(debug_record *record, const run_session *session,
                                tulle_error *error);
 void debug_record_release(debug_record *record);
+
+/* from.c: opens options.from as the session's source and checks that it fits the scene, whose
+ * bodies are described. */
+tulle_status run_source_open(run_session *session, tulle_error *error);
+/* Starts the world where the source's frame has it. */
+tulle_status run_source_start(run_session *session, tulle_error *error);
+/* Writes the source's frames up to that one, and the reports of their steps. */
+tulle_status run_source_copy(run_session *session, tulle_error *error);
+void run_source_close(run_source *source, size_t body_count);
 
 /* lags.c: fills the session's lags for the world as it is, whose positions it has. */
 tulle_status run_measure_lags(run_session *session, tulle_error *error);

@@ -109,6 +109,7 @@ static tulle_status begin_live(view_session *session, tulle_scene *scene, tulle_
             return status;
         }
     }
+    session->scene_count++;
     session->live = live_start(&options);
     return session->live ? TULLE_OK
                          : error_set(error, TULLE_ERROR_OUT_OF_MEMORY,

@@ -73,7 +73,8 @@ bool live_post(view_live *live, const view_request *request, uint32_t client) {
     pthread_mutex_lock(&live->lock);
     for (size_t i = live->queue_count; i-- > 0 && request->type == REQUEST_DRAG;) {
         view_request *const other = &live->queue[i].request;
-        if (other->type != REQUEST_DRAG || other->grab != request->grab || other->has_id) continue;
+        if (other->type != REQUEST_DRAG) break; /* it came before something else */
+        if (other->grab != request->grab || other->has_id) continue;
         *other = *request;
         live->queue[i].client = client;
         is_taken = true;
@@ -167,6 +168,10 @@ void live_take_rows(view_live *live, series_table *table) {
 
 uint64_t live_get_recording_size(view_live *live) {
     return atomic_load(&live->recording.byte_count);
+}
+
+unsigned live_get_recording_generation(view_live *live) {
+    return atomic_load(&live->recording.generation);
 }
 
 size_t live_read_recording(view_live *live, void *bytes, size_t byte_count, uint64_t offset) {

@@ -63,6 +63,8 @@ bool live_take_answer(view_live *live, uint32_t *client, view_buffer *answer);
 void live_take_rows(view_live *live, series_table *table);
 /* [bytes] The recording so far, and a piece of it; as of record_read. */
 uint64_t live_get_recording_size(view_live *live);
+/* Counts how often the recording began anew. */
+unsigned live_get_recording_generation(view_live *live);
 size_t live_read_recording(view_live *live, void *bytes, size_t byte_count, uint64_t offset);
 
 #endif

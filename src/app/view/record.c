@@ -40,6 +40,7 @@ bool record_append(view_record *record, const void *bytes, size_t byte_count) {
 }
 
 void record_cut(view_record *record, uint64_t byte_count) {
+    if (byte_count == 0) atomic_fetch_add(&record->generation, 1);
     if (byte_count < atomic_load(&record->byte_count))
         atomic_store(&record->byte_count, byte_count);
 }

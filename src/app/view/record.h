@@ -13,6 +13,7 @@
 typedef struct view_record {
     int file; /* -1: none */
     atomic_ullong byte_count;
+    atomic_uint generation; /* counts how often it began anew */
 } view_record;
 
 /* [bytes] A recording ends there: hours of a scene. */

@@ -10,6 +10,7 @@
 #include "app/commands.h"
 #include "app/view/assets.h"
 #include "app/view/guard.h"
+#include "base/error.h"
 
 #include <libwebsockets.h>
 #include <math.h>
@@ -32,20 +33,21 @@ enum {
 static const char protocol_name[] = "tulle-1";
 static const char command_name[] = "view";
 
-typedef struct view_server {
+struct view_server {
     struct lws_context *context;
     struct lws_vhost *vhost;
     view_session session;
     view_guard guard;
     const view_options *options;
     lws_sorted_usec_list_t tick;
-} view_server;
+};
 
 /* Of an HTTP connection: what is being sent. Of a WebSocket: the client. */
 typedef struct connection {
     view_client *client;
     const unsigned char *bytes; /* of an asset */
     bool is_recording;
+    unsigned scene_count, generation; /* of the recording */
     uint64_t sent, size;
 } connection;
 
@@ -122,6 +124,8 @@ static int begin_recording(struct lws *wsi, connection *answer) {
     view_server *const server = get_server(wsi);
     if (!server->session.live) return refuse(wsi, 404);
     answer->is_recording = true;
+    answer->scene_count = server->session.scene_count;
+    answer->generation = live_get_recording_generation(server->session.live);
     answer->size = live_get_recording_size(server->session.live);
     if (!write_head(wsi, 200, "application/octet-stream", answer->size, NULL)) return -1;
     lws_callback_on_writable(wsi);
@@ -153,14 +157,17 @@ static int go_on_with_answer(struct lws *wsi, connection *answer) {
     unsigned char room[LWS_PRE + PIECE_BYTES];
     uint64_t const rest = answer->size - answer->sent;
     size_t count = rest < PIECE_BYTES ? (size_t)rest : PIECE_BYTES;
-    view_live *const live = get_server(wsi)->session.live;
+    const view_session *const session = &get_server(wsi)->session;
+    view_live *const live = session->live;
+    bool const is_same = live && answer->scene_count == session->scene_count &&
+                         answer->generation == live_get_recording_generation(live);
     if (answer->bytes)
         memcpy(room + LWS_PRE, answer->bytes + answer->sent, count);
-    else if (answer->is_recording && live)
+    else if (answer->is_recording && is_same)
         count = live_read_recording(live, room + LWS_PRE, count, answer->sent);
     else
         return -1;
-    if (count == 0 && rest > 0) return -1; /* the scene was loaded anew meanwhile */
+    if (count == 0 && rest > 0) return -1; /* the scene began anew meanwhile */
     answer->sent += count;
     bool const is_last = answer->sent == answer->size;
     if (lws_write(wsi, room + LWS_PRE, count, is_last ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < 0)
@@ -205,7 +212,7 @@ static int handle_http(struct lws *wsi, enum lws_callback_reasons reason, void *
     case LWS_CALLBACK_HTTP_WRITEABLE: return answer ? go_on_with_answer(wsi, answer) : -1;
     case LWS_CALLBACK_HTTP_BODY:
     case LWS_CALLBACK_HTTP_BODY_COMPLETION: return -1;
-    case LWS_CALLBACK_EVENT_WAIT_CANCELLED: session_come_round(&get_server(wsi)->session); break;
+
     default: break;
     }
     (void)length;
@@ -339,13 +346,18 @@ static bool is_loopback(const char *address) {
            strcmp(address, "localhost") == 0;
 }
 
+/* Every address of this machine, the loopback among them. */
+static bool is_any(const char *address) {
+    return strcmp(address, "0.0.0.0") == 0 || strcmp(address, "::") == 0;
+}
+
 static void add_name(view_guard *guard, const char *name) {
     if (guard->name_count < GUARD_NAMES_MAX) guard->names[guard->name_count++] = name;
 }
 
 static void name_hosts(view_server *server) {
     const view_options *const options = server->options;
-    if (is_loopback(options->listen)) {
+    if (is_loopback(options->listen) || is_any(options->listen)) {
         add_name(&server->guard, "127.0.0.1");
         add_name(&server->guard, "localhost");
         add_name(&server->guard, "[::1]");
@@ -358,7 +370,8 @@ static void name_hosts(view_server *server) {
         add_name(&server->guard, options->host_names[i]);
 }
 
-static bool begin(view_server *server) {
+/* The context comes first, since the session's threads wake it; then the host, which listens. */
+static bool begin(view_server *server, bool listens) {
     const view_options *const options = server->options;
     uint64_t const six = strchr(options->listen, ':') ? 0 : LWS_SERVER_OPTION_DISABLE_IPV6;
     struct lws_context_creation_info info = {.port = CONTEXT_PORT_NO_LISTEN_SERVER,
@@ -377,19 +390,20 @@ static bool begin(view_server *server) {
                                              .vhost_name = "view"};
     lws_set_log_level(getenv("TULLE_VIEW_LOG") ? LLL_ERR | LLL_WARN | LLL_NOTICE | LLL_INFO : 0,
                       NULL);
-    server->context = lws_create_context(&info);
-    if (!server->context) return false;
-    info.port = options->port;
+    if (!listens) server->context = lws_create_context(&info);
+    if (!listens || !server->context) return server->context != NULL;
+    if (options->port >= 0) info.port = options->port;
     server->vhost = lws_create_vhost(server->context, &info);
     if (!server->vhost) return false;
+    if (options->port < 0) return true;
     server->guard.port = lws_get_vhost_listen_port(server->vhost);
     return server->guard.port > 0;
 }
 
 static void print_address(const view_server *server, char *address, size_t size) {
     bool const is_six = strchr(server->options->listen, ':') != NULL;
-    bool const is_any = strcmp(server->options->listen, "0.0.0.0") == 0;
-    const char *host = is_any ? "127.0.0.1" : server->options->listen;
+    const char *host =
+        is_any(server->options->listen) ? is_six ? "::1" : "127.0.0.1" : server->options->listen;
     if (server->options->host_name_count > 0) host = server->options->host_names[0];
     bool const has_name = server->options->host_name_count > 0;
     snprintf(address, size, is_six && !has_name ? "http://[%.250s]:%d/%s/" : "http://%.250s:%d/%s/",
@@ -414,7 +428,6 @@ static void open_browser(const char *address) {
 static void serve(view_server *server) {
     char address[400];
     interrupt_catch();
-    name_hosts(server);
     print_address(server, address, sizeof address);
     if (server->options->opens_browser) open_browser(address);
     lws_sul_schedule(server->context, 0, &server->tick, tick, TICK_MICROSECONDS);
@@ -422,34 +435,62 @@ static void serve(view_server *server) {
     lws_sul_cancel(&server->tick);
 }
 
-int server_run(const view_options *options) {
+view_server *server_open(const view_options *options, int *code) {
     static view_server server; /* one at a time: it is too large for a stack */
     server = (view_server){.options = options};
     tulle_error error = {0};
-    int code = APP_EXIT_FINE;
-    tulle_status const status = session_open(&server.session, options, wake, &server, &error);
+    *code = APP_EXIT_CANNOT_GO_ON;
+    tulle_status const status =
+        begin(&server, false)
+            ? session_open(&server.session, options, wake, &server, &error)
+            : error_set(&error, TULLE_ERROR_OUT_OF_MEMORY, "the network cannot be used");
     if (status != TULLE_OK) {
         app_print_error(command_name, &error);
-        code = app_exit_for_input(status);
+        *code = app_exit_for_input(status);
     } else if (!guard_make_token(&server.guard)) {
         app_print_message(command_name, "the system has no random numbers for a token");
-        code = APP_EXIT_CANNOT_GO_ON;
-    } else if (!begin(&server)) {
+    } else if (!begin(&server, true)) {
         app_print_message(command_name,
                           "%s, port %d cannot be listened on: is another program there, or is it "
                           "not this machine's? --port 0 takes any that is free",
                           options->listen, options->port);
-        code = APP_EXIT_CANNOT_GO_ON;
     } else {
-        serve(&server);
-        code = server.session.exit_code;
+        name_hosts(&server);
+        *code = APP_EXIT_FINE;
+        return &server;
     }
-    struct lws_context *const context = server.context;
-    worker_stop(server.session.worker); /* threads that wake end before the context does */
-    server.session.worker = NULL;
-    live_stop(server.session.live);
-    server.session.live = NULL;
+    server_close(&server);
+    return NULL;
+}
+
+int server_close(view_server *server) {
+    int const code = server->session.exit_code;
+    struct lws_context *const context = server->context;
+    worker_stop(server->session.worker); /* threads that wake end before the context does */
+    server->session.worker = NULL;
+    live_stop(server->session.live);
+    server->session.live = NULL;
     if (context) lws_context_destroy(context);
-    session_close(&server.session);
+    server->context = NULL;
+    session_close(&server->session);
     return code;
+}
+
+const char *server_get_token(const view_server *server) { return server->guard.token; }
+
+bool server_adopt(view_server *server, int socket) {
+    return lws_adopt_socket_vhost(server->vhost, socket) != NULL;
+}
+
+void server_come_round(view_server *server) {
+    look_after_all(server);
+    (void)lws_service(server->context, -1);
+}
+
+int server_run(const view_options *options) {
+    int code = APP_EXIT_FINE;
+    view_server *const server = server_open(options, &code);
+    if (!server) return code;
+    serve(server);
+    return server_close(server);
 }

@@ -310,8 +310,9 @@ static double supply_live_frame(view_session *session, view_client *client) {
     const view_frame *const frame = live_get_frame(session->live, &version);
     if (!frame || (version == client->live_version && !client->wants_exact))
         return (double)INFINITY;
-    /* Late by less than a tenth of the interval, so that the rate is held on average. */
-    client->last_frame = now - due < 0.1 / client->rate ? due : now;
+    /* A little late still counts as in time, so that the rate is held on average. */
+    bool const is_in_time = now >= due && (now - due) * client->rate < 0.1;
+    client->last_frame = is_in_time ? due : now;
     send_frame(session, client, frame, client->wants_exact);
     client->live_version = version;
     client->wants_exact = client->needs_first = false;

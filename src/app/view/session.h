@@ -18,7 +18,7 @@ typedef struct view_options {
     const char *const *host_names;
     size_t host_name_count;
     const char *replay; /* path of a session, or null */
-    int port, threads;
+    int port, threads;  /* port -1: it listens on none */
     bool opens_browser;
 } view_options;
 
@@ -40,6 +40,7 @@ typedef struct view_session {
     uint64_t state_version; /* that was told */
     bool is_replay_told;
     int exit_code;
+    unsigned scene_count;        /* scenes that were begun */
     void (*wake)(void *context); /* from any thread: the network's is to come round */
     void *wake_context;
 } view_session;

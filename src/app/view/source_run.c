@@ -8,12 +8,14 @@
 
 enum { PATH_SIZE = 4200 /* [bytes] */, PROBLEMS_SIZE = sizeof(tulle_scene_problems) };
 
-static const char *get_last_part(const char *path) {
-    size_t length = strlen(path);
+/* The last part of a path without the slashes behind it. */
+static const char *copy_last_part(view_document *document, const char *path) {
+    size_t length = strlen(path), begin;
     while (length > 1 && path[length - 1] == '/') length--;
-    size_t begin = length;
-    while (begin > 0 && path[begin - 1] != '/') begin--;
-    return path + begin;
+    for (begin = length; begin > 0 && path[begin - 1] != '/';) begin--;
+    char part[PATH_SIZE];
+    snprintf(part, sizeof part, "%.*s", (int)(length - begin), path + begin);
+    return document_copy_text(document, part);
 }
 
 /* How the scene in the run says that things look; the default where it does not. */
@@ -45,7 +47,7 @@ tulle_status view_run_open(view_run *run, const char *path, view_document *docum
     if (!document_begin(document, run->info->body_count))
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory");
     document->kind = KIND_RUN;
-    document->title = document->name = get_last_part(path);
+    document->title = document->name = copy_last_part(document, path);
     document->has_debug = run->info->has_debug != 0;
     document->step_seconds = run->info->time_step;
     document->frame_seconds = run->info->time_step * run->info->steps_per_frame;

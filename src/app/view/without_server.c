@@ -10,3 +10,26 @@ int server_run(const view_options *options) {
                       "builds it");
     return APP_EXIT_BAD_INPUT;
 }
+
+view_server *server_open(const view_options *options, int *code) {
+    *code = server_run(options);
+    return NULL;
+}
+
+int server_close(view_server *server) {
+    (void)server;
+    return APP_EXIT_FINE;
+}
+
+const char *server_get_token(const view_server *server) {
+    (void)server;
+    return "";
+}
+
+bool server_adopt(view_server *server, int socket) {
+    (void)server;
+    (void)socket;
+    return false;
+}
+
+void server_come_round(view_server *server) { (void)server; }

@@ -8,13 +8,14 @@ enum { SPARE_BLOCKS = 16 /* beyond what is needed */ };
 /* A pair_consumer; context: the broad phase. */
 static void write_pairs(void *context, const pair_tables *tables, const pair_batch *batch,
                         int worker) {
-    const broad_phase *const broad = context;
+    broad_phase *const broad = context;
     pair_writer *const writer = &broad->writers.data[2 * worker + (int)batch->kind];
     pair_store *const store = writer->store;
     for (size_t i = 0; i < batch->count;) {
         if (writer->cursor == writer->end) { /* claim the next block */
             size_t const block =
                 atomic_fetch_add_explicit(&store->block_count, 1, memory_order_relaxed);
+            if (block > broad->most_blocks) atomic_store(&broad->is_crowded, true);
             bool const fits = (block + 1) * KEY_BLOCK <= store->keys.capacity;
             writer->cursor = fits ? store->keys.data + block * KEY_BLOCK : writer->lost;
             writer->end = writer->cursor + KEY_BLOCK;
@@ -33,6 +34,11 @@ tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads,
     if (threads < 1) threads = 1;
     pairs->vertex_triangle.count = pairs->edge_edge.count = 0;
     broad->writers.count = 0;
+    /* Of the blocks that a store has claimed each writer may still fill one. */
+    uint64_t const most = broad->most_candidates ? broad->most_candidates : UINT64_MAX;
+    broad->most_blocks = (size_t)(most / KEY_BLOCK) + (size_t)threads;
+    search_counts own_counts;
+    if (!counts) counts = &own_counts;
     if (!ARRAY_RESERVE(broad->heap, &broad->writers, 2 * (size_t)threads))
         return TULLE_ERROR_OUT_OF_MEMORY;
 
@@ -51,6 +57,8 @@ tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads,
             while (writer->cursor != writer->end) *writer->cursor++ = KEY_NONE;
         }
         if (status != TULLE_OK) return status;
+        if (atomic_load(&broad->is_crowded) || counts->candidate_count > most)
+            return TULLE_ERROR_LIMIT;
 
         /* A store that was too small gets room for a repeat. Next time each writer but one may
          * leave a block unfinished that is full this time. */

@@ -104,6 +104,7 @@ static void run_tasks(void *context, size_t begin, size_t end, size_t chunk, int
                 if (depth-- == 0) break;
                 continue;
             }
+            if (atomic_load_explicit(&broad->is_crowded, memory_order_relaxed)) return;
             levels[depth + 1][0] = levels[depth][0];
             levels[depth + 1][1] = levels[depth][1];
             open_pairs(broad, task->surface, levels[depth + 1], &lists[depth], &lists[depth + 1]);
@@ -202,6 +203,7 @@ tulle_status search_pairs(broad_phase *broad, const surface_set *set, int thread
     }
 
     search_context search = {broad, list, consume, context};
+    atomic_store(&broad->is_crowded, false);
     parallel_for(broad->search_tasks[list].count, 1, threads, run_tasks, &search);
     search_counts total = {0};
     for (int w = 0; w < threads; w++) {

@@ -186,6 +186,7 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
 void broad_phase_configure(broad_phase *broad, broad_phase_options options) {
     memory *const heap = broad->heap;
     broad->stop = options.stop;
+    broad->most_candidates = options.most_candidates;
     if (broad->method == BROAD_PHASE_REFIT && broad->following != options.following) {
         broad->following = options.following;
         for (size_t s = 0; s < broad->surface_count; s++) broad->trees[s].is_fitted = false;

@@ -50,9 +50,11 @@ typedef struct broad_phase_options {
     path_following following;
     stop_poll *stop; /* Searches ask it, and end with TULLE_ERROR_INTERRUPTED when a stop is wanted.
                         Null: they ask nothing. */
-    arena *scratch;  /* For callers of find_pairs alone. The records in pair_tables are then null,
-                        and each build_trees puts the boxes of vertices into the arena, which must
-                        not be released before find_pairs. Null: they stay where they are. */
+    uint64_t most_candidates; /* find_pairs ends with TULLE_ERROR_LIMIT where there are more,
+                                 whoever counts them; 0: any number */
+    arena *scratch; /* For callers of find_pairs alone. The records in pair_tables are then null,
+                       and each build_trees puts the boxes of vertices into the arena, which must
+                       not be released before find_pairs. Null: they stay where they are. */
 } broad_phase_options;
 /* The options hold from the next build_trees on. Before the first call all of them are zero. */
 void broad_phase_configure(broad_phase *broad, broad_phase_options options);
@@ -82,8 +84,9 @@ const pair_tables *broad_phase_get_tables(const broad_phase *broad);
 typedef enum pair_order { PAIRS_SORTED, PAIRS_UNSORTED } pair_order;
 /* Lists all candidates by the boxes of the last build_trees. Replaces the contents of `pairs`,
  * whose arrays live on the heap of the broad phase. counts may be null. Out of memory leaves the
- * list empty and returns the error; TULLE_ERROR_INVALID_ARGUMENT where the last build_trees failed.
- */
+ * list empty and returns the error, as do more candidates than the options allow,
+ * TULLE_ERROR_LIMIT, which take no memory; TULLE_ERROR_INVALID_ARGUMENT where the last build_trees
+ * failed. */
 tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_order order,
                         pair_list *pairs, search_counts *counts);
 

@@ -136,6 +136,9 @@ struct broad_phase {
     ARRAY(node_pairs) lists;      /* list_count a worker: pairs of each level still to be opened */
     size_t list_count;
     ARRAY(pair_writer) writers; /* of find_pairs: two a worker */
+    uint64_t most_candidates;   /* of find_pairs; 0: any number */
+    size_t most_blocks;         /* a store that claims more holds more candidates than that */
+    atomic_bool is_crowded;     /* one has; what is left of the search is passed over */
 };
 
 static inline bool boxes_meet(const float a[6], const float b[6]) {

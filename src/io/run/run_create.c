@@ -221,7 +221,7 @@ static tulle_status make_files(tulle_run_writer *writer, const tulle_run_def *de
     if (!status) status = run_writer_make_vtp_folder(writer, error);
     for (*body_count = 0; *body_count < def->body_count && !status; ++*body_count)
         status = write_body(writer, def, *body_count, error);
-    if (!status && def->records_debug)
+    if (!status && (def->records_debug || def->records_velocities))
         status = debug_log_create(&writer->debug, writer->directory, error);
     if (!status)
         status = transforms_create(&writer->bodies_log, &writer->record, writer->directory, error);

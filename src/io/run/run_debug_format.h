@@ -14,7 +14,7 @@ enum {
     DEBUG_PLACE_SIZE = 8, /* of the whole block */
     DEBUG_PLACE_PAYLOAD_HASH = 16,
     DEBUG_PLACE_CONTACTS = 24,
-    DEBUG_PLACE_KNOWN = 28,       /* 1: there is a payload */
+    DEBUG_PLACE_KNOWN = 28,       /* 0: nothing; 1: all; 2: velocities alone */
     DEBUG_PLACE_HEADER_HASH = 32, /* of all before it */
     DEBUG_HEADER_SIZE = 40,
     DEBUG_CONTACT_SIZE = 84, /* objects 2, vertices 4, flags 1, floats 14, of 4 bytes each */

@@ -226,8 +226,10 @@ static tulle_status decode_payload(payload *from, const run_record *record, size
                               .patch_labels = labels,
                               .patch_counts = patch_counts};
     tulle_status status = read_velocities(from, record, velocities);
-    if (!status) status = read_contacts(from, record, contact_count, &read->contacts);
-    if (!status) status = read_labels(from, record, labels, patch_counts);
+    bool const is_all = record->kept == RUN_KEEPS_DEBUG;
+    if (!is_all) read->patch_labels = NULL, read->patch_counts = NULL;
+    if (!status && is_all) status = read_contacts(from, record, contact_count, &read->contacts);
+    if (!status && is_all) status = read_labels(from, record, labels, patch_counts);
     if (!status && from->used < from->size)
         status = fail_payload(from, "the block is longer than what it holds");
     if (!status) *debug = read;
@@ -255,7 +257,12 @@ tulle_status debug_file_read(debug_file *file, const run_record *record, uint32_
         return fail_read(file, from.begin, error, "the file ends within this block");
     if (hash_bytes(HASH_SEED, bytes, from.size) != bytes_load(header + DEBUG_PLACE_PAYLOAD_HASH, 8))
         return fail_at(file, from.begin, error, "the block was changed after it was written");
-    if (bytes_load(header + DEBUG_PLACE_KNOWN, 4) == 0 && from.size == 0) return TULLE_OK;
-    return decode_payload(&from, record, (size_t)bytes_load(header + DEBUG_PLACE_CONTACTS, 4),
-                          debug);
+    uint64_t const known = bytes_load(header + DEBUG_PLACE_KNOWN, 4);
+    size_t const contact_count = (size_t)bytes_load(header + DEBUG_PLACE_CONTACTS, 4);
+    if (known == 0 && from.size == 0) return TULLE_OK;
+    bool const is_all = record->kept == RUN_KEEPS_DEBUG;
+    if (known != (is_all ? 1u : 2u) || (!is_all && contact_count > 0))
+        return fail_at(file, begin + DEBUG_PLACE_KNOWN, error,
+                       "the block keeps something else than run.json says");
+    return decode_payload(&from, record, contact_count, debug);
 }

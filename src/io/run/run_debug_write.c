@@ -46,8 +46,10 @@ static bool labels_fit(const uint32_t *labels, size_t count, uint32_t patch_coun
 
 static tulle_status check_debug(const run_record *record, const tulle_run_debug *debug,
                                 tulle_error *error) {
-    if (!debug->velocities || !debug->patch_labels || !debug->patch_counts ||
-        (debug->contact_count > 0 && !debug->contacts) || debug->contact_count > UINT32_MAX)
+    bool const is_all = record->kept == RUN_KEEPS_DEBUG;
+    if (!debug->velocities || (is_all && (!debug->patch_labels || !debug->patch_counts ||
+                                          (debug->contact_count > 0 && !debug->contacts) ||
+                                          debug->contact_count > UINT32_MAX)))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "a debug record needs velocities, contacts, labels and counts");
     for (size_t i = 0; i < record->bodies.count; i++) {
@@ -55,14 +57,14 @@ static tulle_status check_debug(const run_record *record, const tulle_run_debug 
         if (!body->is_static && !debug->velocities[i])
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                              "the debug record needs velocities of body %zu, which moves", i);
-        if (body->is_obstacle) continue;
+        if (body->is_obstacle || !is_all) continue;
         if (!debug->patch_labels[i] ||
             !labels_fit(debug->patch_labels[i], body->triangle_count, debug->patch_counts[i]))
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                              "the patch labels of cloth %zu are missing, or over %u", i,
                              debug->patch_counts[i]);
     }
-    for (size_t i = 0; i < debug->contact_count; i++)
+    for (size_t i = 0; is_all && i < debug->contact_count; i++)
         if (!debug_contact_fits(&debug->contacts[i], record))
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                              "contact %zu of the debug record is not of the run's bodies", i);
@@ -109,11 +111,12 @@ static unsigned char *put_labels(unsigned char *at, const uint32_t *labels, size
 }
 
 static size_t measure_payload(const run_record *record, const tulle_run_debug *debug) {
-    size_t size = debug->contact_count * DEBUG_CONTACT_SIZE;
+    bool const is_all = record->kept == RUN_KEEPS_DEBUG;
+    size_t size = is_all ? debug->contact_count * DEBUG_CONTACT_SIZE : 0;
     for (size_t i = 0; i < record->bodies.count; i++) {
         const run_body_record *const body = &record->bodies.data[i];
         if (!body->is_static) size += 3 * sizeof(float) * (size_t)body->vertex_count;
-        if (!body->is_obstacle)
+        if (is_all && !body->is_obstacle)
             size += 4 + debug_label_size(debug->patch_counts[i]) * (size_t)body->triangle_count;
     }
     return size;
@@ -125,6 +128,7 @@ static void encode_payload(unsigned char *at, const run_record *record,
         if (!record->bodies.data[i].is_static)
             at = put_floats(at, debug->velocities[i],
                             3 * (size_t)record->bodies.data[i].vertex_count);
+    if (record->kept != RUN_KEEPS_DEBUG) return;
     for (size_t i = 0; i < debug->contact_count; i++) at = put_contact(at, &debug->contacts[i]);
     for (size_t i = 0; i < record->bodies.count; i++)
         if (!record->bodies.data[i].is_obstacle)
@@ -133,14 +137,14 @@ static void encode_payload(unsigned char *at, const run_record *record,
 }
 
 static void encode_header(unsigned char *block, size_t size, uint32_t frame,
-                          const tulle_run_debug *debug) {
+                          const tulle_run_debug *debug, bool is_all) {
     memcpy(block + DEBUG_PLACE_MAGIC, DEBUG_BLOCK_MAGIC, 4);
     bytes_store(block + DEBUG_PLACE_FRAME, 4, frame);
     bytes_store(block + DEBUG_PLACE_SIZE, 8, size);
     bytes_store(block + DEBUG_PLACE_PAYLOAD_HASH, 8,
                 hash_bytes(HASH_SEED, block + DEBUG_HEADER_SIZE, size - DEBUG_HEADER_SIZE));
-    bytes_store(block + DEBUG_PLACE_CONTACTS, 4, debug ? debug->contact_count : 0);
-    bytes_store(block + DEBUG_PLACE_KNOWN, 4, debug != NULL);
+    bytes_store(block + DEBUG_PLACE_CONTACTS, 4, debug && is_all ? debug->contact_count : 0);
+    bytes_store(block + DEBUG_PLACE_KNOWN, 4, !debug ? 0 : is_all ? 1 : 2);
     bytes_store(block + DEBUG_PLACE_HEADER_HASH, 8,
                 hash_bytes(HASH_SEED, block, DEBUG_PLACE_HEADER_HASH));
 }
@@ -156,6 +160,6 @@ tulle_status debug_log_append(debug_log *writer, const run_record *record, uint3
                             "out of memory for the debug record of frame %u", frame);
     unsigned char *const block = writer->room.data;
     if (debug) encode_payload(block + DEBUG_HEADER_SIZE, record, debug);
-    encode_header(block, size, frame, debug);
+    encode_header(block, size, frame, debug, record->kept == RUN_KEEPS_DEBUG);
     return run_log_append(&writer->log, (const char *)block, size, error);
 }

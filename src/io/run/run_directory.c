@@ -292,7 +292,7 @@ tulle_status run_directory_clear(const char *directory, const run_record *record
     for (size_t i = 0; i < sizeof then / sizeof then[0] && !code; i++)
         code = remove_file(directory, then[i]);
     if (!code && record) code = clear_bodies(directory, record, body_count);
-    if (!code && record && record->records_debug) code = remove_file(directory, RUN_FILE_DEBUG);
+    if (!code && record && record->kept) code = remove_file(directory, RUN_FILE_DEBUG);
     if (!code && record && transforms_count_bodies(record) > 0)
         code = remove_file(directory, RUN_FILE_BODIES);
     if (record && record->writes_vtp) {

@@ -59,7 +59,7 @@ static uint64_t measure_debug(const tulle_run_reader *reader) {
     char path[RUN_PATH_SIZE];
     run_join(path, reader->directory, RUN_FILE_DEBUG);
     struct stat facts;
-    bool const is_there = reader->record.records_debug && stat(path, &facts) == 0;
+    bool const is_there = reader->record.kept && stat(path, &facts) == 0;
     return is_there ? (uint64_t)facts.st_size : 0;
 }
 
@@ -85,7 +85,8 @@ static void describe_run(tulle_run_reader *reader) {
                                     .response = record->response,
                                     .motion_space = record->motion_space,
                                     .outcome = record->has_outcome ? &record->outcome : NULL,
-                                    .has_debug = record->records_debug,
+                                    .has_debug = record->kept == RUN_KEEPS_DEBUG,
+                                    .has_velocities = record->kept != RUN_KEEPS_NOTHING,
                                     .debug_byte_count = measure_debug(reader),
                                     .has_checksums = !record->is_older_format};
 }
@@ -346,9 +347,11 @@ tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uint32_t fram
     if (debug) *debug = NULL;
     if (!reader || !debug || frame >= reader->frames.lines.count)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "there is no frame %u", frame);
-    if (!reader->record.records_debug)
-        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, reader->directory, 0, 0,
-                            "the run has no debug records; run it again with --record debug");
+    if (!reader->record.kept)
+        return error_set_at(
+            error, TULLE_ERROR_INVALID_ARGUMENT, reader->directory, 0, 0,
+            "the run has no debug records and no velocities; run it again with --record "
+            "debug, or --record velocities");
     if (reader->debug.file < 0) {
         tulle_status const status =
             debug_file_open(&reader->debug, &reader->heap, reader->directory, error);

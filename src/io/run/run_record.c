@@ -13,7 +13,7 @@ static const char *const format_name = "tulle run";
 /* Version 1 named the stages of report.csv in another way, version 2 had no checksums: they are
  * read, but not written on. */
 enum { FORMAT_VERSION = 3, FORMAT_VERSION_FIRST = 1 };
-static const char *const record_names[] = {"plain", "debug"}; /* by records_debug */
+static const char *const record_names[] = {"plain", "debug", "velocities"}; /* by run_kept */
 static const size_t record_size_limit = (size_t)1 << 28; /* [bytes] far above RUN_BODY_MAX bodies */
 
 const char *tulle_run_state_name(tulle_run_state state) {
@@ -132,7 +132,9 @@ tulle_status run_record_describe(run_record *record, const tulle_run_def *def, t
     record->threads = (uint32_t)def->threads;
     record->has_scene_text = def->scene_text != NULL;
     record->writes_vtp = def->writes_vtp != 0;
-    record->records_debug = def->records_debug != 0;
+    record->kept = def->records_debug        ? RUN_KEEPS_DEBUG
+                   : def->records_velocities ? RUN_KEEPS_VELOCITIES
+                                             : RUN_KEEPS_NOTHING;
     record->state = TULLE_RUN_RUNNING;
     record->has_detection = def->detection != NULL;
     if (def->detection) record->detection = *def->detection;
@@ -180,9 +182,12 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
         if (!is_same_body(old, new, i)) difference = "its bodies were others";
     if (!difference && old->writes_vtp != new->writes_vtp)
         difference = "VTP files were asked for in only one of the two";
-    if (!difference && old->records_debug != new->records_debug)
-        difference = old->records_debug ? "it keeps debug records, which are not asked for now"
-                                        : "it has no debug records, which are asked for now";
+    if (!difference && old->kept != new->kept)
+        difference = old->kept == RUN_KEEPS_DEBUG
+                         ? "it keeps debug records, which are not asked for now"
+                     : old->kept == RUN_KEEPS_VELOCITIES
+                         ? "it keeps velocities alone, which is not asked for now"
+                         : "it has no debug records or velocities, which are asked for now";
     if (!difference) return TULLE_OK;
     return error_set_at(
         error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
@@ -234,7 +239,7 @@ tulle_status run_record_write(const run_record *record, const char *path, tulle_
     json_put_unsigned(&writer, "wanted_frames", record->wanted_frame_count);
     json_put_unsigned(&writer, "threads", record->threads);
     json_put_bool(&writer, "vtp", record->writes_vtp != 0);
-    json_put_string(&writer, "record", record_names[record->records_debug != 0]);
+    json_put_string(&writer, "record", record_names[record->kept]);
     run_detection_write(&writer, record);
     run_response_write(&writer, record);
     run_untangle_write(&writer, record);
@@ -359,9 +364,13 @@ static tulle_status read_record_kind(run_record *record, const json_document *do
     if (!json_find(document, root, "record")) return TULLE_OK;
     tulle_status const status = json_take_string(document, root, "record", &name, error);
     if (status) return status;
-    record->records_debug = strcmp(name, record_names[1]) == 0;
-    if (record->records_debug || strcmp(name, record_names[0]) == 0) return TULLE_OK;
-    return json_fail(document, root, error, "\"record\" should be \"plain\" or \"debug\"");
+    for (int kept = RUN_KEEPS_NOTHING; kept <= RUN_KEEPS_VELOCITIES; kept++) {
+        if (strcmp(name, record_names[kept]) != 0) continue;
+        record->kept = (run_kept)kept;
+        return TULLE_OK;
+    }
+    return json_fail(document, root, error,
+                     "\"record\" should be \"plain\", \"velocities\" or \"debug\"");
 }
 
 static tulle_status read_texts(run_record *record, const json_document *document,

@@ -42,6 +42,9 @@ typedef struct checksum_mark {
     uint64_t chain; /* of the line before */
 } checksum_mark;
 
+/* What debug.bin keeps of each frame; RUN_KEEPS_NOTHING: there is none. */
+typedef enum run_kept { RUN_KEEPS_NOTHING, RUN_KEEPS_DEBUG, RUN_KEEPS_VELOCITIES } run_kept;
+
 typedef struct run_record {
     memory *heap;
     ARRAY(char) pool; /* texts, each with its zero; offset 0 is the empty text */
@@ -50,7 +53,8 @@ typedef struct run_record {
     uint64_t scene_hash, seed;
     double time_step;
     uint32_t steps_per_frame, wanted_frame_count, threads;
-    int has_scene_text, writes_vtp, records_debug;
+    int has_scene_text, writes_vtp;
+    run_kept kept;            /* in debug.bin */
     bool is_older_format;     /* as read: can be read, but not gone on with; has no checksums */
     bool has_end;             /* the run was closed in good order */
     checksum_mark end;        /* when has_end: of the whole checksums.csv */

@@ -239,7 +239,7 @@ static tulle_status cut_files_back(const candidate *tried, tulle_error *error) {
                                            &writer->caches[i], error);
     }
     if (!status) status = resume_log(writer, &writer->report_log, RUN_FILE_REPORT, sums, error);
-    if (!status && writer->record.records_debug)
+    if (!status && writer->record.kept)
         status = resume_log(writer, &writer->debug.log, RUN_FILE_DEBUG, sums, error);
     if (!status && transforms_count_bodies(&writer->record) > 0)
         status = resume_log(writer, &writer->bodies_log, RUN_FILE_BODIES, sums, error);

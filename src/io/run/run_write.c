@@ -165,7 +165,7 @@ tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_fra
     size_t done = 0;
     checksum_mark const mark = writer->checksums.mark;
     status = append_to_caches(writer, frame, &done, error);
-    if (!status && writer->record.records_debug)
+    if (!status && writer->record.kept)
         status =
             debug_log_append(&writer->debug, &writer->record, (uint32_t)index, frame->debug, error);
     if (!status)

@@ -9,12 +9,13 @@
 
 #include <string.h>
 
-/* A field that is new in one of these is recorded below, too. Then the format has a new version. */
+/* A field that is new in one of these is recorded below, too. Then the format has a new version,
+ * unless the field comes last and may be missing. */
 #if UINTPTR_MAX == UINT64_MAX
 _Static_assert(sizeof(tulle_world_def) == 280, "record all fields of tulle_world_def");
 _Static_assert(sizeof(tulle_material) == 216, "record all fields of tulle_material");
 _Static_assert(sizeof(tulle_pin) == 72, "record all fields of tulle_pin");
-_Static_assert(sizeof(tulle_cloth_def) == 400, "record all fields of tulle_cloth_def");
+_Static_assert(sizeof(tulle_cloth_def) == 408, "record all fields of tulle_cloth_def");
 _Static_assert(sizeof(tulle_obstacle_def) == 344, "record all fields of tulle_obstacle_def");
 _Static_assert(sizeof(tulle_attachment_def) == 104, "record all fields of tulle_attachment_def");
 #endif
@@ -27,7 +28,7 @@ const record_facts record_kinds[RECORD_KIND_COUNT] = {
     [RECORD_RESULT] = {"a result", {0, 0}},
     [RECORD_FRAME] = {"a frame", {ANY, 0}},
     [RECORD_ANSWER] = {"an answer of a pair filter", {0, 0}},
-    [RECORD_START] = {"tulle_world_start", {0, 0}},
+    [RECORD_START] = {"tulle_world_start", {ANY, ANY}},
     [RECORD_STEP] = {"tulle_world_step", {1, 0}},
     [RECORD_LOAD] = {"tulle_world_load_state", {0, 0}},
     [RECORD_CLOTH] = {"tulle_world_add_cloth", {0, 0}},
@@ -337,6 +338,10 @@ static void visit_cloth_def(record_stream *stream, tulle_cloth_def *def) {
     visit_doubles(stream, &def->thickness, 1);
     visit_doubles(stream, def->velocity, 3);
     visit_double_array(stream, &def->velocities, 3 * vertices);
+    /* A recording of cloth without factors ends here. */
+    if (stream->is_reading) def->stiffness_factors = NULL;
+    if (stream->is_reading ? stream->at != stream->end : def->stiffness_factors != NULL)
+        visit_double_array(stream, &def->stiffness_factors, triangles);
 }
 
 static void visit_body(record_stream *stream, tulle_body *body) {

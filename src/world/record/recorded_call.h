@@ -28,7 +28,7 @@ typedef enum record_kind {
     RECORD_RESULT, /* of what runs, see record_runs: is_started; status, hash */
     RECORD_FRAME,  /* that a reader gave in one: obstacle, frame; status; positions */
     RECORD_ANSWER, /* of a pair filter in one: -; 1 or 0 */
-    RECORD_START,  /* */
+    RECORD_START,  /* -; bits of time, steps; positions, velocities; or none of these: at time 0 */
     RECORD_STEP,   /* -; -; time step */
     RECORD_LOAD,   /* the state */
     RECORD_CLOTH,  /* the def; so for the next one */

@@ -320,13 +320,22 @@ static tulle_status undo_call(replay *self, const recorded_call *call,
     return status == TULLE_ERROR_INTERRUPTED ? recorded : status;
 }
 
+static tulle_status start(tulle_world *world, const recorded_call *call, tulle_error *error) {
+    const recorded_array *const first = &call->arrays[0], *const second = &call->arrays[1];
+    if (!first->data && !second->data) return tulle_world_start(world, error);
+    tulle_moment moment = {0.0, call->numbers[1], first->data, second->data, first->count / 3};
+    memcpy(&moment.time, &call->numbers[0], sizeof moment.time);
+    if (second->count != first->count) moment.velocities = NULL;
+    return tulle_world_start_at(world, &moment, error);
+}
+
 static tulle_status run_call(replay *self, recorded_call *call) {
     tulle_world *const world = self->world;
     tulle_error *const error = &self->error;
     tulle_cloth_id const cloth = {call->ids[0], call->generations[0]};
     tulle_obstacle_id const obstacle = {call->ids[0], call->generations[0]};
     switch (call->kind) {
-    case RECORD_START: return tulle_world_start(world, error);
+    case RECORD_START: return start(world, call, error);
     case RECORD_STEP: return tulle_world_step(world, call->arrays[0].data[0], NULL, error);
     case RECORD_ADD_CLOTH: return tulle_world_add_cloth(world, &call->def.cloth, NULL, error);
     case RECORD_ADD_OBSTACLE: return add_obstacle(self, call);

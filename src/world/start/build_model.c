@@ -14,27 +14,34 @@ enum { SINGLE_VERTICES = 1000 };
 typedef struct rest_arrays {
     double *warps;       /* 3 a triangle */
     double *corners;     /* 9 a triangle; null where no cloth has any */
+    double *factors;     /* on the stiffness, one a triangle; null where no cloth has any */
     bool *has_flat_rest; /* by cloth */
 } rest_arrays;
 
 /* False without memory. */
 static bool list_rest(tulle_world *world, rest_arrays *rest) {
     size_t triangle_count = 0;
-    bool has_corners = false;
+    bool has_corners = false, has_factors = false;
     for (size_t i = 0; i < world->cloths.count; i++) {
         triangle_count += world->cloths.data[i].mesh.triangle_count;
         has_corners |= world->cloths.data[i].rest_corners != NULL;
+        has_factors |= world->cloths.data[i].factors != NULL;
     }
     *rest = (rest_arrays){.warps = ARENA_NEW(&world->scratch, double, 3 * triangle_count),
                           .has_flat_rest = ARENA_NEW(&world->scratch, bool, world->cloths.count)};
     if (has_corners) rest->corners = ARENA_NEW(&world->scratch, double, 9 * triangle_count);
-    if (!rest->warps || !rest->has_flat_rest || (has_corners && !rest->corners)) return false;
-    double *warp = rest->warps, *corner = rest->corners;
+    if (has_factors) rest->factors = ARENA_NEW(&world->scratch, double, triangle_count);
+    if (!rest->warps || !rest->has_flat_rest || (has_corners && !rest->corners) ||
+        (has_factors && !rest->factors))
+        return false;
+    double *warp = rest->warps, *corner = rest->corners, *factor = rest->factors;
     for (size_t i = 0; i < world->cloths.count; i++) {
         const world_cloth *const cloth = &world->cloths.data[i];
         rest->has_flat_rest[i] = cloth->has_flat_rest;
         for (size_t t = 0; t < cloth->mesh.triangle_count; t++, warp += 3)
             memcpy(warp, cloth->warps ? cloth->warps + 3 * t : cloth->grain, 3 * sizeof *warp);
+        for (size_t t = 0; has_factors && t < cloth->mesh.triangle_count; t++)
+            *factor++ = cloth->factors ? cloth->factors[t] : 1.0;
         for (size_t k = 0; has_corners && k < 3 * cloth->mesh.triangle_count; k++, corner += 3)
             memcpy(corner,
                    cloth->rest_corners
@@ -148,7 +155,8 @@ static tulle_status make_def(tulle_world *world, cloth_settings settings, cloth_
                              .has_flat_rest = rest.has_flat_rest,
                              .edge_folds = folds,
                              .vertex_clamps = clamps,
-                             .warps = rest.warps};
+                             .warps = rest.warps,
+                             .stiffness_factors = rest.factors};
     return TULLE_OK;
 }
 

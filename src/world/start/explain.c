@@ -128,8 +128,12 @@ tulle_fineness tulle_cloth_get_fineness(const tulle_world *world, tulle_cloth_id
     bool const is_woven = world->def.membrane == TULLE_MEMBRANE_WOVEN;
     double const rigidity = is_woven ? fmin(material->bend_warp, material->bend_weft)
                                      : material->springs.bend_stiffness;
+    double least = INFINITY; /* of the factors */
+    const double *const factors = world->cloths.data[index].factors;
+    for (size_t t = 0; factors && t < world->cloths.data[index].mesh.triangle_count; t++)
+        least = fmin(least, factors[t]);
     double const weight = material->area_density * vec3_norm(vec3_load(world->def.gravity, 0));
-    if (weight > 0.0) fineness.bending_length = cbrt(rigidity / weight);
+    if (weight > 0.0) fineness.bending_length = cbrt((factors ? least : 1.0) * rigidity / weight);
     return fineness;
 }
 

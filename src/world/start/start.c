@@ -14,6 +14,7 @@
 #include "world/step/search.h"
 #include "world/untangle/untangle.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Joins the surfaces, cloths first: ranges of vertices, triangles and edges of each, and the
@@ -130,7 +131,7 @@ tulle_status world_build_model(tulle_world *world, tulle_error *error) {
     return TULLE_OK;
 }
 
-/* Hash of what a saved state must fit: meshes, rest shapes, masses, time scripts. */
+/* Hash of what a saved state must fit: meshes, rest shapes, masses, factors, time scripts. */
 static uint64_t hash_defs(const tulle_world *world) {
     uint64_t hash = HASH_SEED;
     size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
@@ -143,6 +144,9 @@ static uint64_t hash_defs(const tulle_world *world) {
             hash = hash_bytes(hash, cloth->creases[k].vertices, sizeof cloth->creases[k].vertices);
             hash = hash_bytes(hash, &cloth->creases[k].angle, sizeof cloth->creases[k].angle);
         }
+        if (cloth->factors)
+            hash = hash_bytes(hash, cloth->factors,
+                              cloth->mesh.triangle_count * sizeof *cloth->factors);
     }
     hash =
         hash_bytes(hash, world->topo.triangles, 3 * world->topo.triangle_count * sizeof(uint32_t));
@@ -183,9 +187,19 @@ static uint64_t hash_defs(const tulle_world *world) {
     return hash;
 }
 
-/* Obstacles at time 0 and their presence. */
-static tulle_status place_obstacles(tulle_world *world, tulle_error *error) {
-    tulle_status status = world_script_targets(world, 0.0, 0.0, error);
+/* Obstacles at the time of the start and their presence; null: at time 0. Cloth goes where the
+ * moment has it. */
+static tulle_status place_objects(tulle_world *world, const tulle_moment *moment,
+                                  tulle_error *error) {
+    double const time = moment ? moment->time : 0.0;
+    if (moment) {
+        world->now.time = time;
+        world->step_count = moment->step_count;
+        size_t const bytes = 3 * world->cloth_vertex_count * sizeof(double);
+        memcpy(world->now.positions, moment->positions, bytes);
+        memcpy(world->now.velocities, moment->velocities, bytes);
+    }
+    tulle_status status = world_script_targets(world, time, time, error);
     if (status != TULLE_OK) return status;
     size_t const offset = 3 * (world->cloth_vertex_count + 2 * world->body_count);
     memcpy(world->now.positions + offset, world->targets + offset,
@@ -194,7 +208,9 @@ static tulle_status place_obstacles(tulle_world *world, tulle_error *error) {
     memcpy(world->next.positions + offset, world->targets + offset,
            (3 * world->vertex_count - offset) * sizeof(double));
     for (size_t i = 0; i < world->obstacles.count; i++) {
-        bool const is_present = world->obstacles.data[i].appear_time <= 0.0;
+        const world_obstacle *const obstacle = &world->obstacles.data[i];
+        bool const has_left = moment && time >= obstacle->disappear_time;
+        bool const is_present = obstacle->appear_time <= time && !has_left;
         world->now.is_present[i] = is_present;
         world->surfaces[world->cloths.count + i].is_present = is_present;
     }
@@ -227,7 +243,8 @@ tulle_status world_finish_start(tulle_world *world) {
     return TULLE_OK;
 }
 
-static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error *error) {
+static tulle_status start_stages(tulle_world *world, bool is_judged, const tulle_moment *moment,
+                                 tulle_error *error) {
     static const char no_memory[] = "no memory left to start the world";
     world->response = get_response(world->def.response);
     tulle_status status = world_join_surfaces(world, error);
@@ -241,7 +258,11 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, tulle_error
     if (status == TULLE_OK) status = world_derive_distances(world, error);
     if (status == TULLE_OK) status = world_set_grains(world);
     if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
-    if (status == TULLE_OK) status = place_obstacles(world, error);
+    if (status == TULLE_OK) status = place_objects(world, NULL, error);
+    if (status == TULLE_OK && moment) { /* attachments take their places as at any start */
+        status = world_begin_attachments(world, error);
+        if (status == TULLE_OK) status = place_objects(world, moment, error);
+    }
     if (status == TULLE_OK && is_judged) status = judge_start(world, error);
     if (status != TULLE_OK) return status;
     if (world->plastic_count > 0)
@@ -260,7 +281,49 @@ tulle_status tulle_world_start(tulle_world *world, tulle_error *error) {
     recorded_call const call = {.kind = RECORD_START};
     tulle_status status = world_begin_call(world, &call, error);
     if (status != TULLE_OK) return status;
-    status = world_start(world, true, error);
+    status = world_start(world, true, NULL, error);
+    world_end_call(world, status);
+    return status;
+}
+
+static tulle_status check_moment(const tulle_world *world, const tulle_moment *moment,
+                                 tulle_error *error) {
+    const char *problem = NULL;
+    size_t vertex_count = 0;
+    for (size_t i = 0; i < world->cloths.count; i++)
+        vertex_count += world->cloths.data[i].mesh.vertex_count;
+    for (size_t i = 0; i < world->obstacles.count; i++)
+        if (world->obstacles.data[i].body.is_dynamic) problem = "cannot be taken by rigid bodies";
+    if (!moment->positions || !moment->velocities)
+        problem = "needs positions and velocities";
+    else if (moment->vertex_count != vertex_count)
+        problem = "has another number of vertices than the cloth of the world";
+    else if (!(moment->time >= 0.0) || !isfinite(moment->time))
+        problem = "needs a time that is finite and at least 0";
+    else if (world->is_started)
+        problem = "comes too late: the world has started";
+    for (size_t i = 0; !problem && i < 3 * vertex_count; i++)
+        if (!isfinite(moment->positions[i]) || !isfinite(moment->velocities[i]))
+            problem = "has a position or a velocity that is not finite";
+    return problem ? error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the moment %s", problem)
+                   : TULLE_OK;
+}
+
+tulle_status tulle_world_start_at(tulle_world *world, const tulle_moment *moment,
+                                  tulle_error *error) {
+    if (!world || !moment)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world or the moment is null");
+    size_t const count = 3 * moment->vertex_count;
+    recorded_call call = {.kind = RECORD_START, .numbers = {0, moment->step_count}};
+    tulle_status status = check_moment(world, moment, error);
+    if (status != TULLE_OK) return status;
+    memcpy(&call.numbers[0], &moment->time, sizeof call.numbers[0]);
+    call.arrays[0] = (recorded_array){moment->positions, count};
+    call.arrays[1] = (recorded_array){moment->velocities, count};
+    status = world_begin_call(world, &call, error);
+    if (status != TULLE_OK) return status;
+    status = world_start(world, true, moment, error);
+    if (status != TULLE_OK) world->step_count = 0;
     world_end_call(world, status);
     return status;
 }
@@ -272,13 +335,14 @@ void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stop
     world->stop.context = context;
 }
 
-tulle_status world_start(tulle_world *world, bool is_judged, tulle_error *error) {
+tulle_status world_start(tulle_world *world, bool is_judged, const tulle_moment *moment,
+                         tulle_error *error) {
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
     if (world->is_started) return TULLE_OK;
     atomic_store(&world->stop.is_stopped, false);
     const tulle_tasks *const before = parallel_use(world->tasks);
-    tulle_status status = start_stages(world, is_judged, error);
-    if (status == TULLE_OK && is_judged) status = world_begin_attachments(world, error);
+    tulle_status status = start_stages(world, is_judged, moment, error);
+    if (status == TULLE_OK && is_judged && !moment) status = world_begin_attachments(world, error);
     (void)parallel_use(before);
     if (status != TULLE_OK) {
         world_release_start(world);

@@ -15,14 +15,14 @@
  *   in a substep                       |                                     |
  *   its contacts wake bodies or cloth  | the substep with them awake         | once for each
  *   a contact makes a body turn too far| as long as the turn allows          | until it fits
- *   cloth grows, energy is gained, or  | half the length                     | while over 1/4 step
- *   there still is far too much of it  |                                     |
- *   a part of the time passed          | the rest as another substep         | 48 a go at the step
- *   stuck while a script moves         | substeps shorter by 4, half reserve | 3
- *   stuck with nothing on a script     | cloth and bodies stand still        | to its end
- *                                      |                                     |
- *   in a step                          |                                     |
- *   it is pinched, or tears cloth      | undo; what on_pinch says, anew      | see below
+ *   too much comes near to its paths   | half the length                     | while over
+ * step/4,096 cloth grows, energy is gained, or  | half the length                     | while over
+ * 1/4 step there still is far too much of it  |                                     | a part of the
+ * time passed          | the rest as another substep         | 48 a go at the step stuck while a
+ * script moves         | substeps shorter by 4, half reserve | 3 stuck with nothing on a script |
+ * cloth and bodies stand still        | to its end |                                     | in a
+ * step                          |                                     | it is pinched, or tears
+ * cloth      | undo; what on_pinch says, anew      | see below
  *
  * A step is stuck when a substep is blocked, when four substeps in a row pass next to no time, or
  * when it took 48 substeps. Refused substeps count too; shorter substeps and turns raise the limit.
@@ -52,6 +52,8 @@ static const double REMAINDER_SHARE = 1e-9;
  */
 static const double SHORTEST_SHARE = 1.0 / 4.0;
 enum { SUBSTEPS_MAX = 48 };
+/* A crowded substep of this share of the step fails it. A power of two. */
+static const double CROWDED_SHARE = 1.0 / 4096.0;
 /* A substep crawls when it passes less than this share of what it is to pass. */
 static const double CRAWL_SHARE = 0.01;
 enum { CRAWLS_MAX = 4 };
@@ -166,12 +168,26 @@ tulle_status world_choose_substep(step_context *context) {
     return status;
 }
 
-void world_retry_substep(step_context *context) {
+void world_retry_substep(step_context *context, tulle_status *status) {
     retry_state *const retry = &context->retry;
+    if (*status == TULLE_ERROR_LIMIT) { /* a search has more candidates than it lists */
+        context->outcome = SUBSTEP_CROWDED;
+        *status = TULLE_OK;
+        if (!(context->time_step > CROWDED_SHARE * context->whole_step))
+            *status = error_set(context->error, TULLE_ERROR_LIMIT,
+                                "step %llu has too many candidate pairs, even when cut to %g s; "
+                                "use slower motion, coarser meshes or a smaller contact distance",
+                                (unsigned long long)context->world->step_count, context->time_step);
+    }
+    if (*status != TULLE_OK) return;
     /* substeps that are short only because bodies turn do not make a step stuck */
     bool const is_cut = retry->is_cut_by_turns && context->outcome == SUBSTEP_WHOLE;
     if (is_cut || context->outcome == SUBSTEP_TURNS) retry->substep_limit++;
     switch (context->outcome) {
+    case SUBSTEP_CROWDED:
+        retry->wanted = 0.5 * context->time_step;
+        retry->substep_limit += (uint32_t)(context->whole_step / retry->wanted);
+        return;
     case SUBSTEP_WAKES:
     case SUBSTEP_TURNS: return;
     case SUBSTEP_STRETCHES:

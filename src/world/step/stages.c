@@ -40,11 +40,7 @@ tulle_status world_tell_failure(const step_context *context, tulle_status status
     case TULLE_OK: return TULLE_OK;
     case TULLE_ERROR_OUT_OF_MEMORY:
         return error_set(context->error, status, "no memory left for step %llu", step);
-    case TULLE_ERROR_LIMIT:
-        return error_set(context->error, status,
-                         "step %llu has more than 2^32 candidate pairs; use a smaller contact "
-                         "distance, a smaller time step or coarser meshes",
-                         step);
+    case TULLE_ERROR_LIMIT: return status; /* told where shorter substeps do not help */
     default:
         return error_set(context->error, TULLE_ERROR_STEP_FAILED,
                          "step %llu leads to positions that are not finite or too far away; use a "

@@ -93,8 +93,8 @@ static tulle_status run_substeps(step_context *context) {
         if (stop_is_wanted(&world->stop, 0)) return TULLE_ERROR_INTERRUPTED;
         tulle_status status = world_choose_substep(context);
         if (status == TULLE_OK) status = run_substep(context);
+        world_retry_substep(context, &status);
         if (status != TULLE_OK) return status;
-        world_retry_substep(context);
     }
     if (context->outcome != SUBSTEP_PINCHED) context->state->time = end_time;
     return TULLE_OK;
@@ -193,7 +193,7 @@ static tulle_status end_step(step_context *context, tulle_status status) {
 static tulle_status make_step(tulle_world *world, double time_step, tulle_step_report *report,
                               tulle_error *error) {
     double const start = timer_now();
-    tulle_status status = world_start(world, true, error);
+    tulle_status status = world_start(world, true, NULL, error);
     if (status != TULLE_OK) return status;
 
     tulle_step_report local = {

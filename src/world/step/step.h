@@ -30,6 +30,7 @@ typedef enum substep_outcome {
     SUBSTEP_WHOLE,     /* accepted: all of its time passed */
     SUBSTEP_SHORTENED, /* accepted: a part of its time passed */
     SUBSTEP_BLOCKED,   /* no part of its time may pass */
+    SUBSTEP_CROWDED,   /* refused: its paths are so long that too much comes near to them */
     SUBSTEP_WAKES,     /* refused: its contacts woke bodies or cloth */
     SUBSTEP_TURNS,     /* refused: a contact makes a body turn too far */
     SUBSTEP_STRETCHES, /* refused: an edge of cloth would grow too much */
@@ -193,7 +194,7 @@ bool world_may_linearise(const step_context *context);
  * step, undone, runs again. */
 bool world_retry_solve(step_context *context, tulle_status *status);
 bool world_retry_balance(step_context *context, tulle_status *status);
-void world_retry_substep(step_context *context);
+void world_retry_substep(step_context *context, tulle_status *status);
 bool world_retry_step(step_context *context, tulle_status *status);
 /* Whether the step has passed, or is pinched. */
 bool world_is_step_over(const step_context *context);

@@ -76,7 +76,44 @@ static void a_plain_run_has_none(void **state) {
     tulle_run_reader_close(reader);
     records_debug = 1;
     assert_int_equal(resume_run(directory, 4, &error), TULLE_ERROR_INVALID_ARGUMENT);
-    assert_non_null(strstr(error.message, "no debug records"));
+    assert_non_null(strstr(error.message, "has no debug records"));
+}
+
+/* Velocities without contacts and patches; the run is cut, goes on, and knows what it keeps. */
+static void velocities_may_be_kept_alone(void **state) {
+    (void)state;
+    const char *const directory = test_path("velocities");
+    records_debug = 2;
+    run_whole(directory, 4);
+    tulle_error error = {0};
+    assert_int_equal(resume_run(directory, FRAME_COUNT, &error), TULLE_OK);
+    assert_sound(directory);
+    tulle_run_reader *const reader = open_reader(directory);
+    assert_int_equal(tulle_run_reader_get_info(reader)->has_debug, 0);
+    assert_int_equal(tulle_run_reader_get_info(reader)->has_velocities, 1);
+    for (uint32_t frame = 0; frame <= FRAME_COUNT; frame++) {
+        const tulle_run_debug *debug = NULL;
+        assert_int_equal(tulle_run_reader_read_debug(reader, frame, &debug, &error), TULLE_OK);
+        assert_debug(debug, find_state(frame), frame * STEPS_PER_FRAME);
+    }
+    tulle_run_reader_close(reader);
+    records_debug = 1;
+    assert_int_equal(resume_run(directory, 4, &error), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "keeps velocities alone"));
+    /* what run.json says goes before what the blocks say */
+    size_t size;
+    char *const text = get_file(test_path("velocities/run.json"), &size);
+    char *const key = strstr(text, "\"velocities\"");
+    assert_non_null(key);
+    memcpy(key, "\"debug\"     ", strlen("\"velocities\""));
+    seal_record(text);
+    put_file(test_path("velocities/run.json"), text, size);
+    free(text);
+    tulle_run_reader *const wrong = open_reader(directory);
+    const tulle_run_debug *debug = NULL;
+    assert_int_equal(tulle_run_reader_read_debug(wrong, 1, &debug, &error), TULLE_ERROR_PARSE);
+    assert_non_null(strstr(error.message, "something else than run.json says"));
+    tulle_run_reader_close(wrong);
 }
 
 /* A run.json that says nothing of records. */
@@ -273,6 +310,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frames_can_be_read_in_any_order),
         cmocka_unit_test(a_plain_run_has_none),
+        cmocka_unit_test(velocities_may_be_kept_alone),
         cmocka_unit_test(a_run_without_the_key_is_plain),
         cmocka_unit_test(every_cut_and_flipped_bit_is_noticed),
         cmocka_unit_test(forged_blocks_do_no_harm),
