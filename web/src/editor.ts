@@ -134,6 +134,7 @@ export class Editor {
           EditorView.contentAttributes.of({
             'aria-label': 'Scene in YAML. Escape, then Tab leaves the editor',
             spellcheck: 'false',
+            tabindex: '0',
           }),
           EditorView.updateListener.of((update) => {
             if (!update.docChanged) return;

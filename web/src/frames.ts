@@ -124,6 +124,7 @@ export interface FrameRequest {
 export class Fetcher {
   private pending: { from: number; step: number; end: number; next: number; sent: number } | null = null;
   private wish: { frame: number; step: number } | null = null;
+  private timer: ReturnType<typeof setTimeout> | undefined;
   private readonly store: FrameStore;
   private readonly send: (request: FrameRequest) => void;
   private readonly isUsable: (kept: KeptFrame) => boolean;
@@ -190,6 +191,7 @@ export class Fetcher {
     // A request whose first frame has not come yet is left alone for a moment, so that scrubbing does not outrun the server.
     if (pending && pending.next === pending.from && now - pending.sent < PATIENCE) {
       this.wish = { frame, step };
+      this.timer ||= setTimeout(() => this.grant(), PATIENCE);
       return;
     }
     this.wish = null;
@@ -203,8 +205,15 @@ export class Fetcher {
     const { pending, wish } = this;
     if (pending && frame >= pending.next && frame < pending.end) pending.next = frame + pending.step;
     if (pending && pending.next >= pending.end) this.pending = null;
-    if (!wish) return;
+    if (wish) this.grant();
+  }
+
+  // Asks for what was wished for meanwhile.
+  private grant(): void {
+    const { wish } = this;
+    clearTimeout(this.timer);
+    this.timer = undefined;
     this.wish = null;
-    if (!this.has(wish.frame) && !this.isComing(wish.frame)) this.ask(wish.frame, wish.step);
+    if (wish && !this.has(wish.frame) && !this.isComing(wish.frame)) this.ask(wish.frame, wish.step);
   }
 }

@@ -558,6 +558,7 @@ class Page {
 
   private onHold(): void {
     this.updateHoldPanel();
+    this.view.toggleAttribute('data-held', this.hold?.isHolding ?? false);
     const hint = get('hint'),
       { hold } = this;
     hint.hidden = !hold?.isByKeys;

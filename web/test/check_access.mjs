@@ -42,6 +42,32 @@ const getFocus = (page) =>
     };
   });
 
+// Nothing is wider than the window, and no control is cut off.
+async function checkRoom(page, name) {
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  assert.ok(wide <= 0, `the page is ${wide} pixels wider than the window at ${name}`);
+  const places = [
+    'header button',
+    '#editor button',
+    '#editor select',
+    'footer button',
+    'footer input',
+    'footer select',
+    '.axes button',
+  ];
+  const cut = await page.evaluate(
+    (selector) =>
+      [...document.querySelectorAll(selector)]
+        .filter((each) => {
+          const box = each.getBoundingClientRect();
+          return box.width > 0 && (box.left < 0 || box.right > innerWidth + 0.5 || box.bottom > innerHeight + 0.5);
+        })
+        .map((each) => each.outerHTML),
+    places.join(),
+  );
+  assert.deepEqual(cut, [], `controls are cut off at ${name}`);
+}
+
 let run, live;
 
 export const checks = {
@@ -64,20 +90,7 @@ export const checks = {
         await until(async () => (await view.getAttribute('data-coarse')) === null, 'the picture stays coarse');
         await shoot(page, `run_${name}`);
         await inspect(page, `a run, ${name}`);
-        const { inner, outer } = await page.evaluate(() => ({
-          inner: document.documentElement.scrollWidth,
-          outer: innerWidth,
-        }));
-        assert.ok(inner <= outer, `${inner} of ${outer} pixels`);
-        const cut = await page.evaluate(() =>
-          [...document.querySelectorAll('header button, footer button, footer input, footer select, .axes button')]
-            .filter((each) => {
-              const box = each.getBoundingClientRect();
-              return box.width > 0 && (box.left < 0 || box.right > innerWidth + 0.5 || box.bottom > innerHeight + 0.5);
-            })
-            .map((each) => each.outerHTML),
-        );
-        assert.deepEqual(cut, [], `controls are cut off at ${name}`);
+        await checkRoom(page, name);
         if (width === 360) {
           await page.getByRole('button', { name: 'Panels', exact: true }).click();
           await page.getByLabel('Gaps').check();
@@ -94,6 +107,7 @@ export const checks = {
         await held.page.locator('.cm-line').first().waitFor();
         await held.page.waitForTimeout(300);
         await shoot(held.page, `live_${name}`);
+        await checkRoom(held.page, `a live scene, ${name}`);
         await inspect(held.page, `a live scene with its text, ${name}`);
         if (width > 700) {
           await held.page.getByRole('application').focus();

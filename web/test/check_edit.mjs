@@ -79,8 +79,9 @@ export const checks = {
   async 'editing: completion knows the keys and their words'() {
     const opened = await visit(),
       { page, editor } = opened;
-    const offers = (words) =>
-      until(
+    // An offer takes keys only when it has been there for a moment.
+    const offers = async (words) => {
+      await until(
         async () =>
           (
             await page
@@ -90,6 +91,8 @@ export const checks = {
           ).includes(words),
         `${words} is not offered`,
       );
+      await page.waitForTimeout(200);
+    };
     await goTo(page, editor, lineOf('preset: cotton'));
     await page.keyboard.press('Enter');
     await page.keyboard.type('    fri');

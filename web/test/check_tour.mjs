@@ -4,7 +4,7 @@ import fs from 'node:fs';
 import path from 'node:path';
 import { close, open, pictures, root, section, serve, settle, until, waitFrame, work } from './harness.mjs';
 
-const SIZE = { width: 960, height: 600 };
+const SIZE = { width: 840, height: 540 };
 const shoot = (page, name) => page.screenshot({ path: path.join(pictures, `tour_${name}.png`) });
 
 export const checks = {
@@ -62,7 +62,7 @@ export const checks = {
       y = box.y + box.height * 0.62;
     await page.mouse.move(x, y);
     await page.mouse.down();
-    await until(async () => /held/.test(await page.locator('#status').innerText()), 'nothing is held');
+    await page.locator('#view[data-held]').waitFor();
     await page.getByRole('button', { name: 'Start' }).evaluate((button) => button.click());
     await page.mouse.move(x + 150, y - 60, { steps: 15 });
     await until(async () => Number(await page.locator('.live-time').getAttribute('data-step')) > 60, 'it does not run');

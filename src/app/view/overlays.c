@@ -80,8 +80,8 @@ void overlay_put_pairs(view_overlay *overlay, const tulle_check_pair *pairs, siz
 
 /* The map from the flat triangle to where it is now takes u to Fu and v to Fv; the strains are
  * |Fu| - 1, |Fv| - 1 and Fu . Fv. All zero where the flat triangle has no area. */
-void overlay_measure_flat_strain(const float *uv, const float *positions,
-                                 const uint32_t corners[3], double strain[3]) {
+void overlay_measure_flat_strain(const float *uv, const float *positions, const uint32_t corners[3],
+                                 double strain[3]) {
     double flat[2][2], edges[2][3];
     for (int e = 0; e < 2; e++) {
         size_t const a = corners[0], b = corners[e + 1];
@@ -114,7 +114,7 @@ void overlay_put_flat_strains(view_overlay *overlay, const view_document *docume
         for (size_t t = 0; t < cloth->mesh.triangle_count; t++) {
             double strain[3];
             overlay_measure_flat_strain(cloth->uv, positions + 3 * cloth->vertex_begin,
-                           cloth->mesh.triangles + 3 * t, strain);
+                                        cloth->mesh.triangles + 3 * t, strain);
             overlay_put_doubles(overlay, strain, 3);
         }
     }

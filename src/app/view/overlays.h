@@ -44,8 +44,8 @@ void overlay_put_object(view_overlay *overlay, size_t object, size_t count);
 void overlay_put_doubles(view_overlay *overlay, const double *values, size_t count);
 void overlay_put_pairs(view_overlay *overlay, const tulle_check_pair *pairs, size_t count);
 /* Strain of a triangle beside its flat shape at rest: along u, along v, shear. */
-void overlay_measure_flat_strain(const float *uv, const float *positions,
-                                 const uint32_t corners[3], double strain[3]);
+void overlay_measure_flat_strain(const float *uv, const float *positions, const uint32_t corners[3],
+                                 double strain[3]);
 /* The same of the triangles of all cloth. */
 void overlay_put_flat_strains(view_overlay *overlay, const view_document *document,
                               const float *positions);

@@ -15,8 +15,8 @@ typedef struct pick_facts {
     const double *positions, *velocities; /* 3 a vertex */
     const double *strains;                /* 3 a triangle */
     const float *places; /* 3 a vertex: where strains are measured beside the flat shape instead */
-    const uint32_t *patches;              /* a label a triangle */
-    const tulle_contact *contacts;        /* of all objects */
+    const uint32_t *patches;       /* a label a triangle */
+    const tulle_contact *contacts; /* of all objects */
     size_t contact_count;
     const uint32_t *numbers; /* the document's number of each of the contacts' objects */
     const tulle_scene *scene;

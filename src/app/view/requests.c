@@ -70,11 +70,11 @@ static tulle_status pick_in_run(view_session *session, const view_request *reque
     if (status == TULLE_OK)
         status = tulle_run_reader_read_positions(run->reader, number, index, run->scratch, error);
     if (status != TULLE_OK) return status;
-    pick_facts facts = {
-        .document = document,
-        .frame = number,
-        .positions = run->scratch,
-        .places = session->frame.positions + 3 * document->objects[index].vertex_begin};
+    pick_facts facts = {.document = document,
+                        .frame = number,
+                        .positions = run->scratch,
+                        .places =
+                            session->frame.positions + 3 * document->objects[index].vertex_begin};
     if (run->has_read_debug) {
         facts.velocities = run->debug.velocities[index];
         facts.patches = run->debug.patch_labels[index];
