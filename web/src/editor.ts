@@ -74,6 +74,7 @@ const theme = EditorView.theme({
   '.cm-tooltip, .cm-panels': { backgroundColor: 'var(--surface)', color: 'var(--ink)', border: '1px solid var(--line)' },
   '.cm-tooltip-autocomplete ul li[aria-selected]': { backgroundColor: 'var(--accent)', color: 'var(--accent-ink)' },
   '.cm-completionDetail': { color: 'inherit', opacity: '1' },
+  '.cm-tooltip.cm-completionInfo': { maxWidth: '240px', padding: '4px 8px' },
   '.cm-diagnostic': { whiteSpace: 'pre-wrap', maxWidth: '420px' },
   '.cm-panel button, .cm-panel input': {
     font: 'inherit',

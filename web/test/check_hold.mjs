@@ -347,22 +347,20 @@ async function readVertexQuietly(page) {
   }, 'the chosen vertex is not told');
 }
 
-// The middle of the pixels of a color in the picture, in coordinates of the page.
-async function findPixels(page, test) {
+// The middle of the pixels of a color in the picture, in coordinates of the page; of those at its right end where `isRight`.
+async function findPixels(page, test, isRight = false) {
   const { width, height, channels, data } = await look(page),
     box = await page.locator('#stage').boundingBox();
-  let x = 0,
-    y = 0,
-    count = 0;
-  for (let i = 0; i < width * height; i++) {
-    if (!test(data[channels * i], data[channels * i + 1], data[channels * i + 2])) continue;
-    x += i % width;
-    y += Math.floor(i / width);
-    count++;
-  }
-  assert.ok(count > 0, 'the mark is not in the picture');
-  return { x: box.x + x / count, y: box.y + y / count };
+  let found = [];
+  for (let i = 0; i < width * height; i++)
+    if (test(data[channels * i], data[channels * i + 1], data[channels * i + 2]))
+      found.push([i % width, Math.floor(i / width)]);
+  assert.ok(found.length > 0, 'the mark is not in the picture');
+  const end = Math.max(...found.map(([x]) => x));
+  if (isRight) found = found.filter(([x]) => x > end - 10);
+  const [x, y] = [0, 1].map((axis) => found.reduce((sum, point) => sum + point[axis], 0) / found.length);
+  return { x: box.x + x, y: box.y + y };
 }
 
 const findMark = (page) => findPixels(page, (r, g, b) => r > 240 && g > 40 && g < 90 && b > 100 && b < 150);
-const findArrow = (page) => findPixels(page, (r, g, b) => r > 235 && g < 25 && b < 25);
+const findArrow = (page) => findPixels(page, (r, g, b) => r > 235 && g < 25 && b < 25, true);
