@@ -32,7 +32,13 @@ const visit = async () => {
   if (!opened || opened.page.isClosed()) opened = await open(server.address);
   const { page } = opened;
   await page.locator('.live-time[data-step]').waitFor();
-  if (!(await isPaused(page))) await page.getByRole('button', { name: 'Pause' }).click();
+  // What the last check did may still be on its way.
+  await until(async () => {
+    if (await isPaused(page)) return true;
+    await page.locator('button[aria-label=Pause]').evaluateAll((buttons) => buttons.forEach((button) => button.click()));
+    await page.waitForTimeout(200);
+    return false;
+  }, 'it does not pause');
   await page.getByRole('button', { name: 'Reset' }).click();
   await until(async () => (await readStep(page)) === 0, 'reset does not lead to step 0');
   await hold(page).getByRole('button', { name: 'Look', exact: true }).click();
