@@ -157,7 +157,9 @@ test-long:
 # which is clang's. They take up to twenty times as long. TESTS='base.parallel world.golden' builds and runs these alone.
 TESTS ?=
 # Tests of the program need that alone, all others their own program.
-CHOSEN_TARGETS = $(addprefix --target ,$(subst .,_test_,$(filter-out e2e.%,$(TESTS))) $(if $(filter e2e.%,$(TESTS)),tulle_program paper_measure))
+# Tests of fuzz targets replay their kept inputs; TESTS='fuzz.*' are all of them.
+CHOSEN_REPLAYS = $(foreach test,$(filter fuzz.%,$(TESTS)),$(patsubst fuzz/targets/%.c,replay_%,$(wildcard fuzz/targets/$(test:fuzz.%=%).c)))
+CHOSEN_TARGETS = $(addprefix --target ,$(CHOSEN_REPLAYS) $(subst .,_test_,$(filter-out e2e.% fuzz.%,$(TESTS))) $(if $(filter e2e.%,$(TESTS)),tulle_program paper_measure))
 CHOSEN_TESTS = -R '^($(or $(subst $() ,|,$(strip $(TESTS))),.*))$$'
 test-asan test-ubsan test-tsan: test-%:
 	@$(INSTALL_PACKAGES) build test $(filter ubsan,$*)

@@ -1,5 +1,5 @@
-/* tulle_io/animation.h - surfaces over time in one file: glTF, USD, MDD and NPZ are written, glTF
- * is read. docs/guide/formats.md describes what each of them holds.
+/* tulle_io/animation.h - surfaces over time in one file: glTF, USD, MDD and NPZ are written;
+ * glTF, USD and NPZ are read. docs/guide/formats.md describes what each of them holds.
  *
  * A writer asks for frames one by one, as often as it needs them, and keeps one at a time. So its
  * memory does not grow with their positions. A file appears whole or not at all. */
@@ -84,12 +84,14 @@ typedef struct tulle_animation_info {
     char note[256];         /* what was passed over; or empty */
 } tulle_animation_info;
 
-/* Opens the file `path`, .glb or .gltf (glTF 2.0), makes `*animation`, which is null after an
- * error, and fills `info`, which may be null. Of the scene all surfaces are read, one behind the
- * other, as one mesh in the scene's coordinates. Frames are all times of keys of the first
- * animation; there is one where there is no animation. Morph targets, transforms of nodes and skins
- * move vertices. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
- * TULLE_ERROR_UNSUPPORTED (another extension of the name; an extension of glTF that is needed),
+/* Opens the file `path`, .glb or .gltf (glTF 2.0), .usda or .npz, makes `*animation`, which is null
+ * after an error, and fills `info`, which may be null. Of the scene all surfaces are read, one
+ * behind the other, as one mesh in the scene's coordinates. Frames are all times of keys of the
+ * first animation, of samples of what is shown, or of the archive's frames; there is one where
+ * nothing moves. Of glTF morph targets, transforms of nodes and skins move vertices, of USD points
+ * and transforms. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_UNSUPPORTED (another extension of the name; an extension of glTF that is needed;
+ * USD in its binary form),
  * TULLE_ERROR_LIMIT, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_animation_open(const char *path, tulle_animation **animation,
                                             tulle_animation_info *info, tulle_error *error);

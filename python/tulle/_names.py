@@ -1,6 +1,7 @@
 """The public names of the package."""
 from tulle._arrays import StateArray
 from tulle._library import version as __version__
+from tulle.animation import Animation, write_animation
 from tulle.detector import Detection, Detector, Judge, Verdict
 from tulle.errors import *  # noqa: F403
 from tulle.fit import Fit, fit_material

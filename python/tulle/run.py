@@ -301,7 +301,7 @@ class RunWriter(Unique):
 
 
 class PointCache:
-    """A PC2 file that is read: the positions of one body at every frame."""
+    """A PC2 or MDD file that is read: the positions of one body at every frame."""
 
     def __init__(self, path: PathLike) -> None:
         """Opens the file. Raises FileError, ParseError."""
@@ -325,6 +325,13 @@ class PointCache:
             check(io.tulle_pc2_read_frame(self._handle.get(), frame % self.frame_count, point_to(positions, "double *"), error),
                   error)
         return positions
+
+    def get_time(self, frame: int) -> float:
+        """[s] of a frame as an MDD file has it; NaN of PC2, which has none."""
+        time, error = ffi.new("double *"), make_error_buffer()
+        with self._handle.using():
+            check(io.tulle_pc2_get_time(self._handle.get(), frame, time, error), error)
+        return float(time[0])
 
     def close(self) -> None:
         """Releases the file."""

@@ -13,7 +13,9 @@ static const schema_key sequence_table[] = {
      .type = SCHEMA_PATH,
      .flags = SCHEMA_ALTERNATIVE,
      FIELD(sequence_keys, cache),
-     .meaning = "PC2 or MDD point cache; the obstacle's mesh gives the triangles"},
+     .meaning = "PC2 or MDD point cache, whose triangles the obstacle's mesh gives; or an "
+                "animation (.glb, .gltf, "
+                ".usda, .npz), which has them itself"},
     {.name = "first",
      .type = SCHEMA_INTEGER,
      .minimum = 0,

@@ -277,8 +277,10 @@ void tulle_scene_destroy(tulle_scene *loaded) {
     if (!loaded) return;
     release_sources(loaded);
     for (size_t i = 0; i < loaded->cloth_count; i++) tulle_mesh_destroy(&loaded->cloths[i].mesh);
-    for (size_t i = 0; i < loaded->obstacle_count; i++)
+    for (size_t i = 0; i < loaded->obstacle_count; i++) {
         tulle_mesh_destroy(&loaded->obstacles[i].mesh);
+        sequence_close(loaded->obstacles[i].sequence);
+    }
     arena_destroy(&loaded->storage);
     memory heap = loaded->heap;
     memory_release(&heap, loaded, sizeof *loaded);

@@ -95,9 +95,8 @@ void note_add(const scene_work *work, const char *format, ...) {
     if (kept) loaded->notes[loaded->note_count++] = kept;
 }
 
-/* Of triangles that an obstacle has twice, one is as good as two. */
-static tulle_status drop_duplicates(const scene_work *work, const char *path, tulle_mesh *mesh,
-                                    tulle_mesh_source *source, tulle_error *error) {
+tulle_status drop_duplicates(const scene_work *work, const char *path, tulle_mesh *mesh,
+                             tulle_mesh_source *source, tulle_error *error) {
     tulle_mesh_duplicates found;
     tulle_status const status =
         tulle_mesh_drop_duplicates(mesh, source->triangle_lines, &found, error);

@@ -1,4 +1,5 @@
 /* scene/make_obstacle.c - obstacles of a scene: mesh, copies, motion. */
+#include "scene/frame_cache.h"
 #include "scene/scene_data.h"
 
 #include <string.h>
@@ -82,12 +83,14 @@ static bool make_source(obstacle_work *work) {
     bool has_mesh = keys->mesh.head.node != NULL;
     bool has_sequence =
         keys->motion.head.node && schema_is_given(&motion_map, &keys->motion, "sequence");
-    bool has_files =
-        has_sequence && schema_is_given(&sequence_map, &keys->motion.sequence, "files");
-    if (!has_mesh && !has_files) {
+    const sequence_keys *const sequence = &keys->motion.sequence;
+    bool gives_mesh =
+        has_sequence && (schema_is_given(&sequence_map, sequence, "files") ||
+                         (sequence->cache && frame_cache_is_animation(sequence->cache)));
+    if (!has_mesh && !gives_mesh) {
         problem_add(work->scene->problems, TULLE_ERROR_PARSE, keys->head.place,
                     "%s: the key 'mesh' is missing: file or shape, unless motion.sequence.files "
-                    "gives the mesh",
+                    "or an animation gives the mesh",
                     keys->head.path);
         return false;
     }

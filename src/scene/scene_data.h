@@ -120,6 +120,9 @@ void note_add(const scene_work *work, const char *format, ...)
  * not null, gets what the reader tells; it is left as it is after an error. */
 tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role role,
                        tulle_mesh *mesh, tulle_mesh_source *kept, tulle_error *error);
+/* Of triangles that an obstacle has twice, one is as good as two: drops the other, and notes it. */
+tulle_status drop_duplicates(const scene_work *work, const char *path, tulle_mesh *mesh,
+                             tulle_mesh_source *source, tulle_error *error);
 /* Reads or generates a mesh and validates it for its role; `source` as `kept`, left as it is for a
  * generated one. False after a problem. */
 bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role role,
@@ -202,12 +205,15 @@ bool make_attachments(const scene_work *work);
  * made. False after a problem. */
 bool make_pairs(const scene_work *work);
 
-/* A mesh sequence. `mesh` is the obstacle's, or empty to take the first file's; every frame is read
+/* A mesh sequence. `mesh` is the obstacle's, or empty to take that of the first file or of an
+ * animation; every frame is read
  * once to check it, and adds to the scene's hash. Null after a problem. */
 scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys, tulle_mesh *mesh);
 /* A second reader of the same frames with its own placement; null after a problem. */
 scene_sequence *sequence_place(const scene_work *work, const scene_sequence *origin,
                                const double scale[3], const pose *whole);
+/* Closes what is open; it opens again when a frame is read. Null is fine. */
+void sequence_close(scene_sequence *sequence);
 /* Frames that the world may ask for; more than it can ever reach where the sequence loops. */
 uint32_t sequence_get_frame_count(const scene_sequence *sequence);
 /* [s] From one frame to the next. */

@@ -1,12 +1,13 @@
-/* scene/sequence.c - mesh sequences: numbered mesh files or a PC2 cache. Every frame is read once
- * when the scene is loaded, so that a bad file is found before the run begins. It is read again
- * when a world asks for it; the last two frames are kept. Several worlds may ask at once. */
+/* scene/sequence.c - mesh sequences: numbered mesh files, a point cache or an animation. Every
+ * frame is read once when the scene is loaded, so that a bad file is found before the run begins.
+ * It is read again when a world asks for it; the last two frames are kept. Several worlds may ask
+ * at once. */
+#include "scene/frame_cache.h"
 #include "scene/scene_data.h"
 
 #include "base/error.h"
 #include "base/hash.h"
 
-#include "tulle_io/cache.h"
 #include "tulle_io/mesh_files.h"
 
 #include <math.h>
@@ -16,6 +17,7 @@
 struct scene_sequence {
     const char *files; /* path with one %d, null for a cache */
     const char *cache; /* path */
+    frame_cache open;  /* an animation that stays open; used with what is kept */
     uint64_t first;
     uint32_t frame_count; /* read from files */
     uint32_t period;      /* frames of a round, there and back with pingpong */
@@ -26,7 +28,7 @@ struct scene_sequence {
     double *kept[2]; /* placed positions */
     uint32_t kept_frame[2];
     int next_kept;              /* the slot to be replaced next */
-    atomic_flag is_kept_in_use; /* a thread reads or replaces what is kept */
+    atomic_flag is_kept_in_use; /* a thread reads or replaces what is kept, or what is open */
 };
 
 enum {
@@ -94,27 +96,18 @@ static tulle_status read_file(const scene_sequence *sequence, uint32_t frame, tu
     return status;
 }
 
-/* Reads the positions of a frame, unplaced. */
-static tulle_status read_frame(const scene_sequence *sequence, uint32_t frame, double *positions,
-                               tulle_error *error) {
-    if (sequence->files) {
-        tulle_mesh mesh = {0};
-        tulle_status status = read_file(sequence, frame, &mesh, error);
-        if (status != TULLE_OK) return status;
-        memcpy(positions, mesh.positions, 3 * sequence->vertex_count * sizeof(double));
-        tulle_mesh_destroy(&mesh);
-        return TULLE_OK;
-    }
-    tulle_pc2 *cache = NULL;
-    tulle_pc2_info info;
-    tulle_status status = tulle_pc2_open(sequence->cache, &cache, &info, error);
+/* Reads the positions of a frame of a cache. */
+static tulle_status read_cached(const scene_sequence *sequence, frame_cache *cache, uint32_t frame,
+                                double *positions, tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    if (!cache->animation) status = frame_cache_open(sequence->cache, cache, error);
     if (status != TULLE_OK) return status;
-    if (info.vertex_count != sequence->vertex_count)
+    if (cache->vertex_count != sequence->vertex_count)
         status = error_set_at(error, TULLE_ERROR_INVALID_MESH, sequence->cache, 0, 0,
-                              "the number of vertices changed to %u", (unsigned)info.vertex_count);
+                              "the number of vertices changed to %zu", cache->vertex_count);
     else
-        status = tulle_pc2_read_frame(cache, (uint32_t)sequence->first + frame, positions, error);
-    tulle_pc2_close(cache);
+        status = frame_cache_read(cache, (uint32_t)sequence->first + frame, positions, error);
+    if (!cache->animation) frame_cache_close(cache);
     for (size_t i = 0; status == TULLE_OK && i < 3 * sequence->vertex_count; i++)
         if (!isfinite(positions[i]))
             status = error_set_at(error, TULLE_ERROR_INVALID_MESH, sequence->cache, 0, 0,
@@ -122,10 +115,22 @@ static tulle_status read_frame(const scene_sequence *sequence, uint32_t frame, d
     return status;
 }
 
+/* Reads the positions of a frame, unplaced; an animation stays open in `cache`. */
+static tulle_status read_frame(const scene_sequence *sequence, frame_cache *cache, uint32_t frame,
+                               double *positions, tulle_error *error) {
+    if (sequence->cache) return read_cached(sequence, cache, frame, positions, error);
+    tulle_mesh mesh = {0};
+    tulle_status const status = read_file(sequence, frame, &mesh, error);
+    if (status != TULLE_OK) return status;
+    memcpy(positions, mesh.positions, 3 * sequence->vertex_count * sizeof(double));
+    tulle_mesh_destroy(&mesh);
+    return TULLE_OK;
+}
+
 /* Reads the positions of a frame where it is placed. */
-static tulle_status read_placed(const scene_sequence *sequence, uint32_t frame, double *positions,
-                                tulle_error *error) {
-    tulle_status const status = read_frame(sequence, frame, positions, error);
+static tulle_status read_placed(const scene_sequence *sequence, frame_cache *cache, uint32_t frame,
+                                double *positions, tulle_error *error) {
+    tulle_status const status = read_frame(sequence, cache, frame, positions, error);
     if (status != TULLE_OK) return status;
     tulle_mesh placed = {.positions = positions, .vertex_count = sequence->vertex_count};
     tulle_mesh_transform(&placed, sequence->scale, sequence->placement.rotation,
@@ -146,15 +151,19 @@ tulle_status sequence_read(void *context, uint32_t wanted, double *positions, tu
                          (unsigned)wanted, (unsigned)sequence_get_frame_count(sequence));
     uint32_t const frame = fold_frame(sequence, wanted);
     /* While another world uses what is kept, this one reads the file for itself. */
-    if (atomic_flag_test_and_set(&sequence->is_kept_in_use))
-        return read_placed(sequence, frame, positions, error);
+    if (atomic_flag_test_and_set(&sequence->is_kept_in_use)) {
+        frame_cache cache = {0};
+        tulle_status const status = read_placed(sequence, &cache, frame, positions, error);
+        frame_cache_close(&cache);
+        return status;
+    }
     int slot = 0;
     while (slot < 2 && sequence->kept_frame[slot] != frame) slot++;
     tulle_status status = TULLE_OK;
     if (slot == 2) {
         slot = sequence->next_kept;
         sequence->kept_frame[slot] = TULLE_NONE;
-        status = read_placed(sequence, frame, sequence->kept[slot], error);
+        status = read_placed(sequence, &sequence->open, frame, sequence->kept[slot], error);
         if (status == TULLE_OK) {
             sequence->kept_frame[slot] = frame;
             sequence->next_kept = 1 - slot;
@@ -185,6 +194,7 @@ scene_sequence *sequence_place(const scene_work *work, const scene_sequence *ori
         return NULL;
     }
     *sequence = *origin;
+    sequence->open = (frame_cache){0};
     memcpy(sequence->scale, scale, sizeof sequence->scale);
     sequence->placement = *whole;
     sequence->kept[0] = kept;
@@ -264,7 +274,7 @@ static tulle_status check_cache(tulle_scene *loaded, scene_sequence *sequence, t
                                 tulle_error *error) {
     sequence->vertex_count = mesh->vertex_count;
     for (uint32_t frame = sequence->frame_count; frame-- > 0;) {
-        tulle_status status = read_frame(sequence, frame, mesh->positions, error);
+        tulle_status status = read_frame(sequence, &sequence->open, frame, mesh->positions, error);
         if (status != TULLE_OK) return status;
         loaded->content_hash = hash_bytes(loaded->content_hash, mesh->positions,
                                           3 * mesh->vertex_count * sizeof(double));
@@ -272,23 +282,35 @@ static tulle_status check_cache(tulle_scene *loaded, scene_sequence *sequence, t
     return tulle_mesh_validate(tulle_mesh_get_view(mesh), TULLE_MESH_ROLE_OBSTACLE, error);
 }
 
+/* Takes the obstacle's mesh from an animation, where it has none of its own. */
+static tulle_status take_mesh(const scene_work *work, const scene_sequence *sequence,
+                              frame_cache *cache, tulle_mesh *mesh, tulle_error *error) {
+    tulle_mesh_source source = {0};
+    tulle_status const status = frame_cache_make_mesh(cache, 0, mesh, error);
+    return status == TULLE_OK ? drop_duplicates(work, sequence->cache, mesh, &source, error)
+                              : status;
+}
+
 /* Opens the cache for its counts. False after a problem. */
-static bool begin_cache(const scene_work *work, const sequence_keys *keys, const tulle_mesh *mesh,
+static bool begin_cache(const scene_work *work, const sequence_keys *keys, tulle_mesh *mesh,
                         scene_sequence *sequence) {
     tulle_error error = {0};
-    tulle_pc2 *cache = NULL;
-    tulle_pc2_info info = {0};
-    tulle_status status = tulle_pc2_open(sequence->cache, &cache, &info, &error);
-    tulle_pc2_close(cache);
-    if (status == TULLE_OK && info.vertex_count != mesh->vertex_count)
+    frame_cache cache;
+    tulle_status status = frame_cache_open(sequence->cache, &cache, &error);
+    uint32_t const frame_count = cache.frame_count;
+    if (cache.note[0]) note_add(work, "%s: %s", sequence->cache, cache.note);
+    if (status == TULLE_OK && mesh->vertex_count == 0 && cache.animation)
+        status = take_mesh(work, sequence, &cache, mesh, &error);
+    if (status == TULLE_OK && cache.vertex_count != mesh->vertex_count)
         status = error_set_at(&error, TULLE_ERROR_INVALID_MESH, sequence->cache, 0, 0,
-                              "has %u vertices, must have %zu as the obstacle's mesh",
-                              (unsigned)info.vertex_count, mesh->vertex_count);
+                              "has %zu vertices, must have %zu as the obstacle's mesh",
+                              cache.vertex_count, mesh->vertex_count);
+    frame_cache_close(&cache);
     if (status != TULLE_OK) {
         problem_add_error(work->problems, schema_place(keys, "cache"), keys->head.path, &error);
         return false;
     }
-    return set_range(work, keys, info.frame_count, sequence);
+    return set_range(work, keys, frame_count, sequence);
 }
 
 static bool begin_files(const scene_work *work, const sequence_keys *keys,
@@ -325,16 +347,16 @@ static double find_largest_step(const double *from, const double *to, size_t ver
 }
 
 /* `room`: for the positions of three frames. */
-static tulle_status measure_steps(const scene_sequence *sequence, double *room,
-                                  sequence_steps *steps, tulle_error *error) {
+static tulle_status measure_steps(scene_sequence *sequence, double *room, sequence_steps *steps,
+                                  tulle_error *error) {
     size_t const count = 3 * sequence->vertex_count;
     double *const first = room, *before = room + count, *now = room + 2 * count;
     size_t vertex;
     *steps = (sequence_steps){0};
-    tulle_status status = read_frame(sequence, 0, first, error);
+    tulle_status status = read_frame(sequence, &sequence->open, 0, first, error);
     memcpy(before, first, count * sizeof *first);
     for (uint32_t frame = 1; status == TULLE_OK && frame < sequence->frame_count; frame++) {
-        status = read_frame(sequence, frame, now, error);
+        status = read_frame(sequence, &sequence->open, frame, now, error);
         if (status != TULLE_OK) break;
         steps->largest =
             fmax(steps->largest, find_largest_step(before, now, sequence->vertex_count, &vertex));
@@ -394,6 +416,10 @@ static bool set_loop(const scene_work *work, const sequence_keys *keys, scene_se
     return true;
 }
 
+void sequence_close(scene_sequence *sequence) {
+    if (sequence) frame_cache_close(&sequence->open);
+}
+
 scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys, tulle_mesh *mesh) {
     const sequence_keys *from = &keys->motion.sequence;
     scene_sequence *sequence = ARENA_NEW_ZEROED(&work->scene->storage, scene_sequence, 1);
@@ -412,7 +438,9 @@ scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys,
     tulle_error error = {0};
     tulle_status status = has_files ? check_files(work, sequence, mesh, &error)
                                     : check_cache(work->scene, sequence, mesh, &error);
-    if (status == TULLE_OK) return set_loop(work, from, sequence) ? sequence : NULL;
+    bool const is_whole = status == TULLE_OK && set_loop(work, from, sequence);
+    sequence_close(sequence);
+    if (status == TULLE_OK) return is_whole ? sequence : NULL;
     if (!error.file[0]) snprintf(error.file, sizeof error.file, "%s", path);
     problem_add_error(work->problems, schema_place(from, has_files ? "files" : "cache"),
                       from->head.path, &error);

@@ -73,20 +73,40 @@ said 'all surfaces became one mesh'
 convert e.glb h.obj --frame 0
 convert falls i.obj --body sheet --frame 0
 cmp h.obj i.obj || fault "the mesh of a .glb is another"
-# MDD as a moving obstacle is what PC2 is.
-for kind in pc2 mdd; do
+# USD and NPZ back into caches: the same floats, the same times.
+for name in sheet.usda sheet.npz sheet.glb; do
+    convert falls $name --body sheet
+    convert $name g.mdd
+    cmp g.mdd sheet.mdd || fault "$name to MDD changed bytes"
+done
+convert falls.usda turned.glb
+said 'z up: (x, y, z) became (x, z, -y)'
+convert feet.usda metres.pc2
+said 'metres, from feet: times 381 divided by 1250'
+# A cache whose times do not rise becomes another animation with --fps.
+zeros='\0\0\0\0' quarter='\x3e\x80\0\0'
+printf "\0\0\0\2\0\0\0\1$zeros$zeros$quarter$quarter$zeros$quarter$quarter$quarter" >equal.mdd
+convert equal.mdd equal.glb --fps 8
+convert equal.glb rising.mdd
+printf "\0\0\0\2\0\0\0\1$zeros\x3e\0\0\0$quarter$quarter$zeros$quarter$quarter$quarter" | cmp - rising.mdd || fault "times that do not rise, with --fps"
+# MDD and animations as moving obstacles are what PC2 is; the latter bring their triangles. In glTF y points up.
+for kind in pc2 mdd usda npz glb; do
+    mesh='mesh: {file: falls/sheet.obj}'
+    case $kind in usda | npz) mesh='' ;; glb) mesh='place: {up: y}' ;; esac
     cat >moved_$kind.yaml <<END
 time: {step: 0.01 s, frames: 3}
 cloth:
   - {name: top, mesh: {shape: rectangle, size: [0.2, 0.2], resolution: [4, 4]}, translate: [0, 0, 0.4]}
 obstacles:
   - name: under
-    mesh: {file: falls/sheet.obj}
+    $mesh
     motion: {sequence: {cache: sheet.$kind, interval: 0.01 s}}
 END
     "$TULLE" run moved_$kind.yaml -o moved_$kind >out 2>&1 || { fault "a scene with $kind"; cat out; }
 done
-cmp moved_pc2/under.pc2 moved_mdd/under.pc2 && cmp moved_pc2/top.pc2 moved_mdd/top.pc2 || fault "MDD moves otherwise than PC2"
+for kind in mdd usda npz glb; do
+    cmp moved_pc2/under.pc2 moved_$kind/under.pc2 && cmp moved_pc2/top.pc2 moved_$kind/top.pc2 || fault "$kind moves otherwise than PC2"
+done
 cat >"a sheet é.obj" <<'END'
 v 0 0 0
 v 1 0 0
@@ -116,6 +136,15 @@ refuse 'double is for .npz' falls x.glb --double
 refuse 'interpolation is for .glb' falls x.npz --interpolation step
 refuse 'fps is for formats' falls x.vtp --frame 0 --fps 3 --body sheet
 refuse 'its frames have times' falls x.glb --fps 3
+refuse 'its frames have times' sheet.usda x.glb --fps 3
+refuse 'frame 1 is not after that of frame 0; --fps gives' equal.mdd x.glb
+sed 's/metersPerUnit = 1$/metersPerUnit = 0.5/' sheet.usda >half.usda
+refuse 'its unit is 0.5 m, which is none of' half.usda x.pc2
+convert half.usda half.pc2 --from-units m
+cmp half.pc2 sheet.pc2 || fault "--from-units is not what is taken"
+sed 's/^\( *point3f\[\] points.timeSamples = \){/\1[/' sheet.usda >bad.usda
+refuse 'bad.usda:[0-9]*:[0-9]*: ' bad.usda x.pc2
+refuse 'is one of the files that are read' sheet.usda sheet.usda
 refuse 'fps is "0"' sheet.pc2 x.glb --fps 0
 refuse 'a point cache holds all frames' falls 'x_%d.mdd'
 refuse 'is one of the files that are read' falls falls/sheet.pc2 --body sheet
@@ -131,6 +160,21 @@ refuse 'version "1.0" of glTF' old.gltf x.pc2
 sed 's/g.bin/none.bin/' g.gltf >lost.gltf
 refuse 'none.bin' lost.gltf x.pc2
 refuse 'is one of the files that are read' g.gltf g.gltf
+# A buffer that is named a thousand times is opened and counted once.
+python3 -c "
+import json
+text = json.load(open('g.gltf'))
+text['buffers'] *= 2000
+json.dump(text, open('often.gltf', 'w'))"
+convert often.gltf o.pc2
+cmp o.pc2 sheet.pc2 || fault "a buffer that is named often"
+# Texts of many values or nodes are refused before they fill the memory.
+python3 -c "
+open('values.gltf', 'w').write('[' + '1,' * 8000000 + '1]')
+open('nodes.gltf', 'w').write('{\"asset\": {\"version\": \"2.0\"}, \"nodes\": [' + '{\"mesh\":0},' * 1400000 + '{}]}')"
+(ulimit -v 1000000; refuse 'values in 16000003 bytes of JSON text, which are too many' values.gltf x.pc2; exit $faults) || faults=1
+(ulimit -v 1500000; refuse 'too many times its size' nodes.gltf x.pc2; exit $faults) || faults=1
+rm values.gltf nodes.gltf
 # The buffer of another name, which would be written beside x.gltf.
 cp g.bin x.bin
 sed 's/g\.bin/x.bin/' g.gltf >named.gltf

@@ -17,7 +17,7 @@ cloth:
       - {vertices: [0]}
       - {vertices: [12]}
 obstacles:
-  - {name: ball, mesh: {shape: sphere, radius: 0.15, resolution: [12, 8]}, translate: [0, 0, 0.25]}
+  - {name: ball, mesh: {shape: sphere, radius: 0.15, resolution: [4]}, translate: [0, 0, 0.25]}
   - {name: block, mesh: {shape: box, size: [0.1, 0.1, 0.1]}, translate: [0.6, 0, 0.06], dynamic: {mass: 0.2}}
   - {name: ground, mesh: {shape: plane, size: [4, 4]}}
 END

@@ -3,6 +3,7 @@
 
 #include "base/integer.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -18,6 +19,9 @@ static const length_unit units[] = {
     {"m", "metres", 10000}, {"cm", "centimetres", 100}, {"mm", "millimetres", 10},
     {"in", "inches", 254},  {"ft", "feet", 3048},
 };
+
+/* A unit this near to another, as a part of it, is that one, told as a float. */
+static const double UNIT_TOLERANCE = 1e-7;
 
 static const length_unit *find_unit(const char *symbol) {
     size_t i = 0;
@@ -59,6 +63,14 @@ void axes_turn_rotation(const axes_change *change, double rotation[4]) {
 }
 
 double axes_get_meters(const char *unit) { return find_unit(unit)->size / 10000.0; }
+
+const char *axes_find_unit(double meters) {
+    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
+        double const size = units[i].size / 10000.0;
+        if (fabs(meters - size) <= UNIT_TOLERANCE * size) return units[i].symbol;
+    }
+    return NULL;
+}
 
 void axes_print(const axes_change *change) {
     if (strcmp(change->from.up, change->to.up) == 0)

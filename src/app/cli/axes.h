@@ -33,6 +33,8 @@ void axes_apply(const axes_change *change, double *points, size_t count);
 void axes_turn_rotation(const axes_change *change, double rotation[4]);
 /* [m] of a unit of axes_unit_choices. */
 double axes_get_meters(const char *unit);
+/* The unit of that many metres, to seven digits: files give theirs as float. Null: none. */
+const char *axes_find_unit(double meters);
 
 /* Prints the lines "axes" and "units" of a report to standard output. */
 void axes_print(const axes_change *change);

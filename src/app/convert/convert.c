@@ -69,12 +69,15 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         {"up", 0, OPTION_CHOICE, &words->up, "y|z",
          "axis that points up in TO (default: z; of .glb and .gltf y)", 0, 0, axes_up_choices},
         {"from-up", 0, OPTION_CHOICE, &words->from_up, "y|z",
-         "axis that points up in FROM (default: z, as Tulle has it; of .glb and .gltf y)", 0, 0,
-         axes_up_choices},
+         "axis that points up in FROM (default: z, as Tulle has it; of .glb and .gltf y; of .usda "
+         "as\n"
+         "the file says)",
+         0, 0, axes_up_choices},
         {"units", 0, OPTION_CHOICE, &words->unit, "m|cm|mm|in|ft",
          "unit of length of TO (default: m)", 0, 0, axes_unit_choices},
         {"from-units", 0, OPTION_CHOICE, &words->from_unit, "m|cm|mm|in|ft",
-         "unit of length of FROM (default: m, as Tulle has it)", 0, 0, axes_unit_choices},
+         "unit of length of FROM (default: m, as Tulle has it; of .usda as the file says)", 0, 0,
+         axes_unit_choices},
         {"fps", 0, OPTION_TEXT, &words->fps, "N",
          "frames in a second, where FROM has no times (default: 24)", 0, 0, NULL},
         {"interpolation", 0, OPTION_CHOICE, &words->interpolation, "linear|step",
@@ -91,7 +94,7 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         .operands = "FROM TO",
         .summary =
             "Converts FROM, a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), an\n"
-            "animation (.glb, .gltf), the directory of a run, or numbered meshes\n"
+            "animation (.glb, .gltf, .usda, .npz), the directory of a run, or numbered meshes\n"
             "(frame_%04d.obj or 'frame_*.obj'), to TO, a mesh, a point cache, an animation\n"
             "(.glb, .gltf, .usda, .npz), or numbered files of meshes (out_%04d.vtp, with the\n"
             "numbers of their frames). A run becomes an animation with all its bodies, or with\n"
@@ -174,15 +177,35 @@ static tulle_status open_scene(convert_session *session, const convert_words *wo
     return TULLE_OK;
 }
 
-/* Where the options do not say: y is up in glTF, z in all else. */
-static void choose_axes(convert_session *session, const convert_words *words) {
+/* The unit of what is read: as the option says, or the file. */
+static tulle_status choose_unit(const convert_source *source, const char *option, const char **unit,
+                                tulle_error *error) {
+    *unit = option ? option : "m";
+    if (option || source->kind != SOURCE_ANIMATION) return TULLE_OK;
+    double const meters = source->animation_info.meters_per_unit;
+    *unit = axes_find_unit(meters);
+    if (*unit) return TULLE_OK;
+    return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
+                        "its unit is %g m, which is none of m, cm, mm, in and ft; --from-units "
+                        "says which one to take",
+                        meters);
+}
+
+/* Where the options do not say: as the file has it that is read; in what is written y is up in
+ * glTF, z in all else. */
+static tulle_status choose_axes(convert_session *session, const convert_words *words,
+                                tulle_error *error) {
     convert_format const format = session->target.format;
     const char *const up = format == CONVERT_GLB || format == CONVERT_GLTF ? "y" : "z";
     bool const is_from_y =
         session->source.kind == SOURCE_ANIMATION && session->source.animation_info.is_y_up;
+    const char *from_unit = NULL;
+    tulle_status const status = choose_unit(&session->source, words->from_unit, &from_unit, error);
+    if (status != TULLE_OK) return status;
     session->change = axes_change_make(
-        (axes_frame){words->from_up ? words->from_up : (is_from_y ? "y" : "z"), words->from_unit},
+        (axes_frame){words->from_up ? words->from_up : (is_from_y ? "y" : "z"), from_unit},
         (axes_frame){words->up ? words->up : up, words->unit});
+    return TULLE_OK;
 }
 
 /* Opens what is read and finds out whether all can be done. */
@@ -198,7 +221,7 @@ static tulle_status open_all(convert_session *session, char **operands, const co
                                     .body = words->body,
                                     .takes_all = convert_is_scene(format) && words->levels == 0};
     status = convert_source_open(&options, &session->source, error);
-    if (status == TULLE_OK) choose_axes(session, words);
+    if (status == TULLE_OK) status = choose_axes(session, words, error);
     session->takes_all = options.takes_all && !words->body && session->source.kind == SOURCE_RUN;
     if (status == TULLE_OK) status = choose_frames(session, words, error);
     return status == TULLE_OK
@@ -287,8 +310,7 @@ static tulle_status make_frame(convert_session *session, uint32_t frame, progres
 static tulle_status read_animated(void *context, uint32_t frame, double *positions,
                                   tulle_error *error) {
     convert_session *const session = context;
-    progress_bar bar = progress_bar_begin();
-    tulle_status const status = make_frame(session, frame, &bar, error);
+    tulle_status const status = make_frame(session, frame, &session->scene.bar, error);
     if (status == TULLE_OK)
         memcpy(positions, session->written, 3 * session->vertex_count * sizeof(double));
     return status;
@@ -470,7 +492,7 @@ static int fail(const convert_session *session, tulle_status status, const tulle
 }
 
 int app_convert(int argc, char **argv) {
-    convert_words words = {.from_unit = "m", .unit = "m"};
+    convert_words words = {.unit = "m"};
     options_outcome const outcome = read_words(argc, argv, &words);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
     convert_session *const session = calloc(1, sizeof *session);

@@ -43,12 +43,46 @@ static bool has_times(const convert_source *source) {
            isfinite(time);
 }
 
+/* Finds the first frame of those that are converted whose time is not after that of the one before;
+ * 0: there is none. */
+static tulle_status find_standstill(const convert_scene *scene, uint32_t *index,
+                                    tulle_error *error) {
+    double before = -(double)INFINITY;
+    *index = 0;
+    for (uint32_t i = 0; i < frame_range_get_count(scene->frames) && *index == 0; i++) {
+        double time = (double)NAN;
+        tulle_status const status = convert_source_find_time(
+            scene->source, frame_range_get(scene->frames, i), &time, error);
+        if (status) return status;
+        if (!(time > before)) *index = i;
+        before = time;
+    }
+    return TULLE_OK;
+}
+
+/* Times of frames must rise; --fps gives those others that have none, or none that rise. */
+static tulle_status check_times(convert_scene *scene, const char *fps, tulle_error *error) {
+    uint32_t index = 0;
+    tulle_status const status = find_standstill(scene, &index, error);
+    if (status) return status;
+    uint32_t const frame = index > 0 ? frame_range_get(scene->frames, index) : 0;
+    if (index > 0 && !fps)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, scene->source->path, 0, 0,
+                            "the time of frame %u is not after that of frame %u; --fps gives "
+                            "frames other times",
+                            frame, frame_range_get(scene->frames, index - 1));
+    if (index == 0 && fps)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, scene->source->path, 0, 0,
+                            "its frames have times; --fps is for frames without");
+    scene->ignores_times = index > 0;
+    return TULLE_OK;
+}
+
 static tulle_status choose_rate(convert_scene *scene, const char *fps, tulle_error *error) {
     const convert_source *const source = scene->source;
     double rate = DEFAULT_RATE;
-    if (fps && has_times(source))
-        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                            "its frames have times; --fps is for frames without");
+    tulle_status const checked = has_times(source) ? check_times(scene, fps, error) : TULLE_OK;
+    if (checked) return checked;
     if (fps && (number_parse_double(fps, strlen(fps), &rate) != NUMBER_READ || !(rate > 0.0) ||
                 !(rate <= 1e6)))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -56,7 +90,8 @@ static tulle_status choose_rate(convert_scene *scene, const char *fps, tulle_err
     if (source->kind == SOURCE_RUN) {
         const tulle_run_info *const info = tulle_run_reader_get_info(source->run);
         rate = round_rate(1.0 / (info->time_step * info->steps_per_frame));
-    } else if (has_times(source) && source->frames.last > source->frames.first) {
+    } else if (has_times(source) && !scene->ignores_times &&
+               source->frames.last > source->frames.first) {
         double ends[2];
         tulle_status status =
             convert_source_find_time(source, source->frames.first, &ends[0], error);
@@ -78,7 +113,8 @@ static tulle_status read_times(convert_scene *scene, tulle_error *error) {
         tulle_status const status =
             convert_source_find_time(scene->source, frame, &scene->times[i], error);
         if (status) return status;
-        if (isnan(scene->times[i])) scene->times[i] = (double)frame / scene->def.frame_rate;
+        if (isnan(scene->times[i]) || scene->ignores_times)
+            scene->times[i] = (double)frame / scene->def.frame_rate;
     }
     return TULLE_OK;
 }
@@ -284,10 +320,34 @@ static tulle_status read_values(convert_scene *scene, size_t surface, uint32_t i
     return convert_target_measure(scene->target, values, vertex_count, error);
 }
 
+/* Readings of frames that writing takes, as far as it can be told before. */
+static uint64_t count_readings(const convert_scene *scene) {
+    uint64_t moving_count = 0;
+    for (size_t i = 0; i < scene->count; i++)
+        moving_count += scene->surfaces[i].motion == TULLE_ANIMATION_DEFORMS;
+    uint64_t const passes = scene->target->format == CONVERT_MDD    ? 1
+                            : scene->target->format == CONVERT_USDA ? 5
+                                                                    : 2;
+    return passes * moving_count * scene->def.frame_count;
+}
+
+static void show_progress(convert_scene *scene, size_t surface) {
+    progress_bar *const bar = &scene->bar;
+    if (!bar->is_terminal || scene->reading_count < 2 ||
+        scene->surfaces[surface].motion != TULLE_ANIMATION_DEFORMS)
+        return;
+    if (scene->readings_done + 1 < scene->reading_count) scene->readings_done++;
+    char rest[PROGRESS_DURATION_SIZE];
+    progress_format_duration(
+        progress_bar_estimate_rest(bar, scene->readings_done, scene->reading_count), rest);
+    progress_bar_show(bar, scene->readings_done, scene->reading_count, "frames  rest %s", rest);
+}
+
 static tulle_status read_surface(void *context, size_t surface, uint32_t index, double *values,
                                  tulle_error *error) {
     convert_scene *const scene = context;
     scene->is_reading = true;
+    show_progress(scene, surface);
     tulle_status const status = read_values(scene, surface, index, values, error);
     scene->is_reading = status != TULLE_OK;
     return status;
@@ -309,5 +369,11 @@ tulle_status convert_scene_write(convert_scene *scene, frame_range frames, tulle
     scene->def.read = read_surface;
     scene->def.is_present = scene->source->kind == SOURCE_RUN ? is_present : NULL;
     scene->def.context = scene;
-    return convert_target_write_animation(scene->target, frames, &scene->def, error);
+    scene->bar = progress_bar_begin();
+    scene->readings_done = 0;
+    scene->reading_count = scene->def.frame_count > 1 ? count_readings(scene) : 0;
+    tulle_status const status =
+        convert_target_write_animation(scene->target, frames, &scene->def, error);
+    progress_bar_clear(&scene->bar);
+    return status;
 }

@@ -100,12 +100,12 @@ static tulle_status open_animation(convert_source *source, tulle_error *error) {
     tulle_animation_info *const info = &source->animation_info;
     tulle_status status = tulle_animation_open(source->path, &source->animation, info, error);
     if (status != TULLE_OK) return status;
-    size_t const buffer_count = animation_get_buffer_count(source->animation);
-    status = make_inputs(source, 1 + buffer_count, error);
+    size_t const file_count = animation_get_file_count(source->animation);
+    status = make_inputs(source, 1 + file_count, error);
     if (status != TULLE_OK) return status;
     add_input(source, source->path);
-    for (size_t i = 0; i < buffer_count; i++)
-        add_open_input(source, animation_get_buffer_file(source->animation, i));
+    for (size_t i = 0; i < file_count; i++)
+        add_open_input(source, animation_get_file(source->animation, i));
     source->frames = frame_range_make(info->frame_count);
     snprintf(source->described.note, sizeof source->described.note, "%s", info->note);
     status = tulle_mesh_create(info->vertex_count, info->triangle_count, &source->mesh, error);

@@ -156,9 +156,11 @@ static bool read_numbers(const field_work *work, double *numbers, size_t *count)
     return true;
 }
 
+/* Names are those of presets and examples, which are plain. */
 static bool read_name(const field_work *work, const json_value *value) {
-    if (value->type != JSON_STRING || strlen(value->string) >= REQUEST_NAME_SIZE)
-        return refuse(work, "a short text");
+    bool is_good = value->type == JSON_STRING && strlen(value->string) < REQUEST_NAME_SIZE;
+    for (const char *c = is_good ? value->string : ""; *c; c++) is_good &= *c >= ' ' && *c <= '~';
+    if (!is_good) return refuse(work, "a short name");
     snprintf(work->request->name, REQUEST_NAME_SIZE, "%s", value->string);
     return true;
 }

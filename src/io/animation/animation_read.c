@@ -3,12 +3,9 @@
 #include "io/animation/animation_read.h"
 
 #include "base/error.h"
-#include "base/memory.h"
-#include "io/animation/gltf_scene.h"
 #include "io/file_data.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
@@ -16,42 +13,34 @@ struct tulle_animation {
     memory heap;
     char *path;
     size_t path_size;
-    gltf_file file;
-    gltf_scene scene;
+    const animation_reader *reader;
+    void *state;
+    animation_content content;
 };
+
+static const animation_reader *const readers[] = {&gltf_reader, &usd_reader, &npz_reader};
 
 static bool has_extension(const char *path, const char *extension) {
     size_t const length = strlen(path), tail = strlen(extension);
     return length >= tail && strcasecmp(path + length - tail, extension) == 0;
 }
 
-static void describe(const gltf_scene *scene, tulle_animation_info *info) {
-    *info = (tulle_animation_info){.vertex_count = scene->vertex_count,
-                                   .triangle_count = scene->triangles.count / 3,
-                                   .frame_count = (uint32_t)scene->frames.count,
-                                   .is_y_up = 1,
-                                   .meters_per_unit = 1.0};
-    unsigned long long const lines = scene->passed_primitives;
-    unsigned long long const animations = scene->passed_animations;
-    int length = 0;
-    if (lines > 0)
-        length = snprintf(info->note, sizeof info->note, "passed over: %llu parts of lines", lines);
-    if (animations > 0)
-        snprintf(info->note + length, sizeof info->note - (size_t)length,
-                 "%sall animations but the first, %llu",
-                 length > 0 ? ", " : "passed over: ", animations);
+static const animation_reader *find_reader(const char *path) {
+    for (size_t i = 0; i < sizeof readers / sizeof readers[0]; i++)
+        for (int k = 0; k < 2; k++)
+            if (readers[i]->extensions[k] && has_extension(path, readers[i]->extensions[k]))
+                return readers[i];
+    return NULL;
 }
 
-static tulle_status open_scene(tulle_animation *animation, tulle_animation_info *info,
-                               tulle_error *error) {
-    tulle_status status =
-        gltf_file_open(&animation->heap, animation->path, &animation->file, error);
-    if (status == TULLE_OK) status = gltf_scene_read(&animation->file, &animation->scene, error);
-    if (status) return status;
-    if (animation->scene.frames.count > INT32_MAX)
-        return error_set_at(error, TULLE_ERROR_LIMIT, animation->path, 0, 0, "has too many frames");
-    if (info) describe(&animation->scene, info);
-    return TULLE_OK;
+static tulle_status open_file(tulle_animation *animation, const char *path, tulle_error *error) {
+    animation->path_size = strlen(path) + 1;
+    animation->path = memory_allocate(&animation->heap, animation->path_size);
+    animation->state = memory_allocate_zeroed(&animation->heap, 1, animation->reader->state_size);
+    if (!animation->path || !animation->state) return file_fail_memory(error, path);
+    memcpy(animation->path, path, animation->path_size);
+    return animation->reader->open(&animation->heap, animation->path, animation->state,
+                                   &animation->content, error);
 }
 
 tulle_status tulle_animation_open(const char *path, tulle_animation **animation,
@@ -59,55 +48,54 @@ tulle_status tulle_animation_open(const char *path, tulle_animation **animation,
     if (!path || !animation)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "path and animation may not be null");
     *animation = NULL;
-    if (!has_extension(path, ".glb") && !has_extension(path, ".gltf"))
+    const animation_reader *const reader = find_reader(path);
+    if (!reader)
         return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
-                            "animations that can be read end in .glb or .gltf");
+                            "animations that can be read end in .glb, .gltf, .usda or .npz");
     memory heap = memory_default();
     tulle_animation *const made = memory_allocate_zeroed(&heap, 1, sizeof *made);
     if (!made) return file_fail_memory(error, path);
     made->heap = heap;
-    made->path_size = strlen(path) + 1;
-    made->path = memory_allocate(&made->heap, made->path_size);
-    if (made->path) memcpy(made->path, path, made->path_size);
-    tulle_status const status =
-        made->path ? open_scene(made, info, error) : file_fail_memory(error, path);
-    if (status)
+    made->reader = reader;
+    tulle_status const status = open_file(made, path, error);
+    if (status) {
         tulle_animation_close(made);
-    else
-        *animation = made;
-    return status;
+        return status;
+    }
+    if (info) *info = made->content.info;
+    *animation = made;
+    return TULLE_OK;
 }
 
-size_t animation_get_buffer_count(const tulle_animation *animation) {
-    return animation->file.buffers.count;
+size_t animation_get_file_count(const tulle_animation *animation) {
+    return animation->content.file_count;
 }
 
-int animation_get_buffer_file(const tulle_animation *animation, size_t buffer) {
-    return animation->file.buffers.data[buffer].file;
+int animation_get_file(const tulle_animation *animation, size_t number) {
+    return animation->reader->get_file(animation->state, number);
 }
 
 const uint32_t *tulle_animation_get_triangles(const tulle_animation *animation) {
-    return animation && animation->scene.triangles.count > 0 ? animation->scene.triangles.data
-                                                             : NULL;
+    return animation && animation->content.info.triangle_count > 0 ? animation->content.triangles
+                                                                   : NULL;
 }
 
 double tulle_animation_get_time(const tulle_animation *animation, uint32_t frame) {
-    if (!animation || frame >= animation->scene.frames.count) return (double)NAN;
-    return animation->scene.frames.data[frame];
+    if (!animation || frame >= animation->content.info.frame_count) return (double)NAN;
+    return animation->content.times[frame];
 }
 
 tulle_status tulle_animation_read_frame(tulle_animation *animation, uint32_t frame,
                                         double *positions, tulle_error *error) {
-    if (!animation || !positions || frame >= animation->scene.frames.count)
+    if (!animation || !positions || frame >= animation->content.info.frame_count)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "there is no frame %u", frame);
-    return gltf_scene_pose(&animation->scene, animation->scene.frames.data[frame], positions,
-                           error);
+    return animation->reader->read(animation->state, frame, positions, error);
 }
 
 void tulle_animation_close(tulle_animation *animation) {
     if (!animation) return;
-    gltf_scene_destroy(&animation->scene);
-    if (animation->file.heap) gltf_file_close(&animation->file);
+    if (animation->path && animation->state) animation->reader->close(animation->state);
+    memory_release(&animation->heap, animation->state, animation->reader->state_size);
     memory_release(&animation->heap, animation->path, animation->path_size);
     memory heap = animation->heap;
     memory_release(&heap, animation, sizeof *animation);

@@ -5,14 +5,12 @@
 #include "base/error.h"
 #include "base/sort.h"
 #include "io/animation/gltf_scene.h"
+#include "io/animation/matrix.h"
+#include "io/animation/rotation.h"
 #include "io/file_data.h"
 
 #include <math.h>
 #include <string.h>
-
-static const double IDENTITY[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-/* Rotations this near to each other, by the cosine of half the angle, are joined by a line. */
-static const double NEAR_COSINE = 0.9995;
 
 enum {
     VERTEX_CHUNK = 256, /* vertices of a skin at a time */
@@ -190,27 +188,6 @@ tulle_status gltf_animation_read(gltf_scene *scene, tulle_error *error) {
 
 /* ---- values at a time ---- */
 
-static void normalize_rotation(double *q) {
-    double const length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    for (int i = 0; i < 4 && length > 0.0; i++) q[i] /= length;
-}
-
-/* From one rotation to the next on the short way, at constant speed. */
-static void interpolate_rotation(const double *from, const double *to, double part, double *q) {
-    double cosine = 0.0;
-    for (int i = 0; i < 4; i++) cosine += from[i] * to[i];
-    double const side = cosine < 0.0 ? -1.0 : 1.0;
-    cosine = fmin(fabs(cosine), 1.0);
-    double first = 1.0 - part, second = part;
-    if (cosine < NEAR_COSINE) {
-        double const angle = acos(cosine);
-        first = sin((1.0 - part) * angle) / sin(angle);
-        second = sin(part * angle) / sin(angle);
-    }
-    for (int i = 0; i < 4; i++) q[i] = first * from[i] + side * second * to[i];
-    normalize_rotation(q);
-}
-
 /* Reads the value of a channel to `values`, which has room for three times as many numbers. */
 static tulle_status sample(gltf_scene *scene, const gltf_channel *channel, double time,
                            double *values, tulle_error *error) {
@@ -237,7 +214,7 @@ static tulle_status sample(gltf_scene *scene, const gltf_channel *channel, doubl
     status = gltf_read(file, channel->values, at + stride, each, next, error);
     if (status) return status;
     if (path == GLTF_ROTATION && !is_cubic) {
-        interpolate_rotation(values, next, part, values);
+        rotation_interpolate(values, next, part, values);
         return TULLE_OK;
     }
     double const square = part * part, cube = square * part;
@@ -254,31 +231,8 @@ static tulle_status sample(gltf_scene *scene, const gltf_channel *channel, doubl
         status = gltf_read(file, channel->values, at + stride - each, each, tangent, error);
     for (size_t i = 0; i < width && status == TULLE_OK; i++)
         values[i] += interval * (cube - square) * tangent[i];
-    if (path == GLTF_ROTATION) normalize_rotation(values);
+    if (path == GLTF_ROTATION) rotation_normalize(values);
     return status;
-}
-
-static void multiply(const double *a, const double *b, double *product) {
-    double made[16];
-    for (int column = 0; column < 4; column++)
-        for (int row = 0; row < 4; row++) {
-            made[4 * column + row] = 0.0;
-            for (int k = 0; k < 4; k++)
-                made[4 * column + row] += a[4 * k + row] * b[4 * column + k];
-        }
-    memcpy(product, made, sizeof made);
-}
-
-static void make_matrix(const double *t, const double *q, const double *s, double *matrix) {
-    double const x = q[0], y = q[1], z = q[2], w = q[3];
-    double const rows[3][3] = {
-        {1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)},
-        {2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)},
-        {2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)}};
-    memcpy(matrix, IDENTITY, sizeof IDENTITY);
-    for (int column = 0; column < 3; column++)
-        for (int row = 0; row < 3; row++) matrix[4 * column + row] = rows[row][column] * s[column];
-    memcpy(matrix + 12, t, 3 * sizeof(double));
 }
 
 static tulle_status pose_nodes(gltf_scene *scene, double time, tulle_error *error) {
@@ -297,21 +251,15 @@ static tulle_status pose_nodes(gltf_scene *scene, double time, tulle_error *erro
         if (node->has_matrix)
             memcpy(node->global, node->matrix, sizeof node->global);
         else
-            make_matrix(values[GLTF_TRANSLATION], values[GLTF_ROTATION], values[GLTF_SCALE],
+            matrix_make(values[GLTF_TRANSLATION], values[GLTF_ROTATION], values[GLTF_SCALE],
                         node->global);
         if (node->parent != GLTF_NONE)
-            multiply(scene->nodes.data[node->parent].global, node->global, node->global);
+            matrix_multiply(scene->nodes.data[node->parent].global, node->global, node->global);
     }
     return TULLE_OK;
 }
 
 /* ---- vertices ---- */
-
-static void transform(const double *matrix, const double *point, double *moved) {
-    double const x = point[0], y = point[1], z = point[2];
-    for (int row = 0; row < 3; row++)
-        moved[row] = matrix[row] * x + matrix[4 + row] * y + matrix[8 + row] * z + matrix[12 + row];
-}
 
 static tulle_status add_targets(gltf_scene *scene, const gltf_piece *piece, double time,
                                 double *positions, tulle_error *error) {
@@ -372,10 +320,10 @@ static tulle_status make_skin(gltf_scene *scene, uint32_t number, skin *made, tu
         if (joint->type != JSON_NUMBER || !(joint->number >= 0.0) ||
             joint->number >= (double)scene->nodes.count)
             return json_fail(&file->json, joint, error, "there is no such node");
-        memcpy(matrix, IDENTITY, sizeof IDENTITY);
+        memcpy(matrix, MATRIX_IDENTITY, sizeof MATRIX_IDENTITY);
         if (made->bindings != GLTF_NONE)
             status = gltf_read(file, made->bindings, i, 1, matrix, error);
-        multiply(scene->nodes.data[(size_t)joint->number].global, matrix, matrix);
+        matrix_multiply(scene->nodes.data[(size_t)joint->number].global, matrix, matrix);
         joint = json_get_next(&file->json, joint);
     }
     return status;
@@ -396,7 +344,8 @@ static tulle_status add_joints(gltf_scene *scene, skin *bound, const uint32_t se
                              "vertex %zu hangs at joint %.0f, but there are only %zu", vertex,
                              joints[i], bound->joint_count);
         double point[3];
-        transform(bound->matrices + 16 * (size_t)joints[i], bound->positions + 3 * vertex, point);
+        matrix_transform(bound->matrices + 16 * (size_t)joints[i], bound->positions + 3 * vertex,
+                         point);
         for (size_t k = 0; k < 3; k++) bound->moved[3 * (i / 4) + k] += weights[i] * point[k];
     }
     return status;
@@ -457,9 +406,9 @@ static tulle_status pose_piece(gltf_scene *scene, const gltf_piece *piece, doubl
         status = add_targets(scene, piece, time, positions, error);
     if (status) return status;
     if (node->skin != GLTF_NONE) return apply_skin(scene, piece, positions, error);
-    if (memcmp(node->global, IDENTITY, sizeof IDENTITY) == 0) return TULLE_OK;
+    if (matrix_is_identity(node->global)) return TULLE_OK;
     for (size_t i = 0; i < piece->vertex_count; i++)
-        transform(node->global, positions + 3 * i, positions + 3 * i);
+        matrix_transform(node->global, positions + 3 * i, positions + 3 * i);
     return TULLE_OK;
 }
 

@@ -115,15 +115,29 @@ static tulle_status open_data(gltf_file *file, const json_value *place, const ch
     return TULLE_OK;
 }
 
-/* Opens a regular file; *size [bytes]. */
-static tulle_status open_regular(const char *path, int *file, uint64_t *size, tulle_error *error) {
+/* Opens a regular file, once however often it is named. The source it is stays where it is until
+ * the next one is opened. */
+static tulle_status open_source(gltf_file *file, const char *path, const gltf_source **source,
+                                tulle_error *error) {
     struct stat facts;
-    *file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (*file < 0) return file_fail(error, path, errno, "cannot be opened");
-    if (fstat(*file, &facts) != 0) return file_fail(error, path, errno, "cannot be examined");
+    if (stat(path, &facts) != 0) return file_fail(error, path, errno, "cannot be opened");
+    for (size_t i = 0; i < file->sources.count; i++) {
+        *source = &file->sources.data[i];
+        if ((*source)->device == facts.st_dev && (*source)->node == facts.st_ino) return TULLE_OK;
+    }
+    if (!ARRAY_RESERVE(file->heap, &file->sources, 1)) return file_fail_memory(error, file->path);
+    int const opened = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (opened < 0) return file_fail(error, path, errno, "cannot be opened");
+    gltf_source *const made = &file->sources.data[file->sources.count++];
+    made->file = opened;
+    if (fstat(opened, &facts) != 0) return file_fail(error, path, errno, "cannot be examined");
     if (!S_ISREG(facts.st_mode))
         return error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "is not a regular file");
-    *size = (uint64_t)facts.st_size;
+    made->device = facts.st_dev;
+    made->node = facts.st_ino;
+    made->size = (uint64_t)facts.st_size;
+    file->file_size += made->size;
+    *source = made;
     return TULLE_OK;
 }
 
@@ -175,9 +189,12 @@ static tulle_status open_buffer(gltf_file *file, const json_value *item, gltf_bu
     if (!make_path(file, uri, path))
         return json_fail(&file->json, item, error,
                          "the buffer is not in the folder of the file, where it must be");
-    status = open_regular(path, &buffer->file, &buffer->size, error);
-    file->file_size += buffer->size;
-    return status;
+    const gltf_source *source = NULL;
+    status = open_source(file, path, &source, error);
+    if (status) return status;
+    buffer->file = source->file;
+    buffer->size = source->size;
+    return TULLE_OK;
 }
 
 /* binary: of a .glb, its bytes are those of the first buffer if that has no URI. */
@@ -192,13 +209,10 @@ static tulle_status read_buffers(gltf_file *file, const gltf_buffer *binary, tul
         uint64_t size;
         bool const is_binary = i == 0 && binary->file >= 0 && !json_find(&file->json, item, "uri");
         tulle_status status = TULLE_OK;
-        if (is_binary) {
+        if (is_binary)
             *buffer = *binary;
-            buffer->file = dup(binary->file);
-            if (buffer->file < 0) status = file_fail(error, file->path, errno, "cannot be read");
-        } else {
+        else
             status = open_buffer(file, item, buffer, error);
-        }
         if (status == TULLE_OK)
             status = take_size(file, item, "byteLength", buffer->size, &size, error);
         if (status) return status;
@@ -517,11 +531,12 @@ static tulle_status check_asset(const gltf_file *file, tulle_error *error) {
 
 tulle_status gltf_file_open(memory *heap, const char *path, gltf_file *file, tulle_error *error) {
     *file = (gltf_file){.heap = heap, .path = path};
-    int source = -1;
+    const gltf_source *opened = NULL;
     char magic[4] = {0};
     gltf_buffer binary = {.file = -1};
-    tulle_status status = open_regular(path, &source, &file->file_size, error);
+    tulle_status status = open_source(file, path, &opened, error);
     if (status == TULLE_OK) {
+        int const source = opened->file;
         bool const is_binary = file_read_at(source, magic, sizeof magic, 0) == sizeof magic &&
                                memcmp(magic, "glTF", 4) == 0;
         status = is_binary ? read_chunks(file, source, &binary, error)
@@ -531,14 +546,14 @@ tulle_status gltf_file_open(memory *heap, const char *path, gltf_file *file, tul
     if (status == TULLE_OK) status = read_buffers(file, &binary, error);
     if (status == TULLE_OK) status = read_slices(file, error);
     if (status == TULLE_OK) status = read_accessors(file, error);
-    if (source >= 0) close(source);
     return status;
 }
 
 void gltf_file_close(gltf_file *file) {
+    for (size_t i = 0; i < file->sources.count; i++) close(file->sources.data[i].file);
+    ARRAY_FREE(file->heap, &file->sources);
     for (size_t i = 0; i < file->buffers.count; i++) {
         gltf_buffer *const buffer = &file->buffers.data[i];
-        if (buffer->file >= 0) close(buffer->file);
         memory_release(file->heap, buffer->bytes, buffer->byte_count);
     }
     memory_release(file->heap, file->text, file->text_size);

@@ -6,11 +6,21 @@
 
 #include "io/text/json_read.h"
 
+#include <sys/types.h>
+
 #define GLTF_NONE UINT32_MAX /* no number */
+
+/* A file that holds buffers; several may be in one. */
+typedef struct gltf_source {
+    dev_t device;
+    ino_t node;
+    int file;
+    uint64_t size; /* [bytes] */
+} gltf_source;
 
 /* Bytes in a file, or, of a data URI, in memory. */
 typedef struct gltf_buffer {
-    int file; /* -1: in memory */
+    int file; /* of a source; -1: in memory */
     unsigned char *bytes;
     size_t byte_count;
     uint64_t offset, size; /* [bytes] in the file */
@@ -46,6 +56,7 @@ typedef struct gltf_file {
     size_t text_size;
     uint64_t file_size; /* [bytes] of all files together */
     json_document json;
+    ARRAY(gltf_source) sources; /* the first is the file itself */
     ARRAY(gltf_buffer) buffers;
     ARRAY(gltf_slice) slices;
     ARRAY(gltf_accessor) accessors;

@@ -2,16 +2,12 @@
 #include "io/animation/gltf_scene.h"
 
 #include "base/error.h"
+#include "io/animation/expansion.h"
 #include "io/file_data.h"
 
 #include <string.h>
 
-/* What is made of the files may take so many times their bytes: a mesh may be shown by many nodes,
- * but nothing is to fill the memory from a small file. */
-enum {
-    EXPANSION_LIMIT = 128,
-    INDEX_WINDOW = 768 /* read at a time; whole triangles */
-};
+enum { INDEX_WINDOW = 768 /* read at a time; whole triangles */ };
 #define VERTEX_LIMIT ((size_t)INT32_MAX)
 
 typedef enum primitive_mode {
@@ -27,15 +23,17 @@ static tulle_status fail_memory(const gltf_scene *scene, tulle_error *error) {
 
 tulle_status gltf_scene_check_size(const gltf_scene *scene, uint64_t more, tulle_error *error) {
     uint64_t const size = more + 12 * (uint64_t)scene->vertex_count +
+                          scene->nodes.count * sizeof *scene->nodes.data +
                           scene->primitive_count * sizeof(gltf_piece) +
                           scene->targets.count * sizeof *scene->targets.data +
                           scene->triangles.count * sizeof *scene->triangles.data +
                           scene->times.count * sizeof *scene->times.data;
-    if (size <= EXPANSION_LIMIT * scene->file->file_size) return TULLE_OK;
-    return error_set_at(
-        error, TULLE_ERROR_LIMIT, scene->file->path, 0, 0,
-        "would take more than %d times its size: meshes or times are used too often",
-        EXPANSION_LIMIT);
+    uint64_t const limit = expansion_get_limit(scene->file->file_size);
+    if (size <= limit) return TULLE_OK;
+    return error_set_at(error, TULLE_ERROR_LIMIT, scene->file->path, 0, 0,
+                        "would take more than %llu MB of memory, which is too many times its size: "
+                        "it has too many nodes, or uses meshes or times too often",
+                        (unsigned long long)(limit >> 20) + 1);
 }
 
 /* ---- nodes ---- */
@@ -81,6 +79,9 @@ static tulle_status read_nodes(gltf_scene *scene, tulle_error *error) {
     gltf_file *const file = scene->file;
     size_t count;
     const json_value *item = gltf_get_items(file, "nodes", &count);
+    tulle_status const size_status =
+        gltf_scene_check_size(scene, count * sizeof *scene->nodes.data, error);
+    if (size_status) return size_status;
     if (!ARRAY_RESERVE(file->heap, &scene->nodes, count + 1)) return fail_memory(scene, error);
     tulle_status status = TULLE_OK;
     for (size_t i = 0; i < count && status == TULLE_OK; i++) {

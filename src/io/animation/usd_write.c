@@ -151,13 +151,34 @@ static bool is_at(const usd_writer *writer, uint32_t frame, double code) {
 }
 
 /* Frames that are nearer to each other than the tolerance keep codes of their own. */
-static void put_code(usd_writer *writer, uint32_t frame) {
+static double choose_code(const usd_writer *writer, uint32_t frame) {
     double const code = get_code(writer, frame), whole = round(code);
     bool const has_neighbor =
         (frame > 0 && is_at(writer, frame - 1, whole)) ||
         (frame + 1 < writer->job->def->frame_count && is_at(writer, frame + 1, whole));
     bool const is_whole = is_at(writer, frame, whole) && !has_neighbor;
-    output_double(writer->output, is_whole ? whole + 0.0 : code);
+    return is_whole ? whole + 0.0 : code;
+}
+
+static void put_code(usd_writer *writer, uint32_t frame) {
+    output_double(writer->output, choose_code(writer, frame));
+}
+
+/* The times of the frames, where their codes give others: by a rounding, or because a code is a
+ * whole number. Other readers pass over them. */
+static void put_times(usd_writer *writer) {
+    const tulle_animation_def *const def = writer->job->def;
+    bool is_exact = true;
+    for (uint32_t i = 0; i < def->frame_count; i++)
+        is_exact = is_exact && choose_code(writer, i) / def->frame_rate == def->times[i];
+    if (is_exact) return;
+    start_line(writer);
+    put(writer, "custom uniform double[] tulle:times = [");
+    for (uint32_t i = 0; i < def->frame_count; i++) {
+        put_separator(writer, i);
+        output_double(writer->output, def->times[i]);
+    }
+    put(writer, "]\n");
 }
 
 static void begin_samples(usd_writer *writer, const char *name) {
@@ -470,6 +491,7 @@ static tulle_status write_all(usd_writer *writer, tulle_error *error) {
     put_header(writer);
     put(writer, "\ndef Xform \"World\"\n");
     open_block(writer, '{');
+    put_times(writer);
     for (size_t i = 0; i < def->surface_count && status == TULLE_OK; i++)
         status = put_surface(writer, i, error);
     close_block(writer, "}");

@@ -2,11 +2,17 @@
  * data interchange format. */
 #include "io/text/json_read.h"
 
+#include "base/error.h"
 #include "io/file_data.h"
 #include "io/text/number.h"
 
 #include <limits.h>
 #include <string.h>
+
+enum {
+    VALUES_FREE = 1 << 16, /* so many values a text of any size may have, */
+    BYTES_OF_VALUE = 3     /* and beyond them one in so many bytes */
+};
 
 typedef struct json_parser {
     json_document *document;
@@ -36,6 +42,28 @@ static tulle_status expect(json_parser *parser, char wanted, tulle_error *error)
         return text_fail(&parser->text, NULL, error, "'%c' should be here", wanted);
     parser->text.at++;
     return TULLE_OK;
+}
+
+/* Makes room for all values at once: there are no more than commas and brackets that open. Refuses
+ * a text that would take many times its bytes. */
+static tulle_status reserve_values(json_parser *parser, tulle_error *error) {
+    const text_cursor *const text = &parser->text;
+    size_t count = 1;
+    bool is_in_string = false;
+    for (const char *at = text->at; at < text->end; at++) {
+        if (*at == '"') is_in_string = !is_in_string;
+        if (is_in_string && *at == '\\') at++;
+        count += !is_in_string && (*at == ',' || *at == '[' || *at == '{');
+    }
+    size_t const length = (size_t)(text->end - text->at);
+    if (count > VALUES_FREE + length / BYTES_OF_VALUE)
+        return error_set_at(error, TULLE_ERROR_LIMIT, text->path, 0, 0,
+                            "has about %zu values in %zu bytes of JSON text, which are too many",
+                            count, length);
+    json_document *const document = parser->document;
+    return ARRAY_RESERVE(document->heap, &document->values, count)
+               ? TULLE_OK
+               : file_fail_memory(error, text->path);
 }
 
 /* Adds a value that begins here; false when memory is short. */
@@ -236,9 +264,9 @@ tulle_status json_read(memory *heap, const char *path, const char *text, size_t 
     document->strings = memory_allocate(heap, document->strings_size);
     size_t root = 0;
     peek(&parser);
-    tulle_status status = TULLE_OK;
-    if (!document->strings || !add_value(&parser, &root))
-        status = file_fail_memory(error, parser.text.path);
+    tulle_status status =
+        document->strings ? reserve_values(&parser, error) : file_fail_memory(error, path);
+    if (!status && !add_value(&parser, &root)) status = file_fail_memory(error, parser.text.path);
     if (!status) status = parse_value(&parser, root, 0, error);
     if (!status) {
         peek(&parser);

@@ -40,7 +40,7 @@ typedef struct json_document {
 } json_document;
 
 /* `path` is for messages and must live as long as the document. Errors: TULLE_ERROR_PARSE with line
- * and column, TULLE_ERROR_OUT_OF_MEMORY. */
+ * and column, TULLE_ERROR_LIMIT (far too many values for the length), TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status json_read(memory *heap, const char *path, const char *text, size_t length,
                        json_document *document, tulle_error *error);
 void json_destroy(json_document *document);

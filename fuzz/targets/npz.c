@@ -1,0 +1,10 @@
+/* fuzz/targets/npz.c - the reader of NumPy archives. */
+#include "support/animation.h"
+#include "support/fuzz.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    fuzz_read_animation("a.npz", data, size);
+    return 0;
+}
+
+void fuzz_make_seeds(void) { fuzz_make_animation_seed("a.npz", 0); }

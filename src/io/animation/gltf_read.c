@@ -1,0 +1,65 @@
+/* io/animation/gltf_read.c - glTF as tulle_animation_open reads it. */
+#include "base/error.h"
+#include "io/animation/animation_read.h"
+#include "io/animation/gltf_scene.h"
+
+#include <stdio.h>
+
+typedef struct gltf_state {
+    gltf_file file;
+    gltf_scene scene;
+} gltf_state;
+
+static void describe(const gltf_scene *scene, tulle_animation_info *info) {
+    *info = (tulle_animation_info){.vertex_count = scene->vertex_count,
+                                   .triangle_count = scene->triangles.count / 3,
+                                   .frame_count = (uint32_t)scene->frames.count,
+                                   .is_y_up = 1,
+                                   .meters_per_unit = 1.0};
+    unsigned long long const lines = scene->passed_primitives;
+    unsigned long long const animations = scene->passed_animations;
+    int length = 0;
+    if (lines > 0)
+        length = snprintf(info->note, sizeof info->note, "passed over: %llu parts of lines", lines);
+    if (animations > 0)
+        snprintf(info->note + length, sizeof info->note - (size_t)length,
+                 "%sall animations but the first, %llu",
+                 length > 0 ? ", " : "passed over: ", animations);
+}
+
+static tulle_status open_gltf(memory *heap, const char *path, void *state,
+                              animation_content *content, tulle_error *error) {
+    gltf_state *const gltf = state;
+    tulle_status status = gltf_file_open(heap, path, &gltf->file, error);
+    if (status == TULLE_OK) status = gltf_scene_read(&gltf->file, &gltf->scene, error);
+    if (status) return status;
+    if (gltf->scene.frames.count > INT32_MAX)
+        return error_set_at(error, TULLE_ERROR_LIMIT, path, 0, 0, "has too many frames");
+    describe(&gltf->scene, &content->info);
+    content->triangles = gltf->scene.triangles.data;
+    content->times = gltf->scene.frames.data;
+    content->file_count = gltf->file.sources.count;
+    return TULLE_OK;
+}
+
+static tulle_status read_gltf(void *state, uint32_t frame, double *positions, tulle_error *error) {
+    gltf_scene *const scene = &((gltf_state *)state)->scene;
+    return gltf_scene_pose(scene, scene->frames.data[frame], positions, error);
+}
+
+static void close_gltf(void *state) {
+    gltf_state *const gltf = state;
+    gltf_scene_destroy(&gltf->scene);
+    if (gltf->file.heap) gltf_file_close(&gltf->file);
+}
+
+static int get_file(const void *state, size_t number) {
+    return ((const gltf_state *)state)->file.sources.data[number].file;
+}
+
+const animation_reader gltf_reader = {.extensions = {".glb", ".gltf"},
+                                      .state_size = sizeof(gltf_state),
+                                      .open = open_gltf,
+                                      .read = read_gltf,
+                                      .close = close_gltf,
+                                      .get_file = get_file};

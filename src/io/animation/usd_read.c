@@ -1,0 +1,74 @@
+/* io/animation/usd_read.c - USD in its text form as tulle_animation_open reads it. */
+#include "io/animation/animation_read.h"
+#include "io/animation/usd_scene.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+typedef struct usd_state {
+    usd_layer layer;
+    usd_scene scene;
+} usd_state;
+
+/* Adds a part to a note of parts with commas between them. */
+static void add_note(tulle_animation_info *info, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static void add_note(tulle_animation_info *info, const char *format, ...) {
+    size_t length = 0;
+    while (info->note[length]) length++;
+    va_list arguments;
+    va_start(arguments, format);
+    size_t const room = sizeof info->note - length;
+    int const added =
+        snprintf(info->note + length, room, "%s", length > 0 ? ", " : "passed over: ");
+    if (added > 0 && (size_t)added < room)
+        vsnprintf(info->note + length + added, room - (size_t)added, format, arguments);
+    va_end(arguments);
+}
+
+static void describe(const usd_state *usd, tulle_animation_info *info) {
+    const usd_passed *const passed = &usd->layer.passed;
+    *info = (tulle_animation_info){.vertex_count = usd->scene.vertex_count,
+                                   .triangle_count = usd->scene.triangles.count / 3,
+                                   .frame_count = (uint32_t)usd->scene.frames.count,
+                                   .is_y_up = usd->layer.is_y_up,
+                                   .meters_per_unit = usd->layer.meters_per_unit};
+    if (passed->other_files > 0)
+        add_note(info, "%zu other files, as @%.60s@", passed->other_files,
+                 usd_layer_get_text(&usd->layer, passed->first_file));
+    if (passed->variant_sets > 0) add_note(info, "%zu variant sets", passed->variant_sets);
+    if (passed->shapes > 0) add_note(info, "%zu spheres, curves and the like", passed->shapes);
+    if (passed->hidden > 0) add_note(info, "%zu that are hidden", passed->hidden);
+    if (passed->changing > 0)
+        add_note(info, "when %zu are visible, so they always are", passed->changing);
+    if (passed->skins > 0) add_note(info, "skins of %zu meshes", passed->skins);
+    if (passed->smooth > 0) add_note(info, "the subdivision of %zu meshes", passed->smooth);
+}
+
+static tulle_status open_usd(memory *heap, const char *path, void *state,
+                             animation_content *content, tulle_error *error) {
+    usd_state *const usd = state;
+    tulle_status status = usd_layer_open(heap, path, &usd->layer, error);
+    if (status == TULLE_OK) status = usd_scene_read(&usd->layer, &usd->scene, error);
+    if (status) return status;
+    describe(usd, &content->info);
+    content->triangles = usd->scene.triangles.data;
+    content->times = usd->scene.frames.data;
+    return TULLE_OK;
+}
+
+static tulle_status read_usd(void *state, uint32_t frame, double *positions, tulle_error *error) {
+    return usd_scene_pose(&((usd_state *)state)->scene, frame, positions, error);
+}
+
+static void close_usd(void *state) {
+    usd_state *const usd = state;
+    usd_scene_destroy(&usd->scene);
+    usd_layer_close(&usd->layer);
+}
+
+const animation_reader usd_reader = {.extensions = {".usda"},
+                                     .state_size = sizeof(usd_state),
+                                     .open = open_usd,
+                                     .read = read_usd,
+                                     .close = close_usd};
