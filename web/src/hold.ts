@@ -55,7 +55,7 @@ export class Hold {
   private readonly gizmo: TransformControls;
   private readonly pivot = new THREE.Object3D();
   private readonly middle = new THREE.Vector3(); // of the box of the moved object's mesh: it is moved by this point
-  private isMoveSent = true;
+  private wanted: { position: THREE.Vector3; rotation: THREE.Quaternion } | null = null; // a move that is to go out
   private sent = 0; // when a drag went out
   private missed = 0; // states that did not know the grab
   private press: { x: number; y: number; id: number } | null = null;
@@ -361,13 +361,14 @@ export class Hold {
   }
 
   private sendPivot(): void {
-    if (!this.isMoveSent || this.moved === null) return;
-    this.isMoveSent = false;
-    // The newest place goes out.
+    const isUnderWay = this.wanted !== null;
+    this.wanted = { position: this.pivot.position.clone(), rotation: this.pivot.quaternion.clone() };
+    if (isUnderWay) return;
+    // The newest place goes out. The pivot itself follows the object again as soon as it is let go.
     window.setTimeout(() => {
-      this.isMoveSent = true;
-      if (this.moved === null) return;
-      this.move(this.pivot.position, this.pivot.quaternion);
+      const { wanted } = this;
+      this.wanted = null;
+      if (wanted && this.moved !== null) this.move(wanted.position, wanted.rotation);
     }, PAUSE);
   }
 

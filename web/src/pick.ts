@@ -20,6 +20,8 @@ export interface Selection {
   part: Part;
 }
 
+const SLACK = 1e-6; // of a weight: a ray along an edge is to miss neither triangle by rounding
+
 // The nearest triangle of a surface on a ray. By T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
 function intersect(surface: Surface, ray: THREE.Ray, best: Hit | null, object: number): Hit | null {
   const { x: ox, y: oy, z: oz } = ray.origin,
@@ -49,12 +51,12 @@ function intersect(surface: Surface, ray: THREE.Ray, best: Hit | null, object: n
       ty = oy - x[a + 1],
       tz = oz - x[a + 2],
       s = (tx * px + ty * py + tz * pz) / determinant;
-    if (!(s >= 0 && s <= 1)) continue;
+    if (!(s >= -SLACK && s <= 1 + SLACK)) continue;
     const qx = ty * uz - tz * uy,
       qy = tz * ux - tx * uz,
       qz = tx * uy - ty * ux,
       t = (dx * qx + dy * qy + dz * qz) / determinant;
-    if (!(t >= 0 && s + t <= 1)) continue;
+    if (!(t >= -SLACK && s + t <= 1 + SLACK)) continue;
     const along = (vx * qx + vy * qy + vz * qz) / determinant;
     if (!(along > 0 && along < distance)) continue;
     distance = along;
@@ -63,7 +65,8 @@ function intersect(surface: Surface, ray: THREE.Ray, best: Hit | null, object: n
     v = t;
   }
   if (found < 0) return best;
-  return { object, triangle: found, weights: [1 - u - v, u, v], distance, point: ray.at(distance, new THREE.Vector3()) };
+  const weights = [1 - u - v, u, v].map((weight) => Math.min(Math.max(weight, 0), 1)) as [number, number, number];
+  return { object, triangle: found, weights, distance, point: ray.at(distance, new THREE.Vector3()) };
 }
 
 export class Picker {

@@ -62,7 +62,11 @@ export const checks = {
       y = box.y + box.height * 0.62;
     await page.mouse.move(x, y);
     await page.mouse.down();
-    await page.locator('#view[data-held]').waitFor();
+    await until(
+      async () => (await page.locator('#view[data-held]').count()) > 0,
+      `nothing is held: ${await page.locator('#notes').innerText()} ${await page.locator('#status').innerText()}`,
+      4000,
+    );
     await page.getByRole('button', { name: 'Start' }).evaluate((button) => button.click());
     await page.mouse.move(x + 150, y - 60, { steps: 15 });
     await until(async () => Number(await page.locator('.live-time').getAttribute('data-step')) > 60, 'it does not run');
