@@ -117,13 +117,13 @@ void live_publish(view_live *live) {
         frame->overlays[kind].is_filled = false;
         if (overlays >> kind & 1u) fill_overlay(live, (view_overlay_kind)kind, frame);
     }
-    live_put_state(live);
     pthread_mutex_lock(&live->lock);
     int const other = live->ready;
     live->ready = live->back;
     live->back = other;
     live->frame_version++;
     pthread_mutex_unlock(&live->lock);
+    live_put_state(live); /* who knows of a step can have its frame */
     live->options.wake(live->options.context);
 }
 
