@@ -1,5 +1,6 @@
 /* tulle_io/animation.h - surfaces over time in one file: glTF, USD, MDD and NPZ are written;
- * glTF, USD and NPZ are read. docs/guide/formats.md describes what each of them holds.
+ * glTF, USD and NPZ are read; Alembic both, by builds with it (TULLE_ALEMBIC).
+ * docs/guide/formats.md describes what each of them holds.
  *
  * A writer asks for frames one by one, as often as it needs them, and keeps one at a time. So its
  * memory does not grow with their positions. A file appears whole or not at all. */
@@ -60,10 +61,10 @@ typedef struct tulle_animation_def {
 TULLE_API tulle_animation_def tulle_animation_def_default(void);
 
 /* Writes an animation to the file `path`: .glb or .gltf with a .bin beside it (glTF 2.0), .usda,
- * .mdd (one surface) or .npz, by its extension. One frame is written as meshes that stand still.
- * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a value out of range, a motion that the format does
- * not have), TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that is not finite or
- * that float cannot hold), TULLE_ERROR_LIMIT (more than the format can count),
+ * .mdd (one surface), .npz or .abc, by its extension. One frame is written as meshes that stand
+ * still. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a value out of range, a motion that the format
+ * does not have), TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that is not finite
+ * or that float cannot hold), TULLE_ERROR_LIMIT (more than the format can count),
  * TULLE_ERROR_UNSUPPORTED (another extension), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL,
  * TULLE_ERROR_OUT_OF_MEMORY, and those of the reader. */
 TULLE_API tulle_status tulle_animation_write(const char *path, const tulle_animation_def *def,
@@ -84,9 +85,9 @@ typedef struct tulle_animation_info {
     char note[256];         /* what was passed over; or empty */
 } tulle_animation_info;
 
-/* Opens the file `path`, .glb or .gltf (glTF 2.0), .usda or .npz, makes `*animation`, which is null
- * after an error, and fills `info`, which may be null. Of the scene all surfaces are read, one
- * behind the other, as one mesh in the scene's coordinates. Frames are all times of keys of the
+/* Opens the file `path`, .glb or .gltf (glTF 2.0), .usda, .npz or .abc, makes `*animation`, which
+ * is null after an error, and fills `info`, which may be null. Of the scene all surfaces are read,
+ * one behind the other, as one mesh in the scene's coordinates. Frames are all times of keys of the
  * first animation, of samples of what is shown, or of the archive's frames; there is one where
  * nothing moves. Of glTF morph targets, transforms of nodes and skins move vertices, of USD points
  * and transforms. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,

@@ -6,7 +6,7 @@
 #include <strings.h>
 
 bool frame_cache_is_animation(const char *path) {
-    static const char *const extensions[] = {".glb", ".gltf", ".usda", ".npz"};
+    static const char *const extensions[] = {".glb", ".gltf", ".usda", ".npz", ".abc"};
     size_t const length = strlen(path);
     for (size_t i = 0; i < sizeof extensions / sizeof extensions[0]; i++) {
         size_t const tail = strlen(extensions[i]);

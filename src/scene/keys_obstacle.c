@@ -15,7 +15,7 @@ static const schema_key sequence_table[] = {
      FIELD(sequence_keys, cache),
      .meaning = "PC2 or MDD point cache, whose triangles the obstacle's mesh gives; or an "
                 "animation (.glb, .gltf, "
-                ".usda, .npz), which has them itself"},
+                ".usda, .npz, .abc), which has them itself"},
     {.name = "first",
      .type = SCHEMA_INTEGER,
      .minimum = 0,

@@ -34,6 +34,9 @@ square() {
 square shirt.obj 1
 square dress.obj 2
 square pattern.obj 0
+square cape.obj 3
+sed -i -e '0,/^f/s/^f/usemtl collar\nf/' shirt.obj
+printf '1\n1\n2\n0.5\n' >cape.txt
 parts=$(awk '/^```/ { block += /^```yaml$/; is_yaml = /^```yaml$/; next } is_yaml { print >("part_" block ".txt") } END { print block }' \
     "$pages/guide/materials.md")
 scenes=0

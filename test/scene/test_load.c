@@ -291,8 +291,8 @@ static const refusal refusals[] = {
     {TIME SHEET "contact:\n  pairs: [{between: [cloth0], friction: 0.3}]\n", TULLE_ERROR_PARSE,
      "s.yaml", 5, 21, "contact.pairs[0].between: is a list of 1, must be a list of 2, each a name"},
     {TIME SHEET "obstacles:\n  - friction: 0.3\n", TULLE_ERROR_PARSE, "s.yaml", 5, 5,
-     "obstacles[0]: the key 'mesh' is missing: file or shape, unless motion.sequence.files gives "
-     "the mesh"},
+     "obstacles[0]: the key 'mesh' is missing: file or shape, unless motion.sequence.files or an "
+     "animation gives the mesh"},
     {TIME SHEET "obstacles:\n  - {mesh: {shape: box}, appears: 2 s, disappears: 1 s}\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 52,
      "obstacles[0].disappears: must be later than appears"},

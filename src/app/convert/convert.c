@@ -67,9 +67,11 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
          "smooth by N steps of Loop subdivision; each makes four triangles of one", 0,
          TULLE_SUBDIVISION_LEVELS_MAX, NULL},
         {"up", 0, OPTION_CHOICE, &words->up, "y|z",
-         "axis that points up in TO (default: z; of .glb and .gltf y)", 0, 0, axes_up_choices},
+         "axis that points up in TO (default: z; of .glb, .gltf and .abc y)", 0, 0,
+         axes_up_choices},
         {"from-up", 0, OPTION_CHOICE, &words->from_up, "y|z",
-         "axis that points up in FROM (default: z, as Tulle has it; of .glb and .gltf y; of .usda "
+         "axis that points up in FROM (default: z, as Tulle has it; of .glb, .gltf, .abc y; of "
+         ".usda "
          "as\n"
          "the file says)",
          0, 0, axes_up_choices},
@@ -94,9 +96,11 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         .operands = "FROM TO",
         .summary =
             "Converts FROM, a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), an\n"
-            "animation (.glb, .gltf, .usda, .npz), the directory of a run, or numbered meshes\n"
+            "animation (.glb, .gltf, .usda, .npz, .abc), the directory of a run, or numbered "
+            "meshes\n"
             "(frame_%04d.obj or 'frame_*.obj'), to TO, a mesh, a point cache, an animation\n"
-            "(.glb, .gltf, .usda, .npz), or numbered files of meshes (out_%04d.vtp, with the\n"
+            "(.glb, .gltf, .usda, .npz, .abc), or numbered files of meshes (out_%04d.vtp, with "
+            "the\n"
             "numbers of their frames). A run becomes an animation with all its bodies, or with\n"
             "the one that --body names.\n"
             "Says what became of frames, axes and units, and what was lost. A subdivided\n"
@@ -147,7 +151,7 @@ static tulle_status check_format_options(const convert_session *session, const c
     if (words->interpolation && format != CONVERT_GLB && format != CONVERT_GLTF)
         text = "--interpolation is for .glb and .gltf";
     if (words->fps && !convert_is_animation(format))
-        text = "--fps is for formats that have times: .mdd, .glb, .gltf, .usda and .npz";
+        text = "--fps is for formats that have times: .mdd, .glb, .gltf, .usda, .npz and .abc";
     return text ? error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->target.path, 0, 0,
                                "%s", text)
                 : TULLE_OK;
@@ -192,11 +196,12 @@ static tulle_status choose_unit(const convert_source *source, const char *option
 }
 
 /* Where the options do not say: as the file has it that is read; in what is written y is up in
- * glTF, z in all else. */
+ * glTF and Alembic, z in all else. */
 static tulle_status choose_axes(convert_session *session, const convert_words *words,
                                 tulle_error *error) {
     convert_format const format = session->target.format;
-    const char *const up = format == CONVERT_GLB || format == CONVERT_GLTF ? "y" : "z";
+    bool const is_to_y = format == CONVERT_GLB || format == CONVERT_GLTF || format == CONVERT_ABC;
+    const char *const up = is_to_y ? "y" : "z";
     bool const is_from_y =
         session->source.kind == SOURCE_ANIMATION && session->source.animation_info.is_y_up;
     const char *from_unit = NULL;

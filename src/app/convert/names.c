@@ -7,8 +7,8 @@
 #include <strings.h>
 
 convert_format convert_get_format(const char *path) {
-    static const char *const extensions[] = {".obj", ".ply", ".stl",  ".vtp",  ".pc2",
-                                             ".mdd", ".glb", ".gltf", ".usda", ".npz"};
+    static const char *const extensions[] = {".obj", ".ply",  ".stl",  ".vtp", ".pc2", ".mdd",
+                                             ".glb", ".gltf", ".usda", ".npz", ".abc"};
     size_t const length = strlen(path);
     for (size_t i = 0; i < sizeof extensions / sizeof extensions[0]; i++) {
         size_t const tail = strlen(extensions[i]);

@@ -15,7 +15,8 @@ typedef enum convert_format {
     CONVERT_GLB,
     CONVERT_GLTF,
     CONVERT_USDA,
-    CONVERT_NPZ
+    CONVERT_NPZ,
+    CONVERT_ABC
 } convert_format;
 
 /* The format that the path's extension names, in capitals or not. */

@@ -70,7 +70,7 @@ tulle_status convert_target_open(const char *path, const char *pvd_path, convert
     if (target->format == CONVERT_NONE)
         return refuse(path, error,
                       "the name of what is written should end in .obj, .ply, .stl, .vtp, .pc2, "
-                      ".mdd, .glb, .gltf, .usda or .npz");
+                      ".mdd, .glb, .gltf, .usda, .npz or .abc");
     if (target->is_numbered) {
         if (convert_is_cache(target->format))
             return refuse(path, error, "a point cache holds all frames, so its name has no number");

@@ -18,6 +18,7 @@ typedef enum animation_format {
     ANIMATION_USDA,
     ANIMATION_MDD,
     ANIMATION_NPZ,
+    ANIMATION_ABC,
     ANIMATION_FORMAT_COUNT
 } animation_format;
 
@@ -175,7 +176,7 @@ static tulle_status check_def(const char *path, const tulle_animation_def *def,
 /* ---- the file ---- */
 
 static animation_format find_format(const char *path) {
-    static const char *const extensions[] = {".glb", ".gltf", ".usda", ".mdd", ".npz"};
+    static const char *const extensions[] = {".glb", ".gltf", ".usda", ".mdd", ".npz", ".abc"};
     size_t const length = strlen(path);
     for (int i = 0; i < ANIMATION_FORMAT_COUNT; i++) {
         size_t const tail = strlen(extensions[i]);
@@ -195,7 +196,8 @@ static tulle_status write_format(animation_job *job, animation_format format, tu
     case ANIMATION_GLTF: return gltf_write(job, false, error);
     case ANIMATION_USDA: return usd_write(job, error);
     case ANIMATION_MDD: return mdd_write(job, error);
-    default: return npz_write(job, error);
+    case ANIMATION_NPZ: return npz_write(job, error);
+    default: return alembic_write(job, error);
     }
 }
 
@@ -206,8 +208,8 @@ tulle_status tulle_animation_write(const char *path, const tulle_animation_def *
     animation_format const format = find_format(path);
     if (format == ANIMATION_FORMAT_COUNT)
         return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
-                            "the name of an animation should end in .glb, .gltf, .usda, .mdd or "
-                            ".npz");
+                            "the name of an animation should end in .glb, .gltf, .usda, .mdd, "
+                            ".npz or .abc");
     animation_job job = {.def = def, .path = path, .heap = memory_default()};
     for (size_t i = 0; i < def->surface_count; i++)
         if (def->surfaces[i].mesh.vertex_count > job.vertex_limit)

@@ -39,5 +39,6 @@ tulle_status gltf_write(animation_job *job, bool is_binary, tulle_error *error);
 tulle_status usd_write(animation_job *job, tulle_error *error);
 tulle_status mdd_write(animation_job *job, tulle_error *error);
 tulle_status npz_write(animation_job *job, tulle_error *error);
+tulle_status alembic_write(animation_job *job, tulle_error *error);
 
 #endif

@@ -18,7 +18,8 @@ struct tulle_animation {
     animation_content content;
 };
 
-static const animation_reader *const readers[] = {&gltf_reader, &usd_reader, &npz_reader};
+static const animation_reader *const readers[] = {&gltf_reader, &usd_reader, &npz_reader,
+                                                  &alembic_reader};
 
 static bool has_extension(const char *path, const char *extension) {
     size_t const length = strlen(path), tail = strlen(extension);
@@ -51,7 +52,7 @@ tulle_status tulle_animation_open(const char *path, tulle_animation **animation,
     const animation_reader *const reader = find_reader(path);
     if (!reader)
         return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
-                            "animations that can be read end in .glb, .gltf, .usda or .npz");
+                            "animations that can be read end in .glb, .gltf, .usda, .npz or .abc");
     memory heap = memory_default();
     tulle_animation *const made = memory_allocate_zeroed(&heap, 1, sizeof *made);
     if (!made) return file_fail_memory(error, path);

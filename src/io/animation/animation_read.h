@@ -29,7 +29,7 @@ typedef struct animation_reader {
     int (*get_file)(const void *state, size_t number);
 } animation_reader;
 
-extern const animation_reader gltf_reader, usd_reader, npz_reader;
+extern const animation_reader gltf_reader, usd_reader, npz_reader, alembic_reader;
 
 size_t animation_get_file_count(const tulle_animation *animation);
 int animation_get_file(const tulle_animation *animation, size_t number);
