@@ -254,7 +254,7 @@ def check_errors():
             expect(page.ask("run")["type"] == "error" and page.ask("save_session")["type"] == "error", "it runs all the same")
             ask_well(page, "pick", object=0, triangle=0, weights=[1, 0, 0])
     for arguments, words in ((["none.yaml"], "cannot be opened"), (["none"], "none"), ([FOLDER], ""), (["sheet.yaml", "--replay", "none"], "none"),
-                             (["sheet.yaml", "--replay", "sheet.yaml"], ""), (["sheet.yaml", "--port", "99999"], "65535"), (["sheet.yaml", "--listen", "203.0.113.1"], "listened")):
+                             (["sheet.yaml", "--replay", "sheet.yaml"], ""), (["sheet.yaml", "--port", "99999"], "65535"), (["sheet.yaml", "--listen", "203.0.113.1"], "listened"), (["sheet.yaml", "--host-name", "a/b"], "letters")):
         found = subprocess.run([PROGRAM, "view", "--no-browser", *arguments], cwd=FOLDER, capture_output=True, text=True, timeout=60, check=False)
         expect(found.returncode in (2, 3) and words in found.stderr and found.stderr.startswith("tulle view: "), f"view {arguments}: {found}")
     with Server(SCENE, folder=FOLDER) as server:

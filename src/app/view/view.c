@@ -4,9 +4,16 @@
 #include "app/commands.h"
 #include "app/view/server.h"
 
+#include <stdbool.h>
 #include <string.h>
 
-enum { PATHS_MAX = 64, PORT_MAX = 65535, THREADS_MAX = 256 };
+enum { PATHS_MAX = 64, PORT_MAX = 65535, THREADS_MAX = 256, HOST_NAMES_MAX = 16, HOST_SIZE = 254 };
+
+static bool is_host_name(const char *name) {
+    static const char marks[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-.";
+    size_t const length = strlen(name);
+    return length > 0 && length < HOST_SIZE && strspn(name, marks) == length;
+}
 
 int app_view(int argc, char **argv) {
     long port = 0, threads = 0;
@@ -45,6 +52,14 @@ int app_view(int argc, char **argv) {
     size_t operand_count = 0;
     options_outcome const outcome = options_parse(&command, argc, argv, &operand_count);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
+    for (size_t i = 0; i < host_names.count; i++) {
+        if (i < HOST_NAMES_MAX && is_host_name(host_names.items[i])) continue;
+        app_print_message(command.name,
+                          "--host-name: \"%s\" should be one of at most %d names of letters, "
+                          "digits, '-' and '.'",
+                          host_names.items[i], HOST_NAMES_MAX);
+        return APP_EXIT_BAD_INPUT;
+    }
     chosen.paths = (const char *const *)argv;
     chosen.path_count = operand_count;
     chosen.host_names = host_names.items;
