@@ -90,9 +90,9 @@ mend 2 poke.pc2 --mesh sheet.obj -o poke.pc2
 grep -q 'is one of the files that are read' err || { fault "its own input"; cat err; }
 mend 2 poke.pc2 --mesh sheet.obj -o nowhere/out.pc2
 
-# An interrupt leaves nothing, whenever it comes.
+# An interrupt leaves nothing, whenever it comes. In the foreground timeout sends one; a second one ends the program at once.
 for wait in 0.02 0.3; do
-    timeout -s INT $wait "$TULLE" mend poke.pc2 --mesh sheet.obj --body ball.obj -o cut.pc2 --report cut.csv >out 2>err
+    timeout --foreground -s INT $wait "$TULLE" mend poke.pc2 --mesh sheet.obj --body ball.obj -o cut.pc2 --report cut.csv >out 2>err
     [ ! -e cut.pc2 ] && [ ! -e cut.csv ] || cmp -s cut.pc2 one.pc2 || fault "an interrupted one was written"
 done
 ls -A | grep -q -e '\.tmp$' -e 'tulle-mend' && fault "something is left: $(ls -A)"
