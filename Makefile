@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all demo pictures fabric-pictures paper paper-quick paper-pictures test test-formats test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-blender blender-addon test-notebooks coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
+.PHONY: all view demo pictures fabric-pictures paper paper-quick paper-pictures test test-formats test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-blender blender-addon test-notebooks test-view view-pictures coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -28,6 +28,24 @@ build-program:
 build-tests:
 	@cmake --preset release -DTULLE_BUILD_TESTS=ON -DTULLE_WARNINGS_AS_ERRORS=ON
 	@cmake --build $(BUILD) -j $(JOBS)
+
+# The same with `tulle view`: libwebsockets, and a page that npm makes, which becomes part of the program.
+view:
+	@$(INSTALL_PACKAGES) build view
+	@[ -f $(BUILD)/CMakeCache.txt ] || cmake --preset release -DTULLE_BUILD_TESTS=OFF
+	@cmake $(BUILD) -DTULLE_VIEW=on >/dev/null
+	@$(MAKE) --no-print-directory build-program
+
+# The page of tulle view in a browser: watching, holding, editing, keys, small screens, rates. PATTERN='holding|tour' chooses.
+PATTERN ?=
+test-view: view
+	@$(INSTALL_PACKAGES) view-test
+	@sh web/test.sh $(BUILD)/tulle '$(PATTERN)'
+
+# The pictures of the tour in docs/guide/view.md, which the test makes.
+view-pictures:
+	@$(MAKE) --no-print-directory test-view PATTERN=tour
+	@for picture in watch pick hold edit phone; do cp build/web/pictures/tour_$$picture.png docs/pictures/view/$$picture.png; done
 
 # Simulates scenes/needles.yaml, judges every frame, tells how to look at it.
 demo:
@@ -358,6 +376,8 @@ help:
 	@echo "make fuzz TARGET=obj SECONDS=60   fuzzes one target with libFuzzer (installs clang); fuzz-afl: with AFL++"
 	@echo "make fuzz-all SECONDS=600   all targets, which share the time"
 	@echo "make coverage     lines and branches of the libraries that the quick tests reach; fails below 95 % and 90 %"
+	@echo "make view         the program with tulle view, which shows scenes in a browser (installs libwebsockets, node and npm)"
+	@echo "make test-view    its page in a browser (installs chromium)"
 	@echo "make viewer       what turns worlds in notebooks (installs node and npm)"
 	@echo "make test-notebooks   the viewer in a browser (installs chromium)"
 	@echo "make docs         the book as a static site with search, build/site (installs mkdocs and doxygen)"

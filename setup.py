@@ -38,7 +38,8 @@ class BuildWithLibraries(build_py):
         package, built = Path(self.build_lib).resolve() / "tulle", os.environ.get("TULLE_BUILD")
         build = Path(built) if built else ROOT / "build" / "wheel-build"
         jobs = os.environ.get("JOBS") or str(os.cpu_count() or 1)
-        configure = ["cmake", "-S", str(ROOT), "-B", str(build), "-DCMAKE_BUILD_TYPE=Release", "-DTULLE_BUILD_TESTS=OFF"]
+        configure = ["cmake", "-S", str(ROOT), "-B", str(build), "-DCMAKE_BUILD_TYPE=Release", "-DTULLE_BUILD_TESTS=OFF",
+                     "-DTULLE_VIEW=off"]  # libwebsockets would have to be there wherever the wheel goes
         for command in () if built else (configure, ["cmake", "--build", str(build), "-j", jobs, "--target", *TARGETS]):
             subprocess.run(command, check=True)
         for name, folder in FILES.items():

@@ -32,7 +32,7 @@ if [ ! -e "$made/root/whole" ]; then
 fi
 
 cmake -S . -B "$made/build" -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/arm64.cmake" -DCMAKE_BUILD_TYPE=Release \
-    -DTULLE_BUILD_TESTS=ON -DTULLE_WARNINGS_AS_ERRORS=ON -DTULLE_EMBREE=off
+    -DTULLE_BUILD_TESTS=ON -DTULLE_WARNINGS_AS_ERRORS=ON -DTULLE_EMBREE=off -DTULLE_VIEW=off
 targets="tulle_program tulle_shared tulle_static tulle_io_shared tulle_io_static"
 pattern=""
 for test in $tests; do

@@ -11,7 +11,7 @@ Beside the order of the folders of libtulle:
   - render/ and app/ see both libraries from outside: public headers, base/, themselves, and what PARTS says;
   - rooms within a folder see each other as ROOMS says;
   - libtulle needs libc, libm and threads only, so yaml.h stays in scene/, expat.h in io/vtk/, zlib.h in io/vtk/ and io/animation/, png.h
-    and Embree in render/, omp.h in base/parallel_openmp.c; immintrin.h in math/simd*.h and in kernels;
+    and Embree in render/, libwebsockets.h in app/view/server.c, omp.h in base/parallel_openmp.c; immintrin.h in math/simd*.h and in kernels;
   - memory of both libraries comes through base/memory.c, and no library ends the process;
   - public headers of libtulle include those of libtulle only, public headers of libtulle_io those of both.
 """
@@ -30,14 +30,14 @@ COMMON = {"base/arena.h", "base/error.h", "base/hash.h", "base/memory.h", "base/
 # What else a folder may include.
 PARTS = {"check": ("math/vec3.h", "geom/exact_predicates.h"), "render": ("math/vec3.h",),
          "app": ("scene/scene.h", "scene/picture.h", "scene/units.h", "render/", "io/text/json_quote.h",
-                 "io/text/number.h", "io/file_data.h", "io/animation/animation_read.h"),
-         "scene": ("io/file_data.h", "io/text/number.h")}
+                 "io/text/json_read.h", "io/text/number.h", "io/file_data.h", "io/animation/animation_read.h"),
+         "scene": ("io/file_data.h", "io/text/json_quote.h", "io/text/number.h")}
 # Rooms that see few others of their folder.
 ROOMS = {"detect": {"impact": set(), "patches": set(), "pairs": {"trees"}, "trees": {"impact", "pairs", "patches"}},
          "contact": {"pairs": {"rows"}, "rows": {"pairs", "commit"}, "solve": {"rows", "pairs"}},
          "io": {"text": set(), "cache": set(), "mesh": {"text"}, "vtk": {"text"}, "animation": {"text"}}}
 FOREIGN_HEADERS = {"yaml.h": ("src/scene/",), "png.h": ("src/render/",), "embree3/rtcore.h": ("src/render/embree_",),
-                   "omp.h": ("src/base/parallel_openmp.c",), "pthread.h": ("src/base/",),
+                   "omp.h": ("src/base/parallel_openmp.c",), "pthread.h": ("src/base/", "src/app/view/"), "libwebsockets.h": ("src/app/view/server.c",),
                    "expat.h": ("src/io/vtk/",), "zlib.h": ("src/io/vtk/", "src/io/animation/"),
                    "gmp.h": (), "immintrin.h": ("src/math/simd", "/kernels/"), "x86intrin.h": (), "arm_neon.h": ()}
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]')

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that a build or the tests need and that are missing; does nothing when all is there.
-# usage: install_packages.sh ROLE...      ROLE: build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate,
+# usage: install_packages.sh ROLE...      ROLE: build, test, paper, python, viewer, wheel, python-test, notebook-test, view, view-test, bench, peers, mutate,
 #                                 clang, ubsan, msan, fuzz, musl, m32, portability, docs, formats, slurm, blender
 #   TULLE_NO_INSTALL=1   only says what is missing; fails if it cannot be done without
 set -eu
@@ -73,6 +73,17 @@ needs() {
         echo "chromium       program:chromium    needed"
         echo "python3-nbconvert python:cffi,nbconvert optional"
         ;;
+    view)
+        echo "libwebsockets-dev package:libwebsockets needed"
+        echo "nodejs         program:node        needed"
+        echo "npm            program:npm         needed"
+        ;;
+    view-test)
+        echo "python3        program:python3     needed"
+        echo "nodejs         program:node        needed"
+        echo "npm            program:npm         needed"
+        echo "chromium       program:chromium    needed"
+        ;;
     bench)
         echo "valgrind       program:valgrind    optional"
         ;;
@@ -143,7 +154,7 @@ needs() {
         echo "slurm-wlm      program:sbatch      optional"
         ;;
     *)
-        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, viewer, wheel, python-test, notebook-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs, formats, slurm and blender" >&2
+        echo "install_packages.sh: unknown role \"$1\"; the roles are build, test, paper, python, viewer, wheel, python-test, notebook-test, view, view-test, bench, peers, mutate, clang, ubsan, msan, fuzz, musl, m32, portability, docs, formats, slurm and blender" >&2
         exit 2
         ;;
     esac

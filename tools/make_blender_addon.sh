@@ -10,7 +10,7 @@ find_archive() { # NAME
     echo "$path"
 }
 png=$(find_archive png) zlib=$(find_archive z) expat=$(find_archive expat) yaml=$(find_archive yaml)
-cmake -B build/addon -DCMAKE_BUILD_TYPE=Release -DTULLE_BUILD_TESTS=OFF -DTULLE_INSTALL=OFF -DTULLE_EMBREE=off \
+cmake -B build/addon -DCMAKE_BUILD_TYPE=Release -DTULLE_BUILD_TESTS=OFF -DTULLE_INSTALL=OFF -DTULLE_EMBREE=off -DTULLE_VIEW=off \
     -DCMAKE_EXE_LINKER_FLAGS=-static -DPNG_LIBRARY_RELEASE="$png" -DPNG_LIBRARY="$png" -DZLIB_LIBRARY_RELEASE="$zlib" \
     -DZLIB_LIBRARY="$zlib" -DEXPAT_LIBRARY="$expat" -Dpkgcfg_lib_YAML_yaml="$yaml" >build/addon.log 2>&1 || { cat build/addon.log >&2; exit 1; }
 cmake --build build/addon -j "${1:-2}" --target tulle_program

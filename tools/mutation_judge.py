@@ -100,7 +100,7 @@ class Tree:
         generator = ["-G", "Ninja"] if has_program("ninja") else []
         linker = ["-DCMAKE_SHARED_LINKER_FLAGS=-fuse-ld=lld"] if has_program("ld.lld") else []
         run_or_fail(["cmake", "-S", self.tree, "-B", self.objects, *generator, "-DCMAKE_BUILD_TYPE=Release", "-DTULLE_BUILD_TESTS=ON",
-                     "-DTULLE_SHARED_INSIDE=ON", "-DCMAKE_LINK_DEPENDS_NO_SHARED=ON", "-DTULLE_EMBREE=off",
+                     "-DTULLE_SHARED_INSIDE=ON", "-DCMAKE_LINK_DEPENDS_NO_SHARED=ON", "-DTULLE_EMBREE=off", "-DTULLE_VIEW=off",
                      f"-DTULLE_DATA_DIR={os.path.dirname(self.root)}/shared/data", *launcher, *linker])
 
     def build(self, targets, may_fail=False):

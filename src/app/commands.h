@@ -26,6 +26,7 @@ int app_convert(int argc, char **argv);
 int app_mend(int argc, char **argv);
 int app_fit(int argc, char **argv);
 int app_replay(int argc, char **argv);
+int app_view(int argc, char **argv);
 int app_bench(int argc, char **argv);
 
 /* Exit code for a status that the library returned while input was read. */

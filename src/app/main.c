@@ -29,6 +29,7 @@ static const subcommand subcommands[] = {
     {"mend", app_mend, "an animation of cloth from any tool, without its intersections"},
     {"fit", app_fit,
      "the material file of a fabric from its drape coefficient and bending lengths"},
+    {"view", app_view, "a run, meshes or a live scene in a browser: see it, hold it, pull it"},
     {"replay", app_replay, "the recorded calls of a program that embeds the library, again"},
     {"bench", app_bench, "what the stages of a step cost in a scene"},
     {NULL, NULL, NULL},

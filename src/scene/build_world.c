@@ -1,7 +1,10 @@
 /* scene/build_world.c - a world made from a loaded scene, through the public headers. */
+#include "scene/scene.h"
 #include "scene/scene_data.h"
 
 #include "tulle/attach.h"
+#include "tulle/objects.h"
+#include "tulle/record.h"
 
 #include "base/error.h"
 
@@ -104,8 +107,8 @@ static tulle_body get_body(const dynamic_keys *keys) {
     return body;
 }
 
-static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_world *world,
-                                 tulle_obstacle_id *id, tulle_error *error) {
+static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_drive drive,
+                                 tulle_world *world, tulle_obstacle_id *id, tulle_error *error) {
     const sequence_keys *sequence = &obstacle->keys->motion.sequence;
     tulle_obstacle_def def = tulle_obstacle_def_default();
     def.name = obstacle->name;
@@ -118,6 +121,7 @@ static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_world *wo
     memcpy(def.grain, obstacle->grain, sizeof def.grain);
     def.contact_material = obstacle->contact_material;
     def.motion = obstacle->motion;
+    def.drive = drive;
     def.appear_time = obstacle->appears;
     def.disappear_time = obstacle->disappears;
     def.body = get_body(&obstacle->keys->dynamic);
@@ -179,29 +183,33 @@ static tulle_status set_laws(const tulle_scene *loaded, const tulle_scene_world 
     return TULLE_OK;
 }
 
+static tulle_status attach(const tulle_scene *loaded, const tulle_scene_world *built, size_t cloth,
+                           const scene_attachment *attachment, tulle_error *error) {
+    const attach_keys *const keys = attachment->keys;
+    tulle_attachment_def def = tulle_attachment_def_default();
+    def.cloth = built->cloths[cloth];
+    def.vertices = attachment->vertices;
+    def.vertex_count = attachment->vertex_count;
+    if (attachment->object < loaded->cloth_count)
+        def.other_cloth = built->cloths[attachment->object];
+    else
+        def.obstacle = built->obstacles[attachment->object - loaded->cloth_count];
+    def.max_distance = keys->within;
+    def.stiffness = keys->stiffness;
+    def.break_force = keys->breaks_at;
+    def.release_time = keys->release;
+    tulle_attachment_id id;
+    tulle_status const status = tulle_world_attach(built->world, &def, &id, error);
+    return status == TULLE_OK ? TULLE_OK : add_place(&keys->head, status, error);
+}
+
 static tulle_status add_attachments(const tulle_scene *loaded, const tulle_scene_world *built,
                                     size_t index, tulle_error *error) {
     const scene_cloth *const cloth = &loaded->cloths[index];
-    for (size_t i = 0; i < cloth->attachment_count; i++) {
-        const scene_attachment *const attachment = &cloth->attachments[i];
-        const attach_keys *const keys = attachment->keys;
-        tulle_attachment_def def = tulle_attachment_def_default();
-        def.cloth = built->cloths[index];
-        def.vertices = attachment->vertices;
-        def.vertex_count = attachment->vertex_count;
-        if (attachment->object < loaded->cloth_count)
-            def.other_cloth = built->cloths[attachment->object];
-        else
-            def.obstacle = built->obstacles[attachment->object - loaded->cloth_count];
-        def.max_distance = keys->within;
-        def.stiffness = keys->stiffness;
-        def.break_force = keys->breaks_at;
-        def.release_time = keys->release;
-        tulle_attachment_id id;
-        tulle_status const status = tulle_world_attach(built->world, &def, &id, error);
-        if (status != TULLE_OK) return add_place(&keys->head, status, error);
-    }
-    return TULLE_OK;
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; i < cloth->attachment_count && status == TULLE_OK; i++)
+        status = attach(loaded, built, index, &cloth->attachments[i], error);
+    return status;
 }
 
 static tulle_status add_objects(const tulle_scene *loaded, tulle_scene_world *built,
@@ -218,11 +226,24 @@ static tulle_status add_objects(const tulle_scene *loaded, tulle_scene_world *bu
     for (size_t i = 0; status == TULLE_OK && i < loaded->cloth_count; i++)
         status = add_cloth(&loaded->cloths[i], built->world, &built->cloths[i], error);
     for (size_t i = 0; status == TULLE_OK && i < loaded->obstacle_count; i++)
-        status = add_obstacle(&loaded->obstacles[i], built->world, &built->obstacles[i], error);
+        status = add_obstacle(&loaded->obstacles[i], TULLE_DRIVE_NONE, built->world,
+                              &built->obstacles[i], error);
     for (size_t i = 0; status == TULLE_OK && i < loaded->cloth_count; i++)
         status = add_attachments(loaded, built, i, error);
     if (status == TULLE_OK) status = set_material_laws(loaded, built->world, error);
     return status == TULLE_OK ? set_laws(loaded, built, error) : status;
+}
+
+/* `writer`: null for a world that is not recorded. */
+static tulle_status build_world(const tulle_scene *loaded, const tulle_world_def *def,
+                                const tulle_record_writer *writer, tulle_scene_world *result,
+                                tulle_error *error) {
+    tulle_status status = tulle_world_create(def, &result->world, error);
+    if (status != TULLE_OK) return add_place(&loaded->keys.contact.head, status, error);
+    if (writer) status = tulle_world_record(result->world, writer, error);
+    if (status == TULLE_OK) status = add_objects(loaded, result, error);
+    if (status != TULLE_OK) tulle_scene_destroy_world(result);
+    return status;
 }
 
 tulle_status tulle_scene_build_world(tulle_scene *loaded, int threads,
@@ -234,10 +255,85 @@ tulle_status tulle_scene_build_world(tulle_scene *loaded, int threads,
     tulle_world_def def = make_world_def(loaded);
     def.threads = threads;
     if (allocator) def.allocator = *allocator;
-    tulle_status status = tulle_world_create(&def, &result->world, error);
-    if (status != TULLE_OK) return add_place(&loaded->keys.contact.head, status, error);
-    status = add_objects(loaded, result, error);
-    if (status != TULLE_OK) tulle_scene_destroy_world(result);
+    return build_world(loaded, &def, NULL, result, error);
+}
+
+tulle_status scene_build_recorded_world(tulle_scene *loaded, int threads,
+                                        const tulle_record_writer *writer,
+                                        tulle_scene_world *result, tulle_error *error) {
+    *result = (tulle_scene_world){0};
+    tulle_world_def def = make_world_def(loaded);
+    def.threads = threads;
+    return build_world(loaded, &def, writer, result, error);
+}
+
+/* ---- an obstacle that is taken in hand ---- */
+
+/* Attachments of the scene are the first of its world, counted from 1 in the order of cloths. Moves
+ * the vertices that the one with this id holds to the front of its list; how many these are. */
+static size_t sort_held(const tulle_world *world, tulle_attachment_id id,
+                        const scene_attachment *attachment) {
+    size_t held = 0;
+    for (size_t k = 0; k < attachment->vertex_count; k++) {
+        uint32_t const vertex = attachment->vertices[k];
+        if (!tulle_attachment_holds(world, id, vertex)) continue;
+        attachment->vertices[k] = attachment->vertices[held];
+        attachment->vertices[held++] = vertex;
+    }
+    return held;
+}
+
+/* Laws between two objects, of which `object` is one. */
+static tulle_status set_laws_of(const tulle_scene *loaded, const tulle_scene_world *built,
+                                size_t object, tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    for (size_t p = 0; p < loaded->pair_count; p++) {
+        const scene_pair *const pair = &loaded->pairs[p];
+        tulle_contact_law const law = get_law(pair->keys);
+        for (size_t a = pair->first_begin; a < pair->first_end; a++)
+            for (size_t b = pair->second_begin; b < pair->second_end && status == TULLE_OK; b++)
+                if (a != b && (a == object || b == object))
+                    status = set_law(loaded, built, a, b, &law, error);
+    }
+    return status;
+}
+
+tulle_status scene_drive_obstacle(const tulle_scene *loaded, tulle_scene_world *built, size_t index,
+                                  tulle_error *error) {
+    const scene_obstacle *const obstacle = &loaded->obstacles[index];
+    if (tulle_scene_is_obstacle_moving(loaded, index))
+        return error_set(
+            error, TULLE_ERROR_UNSUPPORTED,
+            "'%s' follows the script of the scene; only what stands still, and bodies, "
+            "can be moved by hand",
+            obstacle->name);
+    memory heap = memory_default();
+    size_t attachment_count = 0;
+    for (size_t c = 0; c < loaded->cloth_count; c++)
+        attachment_count += loaded->cloths[c].attachment_count;
+    size_t *const held = memory_allocate_zeroed(&heap, attachment_count + 1, sizeof *held);
+    if (!held) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory");
+    size_t const object = loaded->cloth_count + index;
+    size_t next = 0;
+    for (size_t c = 0; c < loaded->cloth_count; c++)
+        for (size_t i = 0; i < loaded->cloths[c].attachment_count; i++, next++)
+            if (loaded->cloths[c].attachments[i].object == object)
+                held[next] = sort_held(built->world, (tulle_attachment_id)(next + 1),
+                                       &loaded->cloths[c].attachments[i]);
+    tulle_status status = tulle_world_remove_obstacle(built->world, built->obstacles[index], error);
+    if (status == TULLE_OK)
+        status = add_obstacle(obstacle, TULLE_DRIVE_RIGID, built->world, &built->obstacles[index],
+                              error);
+    next = 0;
+    for (size_t c = 0; c < loaded->cloth_count; c++)
+        for (size_t i = 0; i < loaded->cloths[c].attachment_count; i++, next++)
+            if (held[next] > 0 && status == TULLE_OK) {
+                scene_attachment rest = loaded->cloths[c].attachments[i];
+                rest.vertex_count = held[next];
+                status = attach(loaded, built, c, &rest, error);
+            }
+    if (status == TULLE_OK) status = set_laws_of(loaded, built, object, error);
+    memory_release(&heap, held, (attachment_count + 1) * sizeof *held);
     return status;
 }
 

@@ -1,4 +1,5 @@
 /* scene/load.c - from a scene file to a scene: text, tree, overrides, keys, objects, hash. */
+#include "scene/scene.h"
 #include "scene/scene_data.h"
 
 #include "base/hash.h"
@@ -19,22 +20,36 @@ static bool check_something_moves(const scene_work *work) {
     return moves;
 }
 
-bool read_scene_keys(const scene_work *work, const char *const *overrides, size_t count) {
+/* The tree of the scene's text, or of its file; null after a problem. */
+static scene_node *read_tree(const scene_work *work) {
     tulle_scene *loaded = work->scene;
-    file_data text = {0};
+    file_data file = {0};
     tulle_error error = {0};
-    if (file_load(&loaded->heap, loaded->path, TREE_TEXT_LIMIT, &text, &error) != TULLE_OK) {
-        scene_place const place = {error.file, 0, 0};
-        problem_add(work->problems, error.status, place, "%s", error.message);
-        return false;
+    scene_place const place = {loaded->path, 0, 0};
+    if (loaded->text_length > TREE_TEXT_LIMIT) {
+        problem_add(work->problems, TULLE_ERROR_LIMIT, place, "a scene has at most %d bytes",
+                    TREE_TEXT_LIMIT);
+        return NULL;
+    }
+    if (!loaded->text &&
+        file_load(&loaded->heap, loaded->path, TREE_TEXT_LIMIT, &file, &error) != TULLE_OK) {
+        problem_add(work->problems, error.status, (scene_place){error.file, 0, 0}, "%s",
+                    error.message);
+        return NULL;
     }
     tree_source const source = {.name = loaded->path,
                                 .needs = "a scene has at least the keys time and cloth",
                                 .has_lines = true,
-                                .text = text.bytes,
-                                .length = text.byte_count};
-    scene_node *root = tree_read(&source, &loaded->storage, work->problems);
-    file_release(&loaded->heap, &text);
+                                .text = loaded->text ? loaded->text : file.bytes,
+                                .length = loaded->text ? loaded->text_length : file.byte_count};
+    scene_node *const root = tree_read(&source, &loaded->storage, work->problems);
+    file_release(&loaded->heap, &file);
+    return root;
+}
+
+bool read_scene_keys(const scene_work *work, const char *const *overrides, size_t count) {
+    tulle_scene *loaded = work->scene;
+    scene_node *const root = read_tree(work);
     if (!root) return false;
     bool is_good = true;
     for (size_t i = 0; i < count; i++)
@@ -205,6 +220,39 @@ static bool load(const scene_work *work, const char *const *overrides, size_t ov
     return is_good && make_pairs(work) && finish(work);
 }
 
+/* A scene's text where it is not what the file holds. */
+typedef struct scene_text {
+    const char *bytes;
+    size_t length;
+} scene_text;
+
+static tulle_status load_scene(const char *path, const scene_text *text,
+                               const char *const *overrides, size_t override_count,
+                               tulle_scene **result, tulle_scene_problems *problems) {
+    memory heap = memory_default();
+    tulle_scene *loaded = memory_allocate_zeroed(&heap, 1, sizeof *loaded);
+    if (!loaded) return problem_add_memory(problems, path);
+    loaded->heap = heap;
+    loaded->storage = arena_make(&loaded->heap);
+    loaded->content_hash = HASH_SEED;
+    loaded->path = copy_text(&loaded->storage, path, strlen(path));
+    if (text) {
+        loaded->text = text->bytes;
+        loaded->text_length = text->length;
+    }
+    const scene_work work = {loaded, problems};
+    if (!loaded->path)
+        problem_add_memory(problems, path);
+    else if (load(&work, overrides, override_count)) {
+        loaded->text = NULL;
+        *result = loaded;
+        return TULLE_OK;
+    }
+    /* The places of problems point into the scene no more: problem_add copied their texts. */
+    tulle_scene_destroy(loaded);
+    return problems->list[0].status;
+}
+
 tulle_status tulle_scene_load(const char *path, const char *const *overrides, size_t override_count,
                               tulle_scene **result, tulle_scene_problems *problems) {
     if (result) *result = NULL;
@@ -215,25 +263,16 @@ tulle_status tulle_scene_load(const char *path, const char *const *overrides, si
     if (!has_all)
         return problem_add(problems, TULLE_ERROR_INVALID_ARGUMENT, (scene_place){path, 0, 0},
                            "the path, an override or the place of the scene is null");
-    memory heap = memory_default();
-    tulle_scene *loaded = memory_allocate_zeroed(&heap, 1, sizeof *loaded);
-    if (!loaded) return problem_add_memory(problems, path);
-    loaded->heap = heap;
-    loaded->storage = arena_make(&loaded->heap);
-    loaded->content_hash = HASH_SEED;
-    loaded->path = copy_text(&loaded->storage, path, strlen(path));
-    const scene_work work = {loaded, problems};
-    if (!loaded->path)
-        problem_add_memory(problems, path);
-    else if (load(&work, overrides, override_count)) {
-        *result = loaded;
-        return TULLE_OK;
-    }
-    /* The places of problems point into the scene no more: problem_add copied their texts. */
-    tulle_scene_destroy(loaded);
-    return problems->list[0].status;
+    return load_scene(path, NULL, overrides, override_count, result, problems);
 }
 
+tulle_status scene_load_text(const char *path, const char *text, size_t length,
+                             tulle_scene **result, tulle_scene_problems *problems) {
+    *result = NULL;
+    memset(problems, 0, sizeof *problems);
+    scene_text const given = {text, length};
+    return load_scene(path, &given, NULL, 0, result, problems);
+}
 void tulle_scene_destroy(tulle_scene *loaded) {
     if (!loaded) return;
     release_sources(loaded);

@@ -75,6 +75,8 @@ struct tulle_scene {
     memory heap;
     arena storage; /* everything but the meshes and open files */
     const char *path;
+    const char *text; /* in place of what the file holds, while the scene is loaded; null: that */
+    size_t text_length;
     scene_keys keys;
     uint32_t frame_count;
     scene_cloth *cloths;

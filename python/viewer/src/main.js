@@ -1,5 +1,5 @@
 // The viewer of tulle.show: builds its page from a film that tulle.notebook packed.
-import { mapValue, toCss } from './color.js';
+import { mapValue, toCss } from '../../../web/src/color.ts';
 import { readFilm } from './film.js';
 import { Player } from './player.js';
 import { canDraw, Stage } from './stage.js';

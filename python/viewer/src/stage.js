@@ -2,7 +2,7 @@
 // holds few WebGL contexts, of which browsers have some sixteen.
 import * as THREE from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
-import { chooseColor } from './color.js';
+import { chooseColor } from '../../../web/src/color.ts';
 import { Surface } from './surface.js';
 
 const BACKGROUND = 0xf3f5f7;

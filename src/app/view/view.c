@@ -1,0 +1,56 @@
+/* app/view/view.c - `tulle view`: looks at a run, at meshes or at a scene that is simulated
+ * meanwhile, in a browser. docs/guide/view.md tells more. */
+#include "app/cli/options.h"
+#include "app/commands.h"
+#include "app/view/server.h"
+
+#include <string.h>
+
+enum { PATHS_MAX = 64, PORT_MAX = 65535, THREADS_MAX = 256 };
+
+int app_view(int argc, char **argv) {
+    long port = 0, threads = 0;
+    int stays_closed = 0;
+    view_options chosen = {.listen = "127.0.0.1"};
+    option_list host_names = {.count = 0};
+    const option_spec options[] = {
+        {"port", 'p', OPTION_INTEGER, &port, "N", "port to listen on (default 0: any that is free)",
+         0, PORT_MAX, NULL},
+        {"listen", 'l', OPTION_TEXT, &chosen.listen, "ADDRESS",
+         "address of this machine to listen on (default 127.0.0.1: this machine alone)", 0, 0,
+         NULL},
+        {"host-name", 0, OPTION_LIST, &host_names, "NAME",
+         "with --listen: a name by which browsers may call this machine", 0, 0, NULL},
+        {"no-browser", 'n', OPTION_FLAG, &stays_closed, NULL, "print the address and open nothing",
+         0, 0, NULL},
+        {"replay", 'r', OPTION_TEXT, &chosen.replay, "FILE",
+         "repeat what was done in a scene, as saved to NAME.session", 0, 0, NULL},
+        {"threads", 't', OPTION_INTEGER, &threads, "N",
+         "threads of the simulation; the result does not depend on it (default: one per processor)",
+         1, THREADS_MAX, NULL},
+    };
+    const command_spec command = {
+        .name = "view",
+        .operands = "SCENE.yaml|RUN|MESH...",
+        .summary =
+            "Shows a run, meshes, or a scene while it is simulated, in a browser: orbit, play, "
+            "pick,\n"
+            "overlays and plots; a scene can be held, pulled and edited. Serves one page at an "
+            "address\n"
+            "with a token, to this machine alone. Ends with Ctrl-C.",
+        .options = options,
+        .option_count = sizeof options / sizeof options[0],
+        .operand_minimum = 1,
+        .operand_maximum = PATHS_MAX};
+    size_t operand_count = 0;
+    options_outcome const outcome = options_parse(&command, argc, argv, &operand_count);
+    if (outcome != OPTIONS_READ) return options_exit(outcome);
+    chosen.paths = (const char *const *)argv;
+    chosen.path_count = operand_count;
+    chosen.host_names = host_names.items;
+    chosen.host_name_count = host_names.count;
+    chosen.port = (int)port;
+    chosen.threads = (int)threads;
+    chosen.opens_browser = !stays_closed;
+    return server_run(&chosen);
+}
