@@ -41,6 +41,9 @@ PATTERN ?=
 test-view: view
 	@$(INSTALL_PACKAGES) view-test
 	@sh web/test.sh $(BUILD)/tulle '$(PATTERN)'
+	@cmake $(BUILD) -DTULLE_BUILD_TESTS=ON >/dev/null
+	@$(MAKE) --no-print-directory build-tests
+	@cd $(BUILD) && ctest -R 'view' --output-on-failure
 
 # The pictures of the tour in docs/guide/view.md, which the test makes.
 view-pictures:

@@ -117,6 +117,14 @@ def go():
     yield 0.3
     keep_picture("panel_refused.png")
     bpy.ops.object.mode_set(mode="OBJECT")
+    # What intersects is mended, and shows by how much.
+    bpy.context.view_layer.objects.active = sheet
+    assert bpy.ops.tulle.mend("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
+    yield from wait_for(lambda: bake.current is None, 300)
+    assert settings.state == "FINISHED" and settings.progress == 100, (settings.state, settings.report)
+    assert "0 after" in settings.report and "departure" in sheet.data.color_attributes, settings.report
+    yield 0.3
+    keep_picture("panel_mended.png")
     sheet.location.z, bpy.context.scene.frame_end = 0.4, 30
     # Blender's window closes while a bake is under way: the program ends in good order.
     sheet.tulle.role = "CLOTH"

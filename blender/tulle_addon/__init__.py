@@ -13,7 +13,10 @@ its frames by a Mesh Cache modifier. Each module is one thought:
     program    finds the program and runs it
     caches     frames of a run as a point cache in the space of the object, and the modifier that shows it
     selection  selects what the words of the program name
+    job        what reads the scene and runs the program, bit by bit
     bake       a bake that is under way
+    mend       operator: mends an animation of another origin
+    waiting    an operator that waits for a job
     operators  bake, cancel, free, export, import
     check      operators: the judge, untangling
     convert    operator: takes over Blender's own cloth
@@ -29,9 +32,9 @@ bl_info = {
     "category": "Physics",
 }
 
-from . import bake, check, convert, operators, panel, program, settings  # noqa: E402
+from . import bake, check, convert, mend, operators, panel, program, settings  # noqa: E402
 
-MODULES = (settings, program, bake, operators, check, convert, panel)
+MODULES = (settings, program, bake, operators, check, mend, convert, panel)
 
 
 def register() -> None:

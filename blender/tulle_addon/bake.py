@@ -1,55 +1,40 @@
-"""A bake that is under way, whoever waits for it: a timer in the window, or a loop where a script calls the operator."""
+"""A bake that is under way; the one job that there is at a time."""
 import atexit
 import os
 import time
-from typing import Any, Iterator, List, Optional
+from typing import Any, List, Optional
 
 import bpy
 from bpy.app.handlers import persistent
 
 from . import caches, export, program, selection
+from .job import SLICE, Job, find_folder, tell_rest
 from .meshes import Refusal
 
-SLICE = 0.1  # [s] that the window waits for at most, while the scene is exported and caches grow
 LEFT_FILE = "left.csv"
 LOCKED = "is locked: another process"
 CHANGED = "cannot be resumed: "
 NO_VELOCITIES = "keeps no velocities"
 
-current: Optional["Bake"] = None
+current: Optional[Job] = None  # a bake or a mending
 
 
-def find_folder(scene) -> str:
-    if scene.tulle.folder.startswith("//") and not bpy.data.is_saved:
-        raise Refusal("Save the file first: the folder %s lies beside it" % scene.tulle.folder)
-    return os.path.abspath(bpy.path.abspath(scene.tulle.folder))
-
-
-class Bake:
-    """Export, run, caches. `advance` does a little of it; `state` becomes FINISHED, CANCELLED, FAILED or CHANGED at the end."""
+class Bake(Job):
+    """Export, run, caches. What is baked stays when it is cancelled."""
 
     def __init__(self, context, restarts: bool = False, in_window: bool = False, from_frame: Optional[int] = None):
-        self.is_in_window = in_window
+        super().__init__(context, find_folder(context.scene), in_window)
         self.follows = in_window and context.scene.tulle.follow  # the view goes to the last whole frame
         self.usual_frame = context.scene.frame_current
-        self.scene_name = context.scene.name
-        self.folder = find_folder(context.scene)
         self.restarts = restarts
         self.from_frame = from_frame  # the last one that is kept; None: all that are there, or none
-        self.process: Optional[program.Process] = None
         self.caches: Optional[caches.Caches] = None
-        self.is_cancelled = False
         self.has_begun = False  # files of the run are there, and cut back to where it goes on
-        self.first = context.scene.frame_start
-        self.words: List[str] = []
-        self.state = ""
-        program.find_program()
         caches.settle(self.folder)
         if from_frame is not None:
             self.check_frame(context.scene, from_frame)
         self._export = export.Export(context, self.folder)
-        self._exporting: Optional[Iterator[float]] = self._export.run()
-        self.tell("EXPORTING", 0.0, "Reading the scene", "")
+        self.begin_reading(self._export.run())
 
     def check_frame(self, scene, frame: int) -> None:
         held = caches.count_whole_frames(self.folder) if caches.has_run(self.folder) else 0
@@ -64,53 +49,9 @@ class Bake:
         if links.get("frame_start") != self.first:
             raise Refusal("The frames that are there start at another frame than the scene: bake anew")
 
-    def tell(self, state: str, share: Optional[float], status: str, report: Optional[str] = None) -> None:
-        self.state = state
-        scene = bpy.data.scenes.get(self.scene_name)
-        if scene is None:
-            return
-        scene.tulle.state, scene.tulle.status = state, status
-        if share is not None:
-            scene.tulle.progress = 100.0 * share
-        if report is not None:
-            scene.tulle.report = report
-
-    @property
-    def is_over(self) -> bool:
-        return self.state in ("FINISHED", "CANCELLED", "FAILED", "CHANGED")
-
-    def cancel(self) -> None:
-        """What is baked stays; a second call does not wait for the end of the step."""
-        self.is_cancelled = True
-        if self.process:
-            self.process.interrupt()
-
-    def advance(self, context) -> None:
-        try:
-            if self._exporting is not None:
-                self._advance_export()
-            elif self.process is not None:
-                self._advance_run(context)
-        except Refusal as refusal:
-            self.fail(context, str(refusal), refusal.objects)
-        except OSError as error:
-            self.fail(context, "The files of the bake could not be written or read: %s" % error, [])
-        except ReferenceError:
-            self.fail(context, "The scene was changed by others while it was read; bake again", [])
-
-    def _advance_export(self) -> None:
-        end = time.monotonic() + SLICE
-        while self._exporting is not None and time.monotonic() < end:
-            if self.is_cancelled:
-                self._exporting.close()
-                self._exporting = None
-                self.tell("CANCELLED", 0.0, "Cancelled")
-                return
-            try:
-                self.tell("EXPORTING", 0.1 * next(self._exporting), "Reading the scene")
-            except StopIteration:
-                self._exporting = None
-                self.start()
+    def end(self) -> None:
+        super().end()
+        caches.settle(self.folder)
 
     def start(self) -> None:
         """Starts the program, which goes on where it can."""
@@ -133,7 +74,7 @@ class Bake:
         self.process = program.Process(arguments, self.folder)
         self.tell("RUNNING", 0.1, "Starting")
 
-    def _advance_run(self, context) -> None:
+    def advance_run(self, context) -> None:
         assert self.process is not None
         code = self.process.get_code()
         for event in self.process.poll():
@@ -152,8 +93,7 @@ class Bake:
         elif kind == "step":
             self.has_begun = True
             share = event["step"] / max(1, event["steps"])
-            left = event["rest_seconds"]
-            rest = "" if left is None else ", %s left" % ("%d min" % round(left / 60) if left > 90 else "%d s" % round(left))
+            rest = tell_rest(event["rest_seconds"])
             self.tell(
                 "RUNNING",
                 0.1 + 0.9 * share,
@@ -223,11 +163,9 @@ class Bake:
     def fail(self, context, words: str, objects: List[str], code: int = 0) -> None:
         """Tells why, and selects what the words name."""
         if self.process:
-            self.process.interrupt()
-            self.process.wait(30)
-            self.process = None
+            self.stop_process()
             caches.settle(self.folder)
-        self._exporting = None
+        self.reading = None
         self.end_following()
         picks = selection.Picks()
         links = caches.read_json(os.path.join(self.folder, export.LINK_FILE))
@@ -250,15 +188,12 @@ class Bake:
 
 
 def stop() -> None:
-    """Ends a bake that nobody waits for any more: the file or Blender is closed. The next bake goes on from its last
+    """Ends a job that nobody waits for any more: the file or Blender is closed. The next bake goes on from its last
     checkpoint."""
     global current
     if current is not None:
-        bake, current = current, None
-        bake.cancel()
-        if bake.process is not None:
-            bake.process.wait(60)
-            caches.settle(bake.folder)
+        job, current = current, None
+        job.end()
 
 
 @persistent
@@ -267,6 +202,8 @@ def tell_after_load(*_: Any) -> None:
     for scene in bpy.data.scenes:
         if scene.tulle.state in ("EXPORTING", "RUNNING"):
             scene.tulle.state, scene.tulle.status = "CANCELLED", "The bake was cut short; Bake goes on from there"
+        elif scene.tulle.state == "MENDING":
+            scene.tulle.state, scene.tulle.status = "CANCELLED", "The mending was cut short"
 
 
 @persistent

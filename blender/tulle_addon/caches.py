@@ -95,15 +95,26 @@ class Caches:
 
 
 def find_modifier(obj):
-    return next((modifier for modifier in obj.modifiers if stack.is_cache(modifier)), None)
+    """The cache that decides what is seen."""
+    return next((modifier for modifier in reversed(obj.modifiers) if stack.is_cache(modifier)), None)
 
 
-def set_modifier(obj, path: str, frame_start: int) -> None:
-    """The Mesh Cache right before the trailing run of modifiers; Blender's own cloth is switched off."""
-    modifier = find_modifier(obj)
-    if modifier is None:
-        modifier = obj.modifiers.new(stack.CACHE_NAME, "MESH_CACHE")
-        move_modifier(obj, modifier, stack.find_tail([each for each in obj.modifiers if not stack.is_cache(each)]))
+def is_ours(obj) -> bool:
+    """Whether an object is simulated, or shows a cache."""
+    return obj.tulle.role in ("CLOTH", "BODY") or find_modifier(obj) is not None
+
+
+def set_modifier(obj, path: str, frame_start: int, is_mended: bool = False) -> None:
+    """The Mesh Cache right before the trailing run of modifiers; Blender's own cloth is switched off. What was mended before a
+    bake goes."""
+    for each in [each for each in obj.modifiers if stack.is_mended(each) and not is_mended]:
+        obj.modifiers.remove(each)
+    modifier = next((each for each in obj.modifiers if stack.is_cache(each) and stack.is_mended(each) == is_mended), None)
+    is_new = modifier is None
+    if is_new:
+        modifier = obj.modifiers.new(stack.MENDED_NAME if is_mended else stack.CACHE_NAME, "MESH_CACHE")
+    if is_new or is_mended:
+        move_modifier(obj, modifier, stack.find_tail([each for each in obj.modifiers if each != modifier]))
     modifier.cache_format, modifier.deform_mode, modifier.interpolation = "PC2", "OVERWRITE", "LINEAR"
     modifier.play_mode, modifier.time_mode = "SCENE", "FRAME"
     modifier.forward_axis, modifier.up_axis, modifier.flip_axis = "POS_Y", "POS_Z", set()
@@ -135,13 +146,11 @@ def move_modifier(obj, modifier, index: int) -> None:
 
 
 def remove_modifier(obj) -> None:
-    """Takes the cache off, and switches Blender's own cloth on again where it was."""
-    modifier = find_modifier(obj)
-    if modifier is not None:
+    """Takes the caches off, and switches Blender's own cloth on again where it was."""
+    for modifier in [each for each in obj.modifiers if stack.is_cache(each)]:
         obj.modifiers.remove(modifier)
-    for name in filter(None, obj.tulle.muted_cloth.split("\n")):
-        if name in obj.modifiers:
-            obj.modifiers[name].show_viewport = obj.modifiers[name].show_render = True
+    for modifier in stack.list_muted(obj):
+        modifier.show_viewport = modifier.show_render = True
     obj.tulle.muted_cloth = ""
 
 

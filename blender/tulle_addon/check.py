@@ -44,7 +44,7 @@ class Judge:
 
     @property
     def simulated(self) -> List[Any]:
-        return [] if self.as_shown else [obj for obj in self.objects if obj.tulle.role in ("CLOTH", "BODY")]
+        return [] if self.as_shown else [obj for obj in self.objects if caches.is_ours(obj)]
 
     def hide_tails(self) -> List[Any]:
         """Modifiers behind the caches, which are off while the judge looks."""

@@ -73,7 +73,7 @@ class Export(Reader):
                 yield (number + 1) / len(frames)
             scene = self.make_scene()
         write_scene(os.path.join(self.folder, SCENE_FILE), scene)
-        self.write_links()
+        write_links(self)
 
     # What a frame holds
 
@@ -216,7 +216,7 @@ class Export(Reader):
         index, alone, muted = obj.active_shape_key_index, obj.show_only_shape_key, keys[key].mute
         try:
             obj.active_shape_key_index, obj.show_only_shape_key, keys[key].mute = keys.find(key), True, False
-            with stack.reading(self.context, [obj], deforms=False):
+            with stack.reading(self.context, [obj], hide=lambda each: stack.list_hidden(each, deforms=False)):
                 self.scene.frame_set(self.first)
                 evaluated = obj.evaluated_get(self.context.evaluated_depsgraph_get())
                 local = meshes.read_positions(evaluated.to_mesh())
@@ -246,7 +246,7 @@ class Export(Reader):
                 self.note("'%s' is a rigid body; its animation counts as it is at the start" % part.obj.name)
             return said
         keyframes = motion.make_keyframes(part.matrices, 1 / get_fps(self.scene), self.scale) if part.keeps_shape else None
-        if self.has_no_motion(part):
+        if has_no_motion(part):
             os.remove(part.writer.path)
         elif keyframes is not None and self.keyframe_count + len(keyframes) <= MOST_KEYFRAMES:
             os.remove(part.writer.path)
@@ -257,32 +257,34 @@ class Export(Reader):
             said["motion"] = {"sequence": {"cache": cache, "interval": 1 / get_fps(self.scene)}}
         return said
 
-    def has_no_motion(self, part: Part) -> bool:
-        """Whether no vertex moves; decided by what was written where it deforms or is made of instances."""
-        if part.keeps_shape and motion.is_still(part.matrices):
-            return True
-        if part.keeps_shape:
-            return False
-        cache = meshes.Pc2Reader(part.writer.path)
-        first = cache.read(0)
-        return all(np.array_equal(first, cache.read(frame)) for frame in range(1, cache.count_frames()))
 
-    def write_links(self) -> None:
-        """What `caches` needs to bring results back to the objects."""
-        bodies = []
-        for part in self.parts:
-            loose = np.setdiff1d(np.arange(sum(part.counts)), part.used)
-            bodies.append({
-                "object": part.obj.name, "name": part.name, "role": part.role, "vertices": sum(part.counts),
-                "loose": loose.tolist(), "thin": [] if part.thin is None else part.thin.tolist(),
-                "own_triangles": len(part.own.corners) if part.own else 0,
-                "loose_places": part.local[loose].astype(float).tolist() if part.is_simulated else [],
-                "matrices": [matrix.tolist() for matrix in part.matrices] if part.is_simulated else [],
-            })  # fmt: skip
-        links = {"format": "tulle blender", "format_version": 1, "scale": self.scale, "frame_start": self.first,
-                 "frame_end": self.last, "notes": self.notes, "bodies": bodies}  # fmt: skip
-        with open(os.path.join(self.folder, LINK_FILE), "w", encoding="utf-8") as file:
-            json.dump(links, file)
+def has_no_motion(part: Part) -> bool:
+    """Whether no vertex moves; decided by what was written where it deforms or is made of instances."""
+    if part.keeps_shape and motion.is_still(part.matrices):
+        return True
+    if part.keeps_shape:
+        return False
+    cache = meshes.Pc2Reader(part.writer.path)
+    first = cache.read(0)
+    return all(np.array_equal(first, cache.read(frame)) for frame in range(1, cache.count_frames()))
+
+
+def write_links(read: Reader) -> None:
+    """What `caches` needs to bring results back to the objects."""
+    bodies = []
+    for part in read.parts:
+        loose = np.setdiff1d(np.arange(sum(part.counts)), part.used)
+        bodies.append({
+            "object": part.obj.name, "name": part.name, "role": part.role, "vertices": sum(part.counts),
+            "loose": loose.tolist(), "thin": [] if part.thin is None else part.thin.tolist(),
+            "own_triangles": len(part.own.corners) if part.own else 0,
+            "loose_places": part.local[loose].astype(float).tolist() if part.is_simulated else [],
+            "matrices": [matrix.tolist() for matrix in part.matrices] if part.is_simulated else [],
+        })  # fmt: skip
+    links = {"format": "tulle blender", "format_version": 1, "scale": read.scale, "frame_start": read.first,
+             "frame_end": read.last, "notes": read.notes, "bodies": bodies}  # fmt: skip
+    with open(os.path.join(read.folder, LINK_FILE), "w", encoding="utf-8") as file:
+        json.dump(links, file)
 
 
 def write_scene(path: str, scene: Dict[str, Any]) -> None:

@@ -1,38 +1,11 @@
 """Operators: bake, cancel, free, and the way by a program on another machine."""
-import time
-from typing import Optional
-
 import bpy
 
-from . import bake, caches, export
+from . import bake, caches, export, mend, waiting
 from .meshes import Refusal
 
 
-def report_end(operator, under_way: bake.Bake, scene) -> None:
-    level = {"FINISHED": "INFO", "CANCELLED": "WARNING"}.get(under_way.state, "ERROR")
-    if under_way.state == "CHANGED" and under_way.is_in_window:
-        level = "WARNING"  # a question follows
-    words = scene.tulle.status + (": " + scene.tulle.report if under_way.state in ("FAILED", "CHANGED") else "")
-    if under_way.is_in_window:  # the panel has the rest
-        words = words.split("\n")[0]
-    operator.report({level}, words)
-
-
-def begin(operator, context, in_window: bool = False) -> Optional[bake.Bake]:
-    """A new bake, or none with the reason told."""
-    if bake.current is not None:
-        operator.report({"ERROR"}, "A bake is under way")
-        return None
-    try:
-        from_frame = context.scene.frame_current if operator.from_frame else None
-        bake.current = bake.Bake(context, operator.restart, in_window, from_frame)
-    except (Refusal, OSError) as refusal:
-        context.scene.tulle.state, context.scene.tulle.status, context.scene.tulle.report = "FAILED", "Not baked", str(refusal)
-        operator.report({"ERROR"}, str(refusal))
-    return bake.current
-
-
-class TULLE_OT_bake(bpy.types.Operator):
+class TULLE_OT_bake(waiting.Waiting, bpy.types.Operator):
     """Simulates the frames of the scene. A bake that was cancelled goes on where it ended"""
 
     bl_idname = "tulle.bake"
@@ -45,69 +18,13 @@ class TULLE_OT_bake(bpy.types.Operator):
         options={"SKIP_SAVE"},
     )  # fmt: skip
 
-    @classmethod
-    def poll(cls, context):
-        return bake.current is None
+    def make_job(self, context, in_window: bool):
+        from_frame = context.scene.frame_current if self.from_frame else None
+        return bake.Bake(context, self.restart, in_window, from_frame)
 
-    def execute(self, context):
-        """Waits until all is done: for scripts."""
-        under_way = begin(self, context)
-        if under_way is None:
-            return {"CANCELLED"}
-        try:
-            while not under_way.is_over:
-                under_way.advance(context)
-                if under_way.process is not None:
-                    time.sleep(0.01)
-        except BaseException:
-            bake.stop()
-            raise
-        finally:
-            bake.current = None
-        report_end(self, under_way, context.scene)
-        return {"FINISHED"} if under_way.state == "FINISHED" else {"CANCELLED"}
-
-    def invoke(self, context, event):
-        if bpy.app.background:
-            return self.execute(context)
-        if begin(self, context, in_window=True) is None:
-            return {"CANCELLED"}
-        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context, event):
-        under_way = bake.current
-        if under_way is None:
-            return self.end(context, None)
-        if event.type != "TIMER":  # while the scene is read nobody changes it
-            if under_way.state == "EXPORTING" and event.type == "ESC":
-                under_way.cancel()
-            is_held = under_way.state == "EXPORTING" and event.type not in ("MOUSEMOVE", "WINDOW_DEACTIVATE")
-            return {"RUNNING_MODAL"} if is_held else {"PASS_THROUGH"}
-        try:
-            under_way.advance(context)
-        except Exception:
-            bake.stop()
-            self.end(context, None)
-            raise
-        redraw(context)
-        if not under_way.is_over:
-            return {"PASS_THROUGH"}
-        bake.current = None
-        report_end(self, under_way, context.scene)
-        result = self.end(context, under_way)
-        if under_way.state == "CHANGED":
+    def follow_end(self, job) -> None:
+        if job.state == "CHANGED":
             bpy.ops.tulle.bake_anew("INVOKE_DEFAULT")
-        return result
-
-    def end(self, context, under_way: Optional[bake.Bake]):
-        context.window_manager.event_timer_remove(self._timer)
-        redraw(context)
-        return {"FINISHED"} if under_way is not None and under_way.state == "FINISHED" else {"CANCELLED"}
-
-    def cancel(self, context):
-        bake.stop()
 
 
 class TULLE_OT_bake_anew(bpy.types.Operator):
@@ -149,7 +66,7 @@ class TULLE_OT_bake_from(bpy.types.Operator):
 
 
 class TULLE_OT_cancel(bpy.types.Operator):
-    """Ends the bake; what is baked stays, and Bake goes on from there"""
+    """Ends what is under way. What is baked stays, and Bake goes on from there"""
 
     bl_idname = "tulle.cancel"
     bl_label = "Cancel"
@@ -185,9 +102,10 @@ class TULLE_OT_free(bpy.types.Operator):
             self.report({"ERROR"}, str(refusal))
             return {"CANCELLED"}
         for obj in context.scene.objects:
-            if obj.tulle.role in ("CLOTH", "BODY") or caches.find_modifier(obj) is not None:
+            if caches.is_ours(obj):
                 caches.remove_modifier(obj)
         caches.remove_files(folder)
+        mend.remove_files(folder)
         settings = context.scene.tulle
         settings.state, settings.status, settings.report, settings.progress = "", "", "", 0.0
         return {"FINISHED"}
@@ -240,13 +158,6 @@ class TULLE_OT_import(bpy.types.Operator):
             return {"CANCELLED"}
         context.scene.tulle.status, context.scene.tulle.report = "%d frames" % found.frame_count, ""
         return {"FINISHED"}
-
-
-def redraw(context) -> None:
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type in ("VIEW_3D", "PROPERTIES", "DOPESHEET_EDITOR"):
-                area.tag_redraw()
 
 
 CLASSES = (

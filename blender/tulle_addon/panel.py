@@ -184,6 +184,21 @@ class TULLE_PT_check(Sidebar, bpy.types.Panel):
         layout.operator("tulle.untangle")
 
 
+class TULLE_PT_mend(Sidebar, bpy.types.Panel):
+    bl_label = "Mend"
+
+    @classmethod
+    def poll(cls, context):
+        return context.object is not None and context.object.type == "MESH"
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(context.object.tulle, "strength")
+        layout.operator("tulle.mend", icon="MOD_CLOTH")
+
+
 class TULLE_PT_physics(bpy.types.Panel):
     bl_label = "Tulle"
     bl_space_type = "PROPERTIES"
@@ -206,6 +221,7 @@ CLASSES = (
     TULLE_PT_bake,
     TULLE_PT_object,
     TULLE_PT_check,
+    TULLE_PT_mend,
     TULLE_PT_settings,
     TULLE_PT_physics,
 )

@@ -67,7 +67,7 @@ def run_to_end(arguments: List[str], accepts=(0,)) -> str:
 
 
 class Process:
-    """`tulle run` beside Blender. `poll` hands out what it said since the last call."""
+    """The program beside Blender. `poll` hands out what it said since the last call."""
 
     def __init__(self, arguments: List[str], folder: str):
         settings: Dict[str, Any] = (
@@ -90,7 +90,7 @@ class Process:
         for line in pipe:
             line = line.rstrip("\n")
             is_trouble = line.startswith("trouble: ") and not line.startswith("trouble: none")
-            if pipe is not self._process.stdout or is_trouble:  # the rest is for a terminal
+            if pipe is not self._process.stdout or is_trouble or line.startswith('{"'):  # the rest is for a terminal
                 self._lines.put(line)
         pipe.close()
 
@@ -102,10 +102,10 @@ class Process:
                 line = self._lines.get_nowait()
             except queue.Empty:
                 return events
-            if line.startswith('{"event"'):
+            if line.startswith('{"'):
                 events.append(json.loads(line))
             elif line:
-                self.words.append(re.sub("^tulle run: ", "", line))
+                self.words.append(re.sub(r"^tulle \w+: ", "", line))
 
     def get_code(self) -> Optional[int]:
         """The exit code once the program has ended and all its lines are read."""
@@ -115,7 +115,7 @@ class Process:
         return code
 
     def interrupt(self) -> None:
-        """The step under way is undone and a checkpoint written; a second call ends it at once."""
+        """A run undoes the step under way and writes a checkpoint; a second call ends it at once."""
         if self._process.poll() is None:
             self._process.send_signal(signal.CTRL_BREAK_EVENT if os.name == "nt" else signal.SIGINT)
 

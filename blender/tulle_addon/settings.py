@@ -149,6 +149,15 @@ class TulleObject(bpy.types.PropertyGroup):
         description="Length of the side of the UV square",
     )
     attachments: CollectionProperty(override=OVERRIDE | {"USE_INSERTION"}, type=TulleAttachment)
+    strength: FloatProperty(
+        override=OVERRIDE,
+        name="Strength",
+        default=0.5,
+        min=1e-3,
+        max=1e3,
+        soft_max=10.0,
+        description="How strongly Mend draws the cloth to where it is given; less is smoother",
+    )
     muted_cloth: StringProperty(
         override=OVERRIDE, options={"HIDDEN"}, description="Blender's cloth modifiers that the bake switched off"
     )

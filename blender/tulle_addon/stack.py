@@ -4,11 +4,11 @@ The trailing run of modifiers that only make a surface finer or thicker stays be
 the mesh that is simulated.
 """
 from contextlib import contextmanager
-from typing import Iterator, List
+from typing import Any, Callable, Iterator, List
 
 import bpy
 
-CACHE_NAME = "Tulle"
+CACHE_NAME, MENDED_NAME = "Tulle", "Tulle Mended"
 TAIL_TYPES = {
     "SUBSURF",
     "SOLIDIFY",
@@ -31,6 +31,10 @@ DEFORM_TYPES = {
 
 def is_cache(modifier) -> bool:
     return modifier.type == "MESH_CACHE" and modifier.name.startswith(CACHE_NAME)
+
+
+def is_mended(modifier) -> bool:
+    return is_cache(modifier) and modifier.name.startswith(MENDED_NAME)
 
 
 def get_kind(modifier) -> str:
@@ -65,6 +69,20 @@ def list_hidden(obj, deforms: bool = True) -> List:
     ]
 
 
+def list_behind(obj) -> List:
+    """Modifiers that are off while what is mended is read: Blender's own cloth and the cache of a bake are on."""
+    return [
+        modifier
+        for index, modifier in enumerate(obj.modifiers)
+        if index >= find_tail(obj.modifiers) or is_mended(modifier)
+    ]
+
+
+def list_muted(obj) -> List:
+    """Blender's cloth that a cache has switched off."""
+    return [obj.modifiers[name] for name in obj.tulle.muted_cloth.split("\n") if name in obj.modifiers]
+
+
 def list_other_in_render(obj) -> List[str]:
     """Modifiers before the cache that may give a render another number of vertices than the view."""
     hidden = list_hidden(obj)
@@ -81,8 +99,9 @@ def list_other_in_render(obj) -> List[str]:
 
 
 @contextmanager
-def reading(context, simulated, shown=(), deforms: bool = True) -> Iterator[None]:
-    """Within it the meshes of `simulated` evaluate to what is simulated, and hidden ones of `shown` are evaluated too.
+def reading(context, simulated, shown=(), hide: Callable[[Any], List] = list_hidden) -> Iterator[None]:
+    """Within it the meshes of `simulated` evaluate without the modifiers that `hide` lists: to what is simulated. Hidden
+    ones of `shown` are evaluated too.
 
     It leaves edit mode, and brings frame, visibility and modifiers back at its end."""
     scene = context.scene
@@ -92,7 +111,7 @@ def reading(context, simulated, shown=(), deforms: bool = True) -> Iterator[None
     switched, unhidden = [], []
     try:
         for obj in simulated:
-            for modifier in list_hidden(obj, deforms):
+            for modifier in hide(obj):
                 if modifier.show_viewport:
                     modifier.show_viewport = False
                     switched.append((obj.name, modifier.name))

@@ -114,7 +114,7 @@ def check_rest(page, caches):
 def check_run_under_way():
     """A run is opened while another process writes it, and followed to its end."""
     path = os.path.join(FOLDER, "growing.run")
-    writer = subprocess.Popen([PROGRAM, "run", SCENE, "-o", path, "--progress", "none", "--set", "time.frames=400", "--set", "cloth[0].mesh.resolution=[50,50]"],
+    writer = subprocess.Popen([PROGRAM, "run", SCENE, "-o", path, "--progress", "none", "--set", "time.frames=100000", "--set", "cloth[0].mesh.resolution=[50,50]"],
                               stdout=subprocess.DEVNULL)
     while not os.path.exists(os.path.join(path, "run.json")):
         time.sleep(0.02)

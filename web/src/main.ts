@@ -47,7 +47,7 @@ import { Timeline } from './timeline.ts';
 import './style.css';
 
 const FRAME_BYTES = 192e6; // of frames that are kept
-const ACKNOWLEDGE = 8; // milliseconds between acknowledgements, which name the newest frame
+const ACKNOWLEDGE = 10; // milliseconds between acknowledgements, which name the newest frame; the server takes 200 messages a second
 const LINK_PAUSE = 300; // milliseconds before the address follows the view
 const START_DIRECTION = new THREE.Vector3(0.55, -1, 0.62);
 
@@ -56,7 +56,7 @@ class Page {
   private meshes: Mesh[] = [];
   private decoder: FrameDecoder | null = null;
   private received = 0;
-  private acknowledged = 0;
+  private acknowledgedAt = 0; // by performance.now()
   private newest = 0;
   private acknowledgement = 0;
   private liveOverlays = new Map<string, OverlayMessage>();
@@ -238,7 +238,7 @@ class Page {
     }
     if (status === 'open') {
       this.say('connected');
-      this.acknowledged = this.newest = 0;
+      this.newest = 0;
       if (this.overlays?.active.size) this.connection.send({ type: 'overlays', names: this.overlays.sources });
     }
   }
@@ -278,10 +278,8 @@ class Page {
     const header = this.decoder.read(buffer);
     this.received++;
     this.newest = header.sequence;
-    this.acknowledgement ||= window.setTimeout(
-      () => this.acknowledge(),
-      this.newest === this.acknowledged + 1 ? 0 : ACKNOWLEDGE,
-    );
+    const wait = Math.max(0, this.acknowledgedAt + ACKNOWLEDGE - performance.now());
+    this.acknowledgement ||= window.setTimeout(() => this.acknowledge(), wait);
     if (this.document?.live) {
       this.shownTime = header.time;
       this.hasLiveFrame = true;
@@ -298,7 +296,7 @@ class Page {
 
   private acknowledge(): void {
     this.acknowledgement = 0;
-    this.acknowledged = this.newest;
+    this.acknowledgedAt = performance.now();
     this.connection.send({ type: 'got', sequence: this.newest });
   }
 
