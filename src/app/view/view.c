@@ -4,9 +4,16 @@
 #include "app/commands.h"
 #include "app/view/server.h"
 
+#include <arpa/inet.h>
 #include <string.h>
 
 enum { PATHS_MAX = 64, PORT_MAX = 65535, THREADS_MAX = 256 };
+
+/* Not the name of a network card: no browser could call it so. */
+static bool is_address(const char *text) {
+    unsigned char bytes[sizeof(struct in6_addr)];
+    return inet_pton(AF_INET, text, bytes) == 1 || inet_pton(AF_INET6, text, bytes) == 1;
+}
 
 int app_view(int argc, char **argv) {
     long port = 0, threads = 0;
@@ -45,6 +52,14 @@ int app_view(int argc, char **argv) {
     size_t operand_count = 0;
     options_outcome const outcome = options_parse(&command, argc, argv, &operand_count);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
+    if (strcmp(chosen.listen, "localhost") == 0) chosen.listen = "127.0.0.1";
+    if (!is_address(chosen.listen)) {
+        app_print_message("view",
+                          "--listen: \"%s\" should be an address of this machine in numbers, as "
+                          "192.168.1.5 or ::1; --host-name tells its names",
+                          chosen.listen);
+        return APP_EXIT_BAD_INPUT;
+    }
     chosen.paths = (const char *const *)argv;
     chosen.path_count = operand_count;
     chosen.host_names = host_names.items;
