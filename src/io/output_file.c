@@ -14,6 +14,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -90,14 +91,18 @@ static int store_names(output_file *output, const char *path, int follows_links)
     return output->names != NULL;
 }
 
+/* A file that is replaced keeps its permissions, as one that is written over would. */
 static int open_target(output_file *output, int follows_links) {
     struct stat facts;
-    if (follows_links && stat(output->target, &facts) == 0 && !S_ISREG(facts.st_mode)) {
+    bool const is_there = follows_links && stat(output->target, &facts) == 0;
+    if (is_there && !S_ISREG(facts.st_mode)) {
         output->file = open(output->target, O_WRONLY | O_CLOEXEC);
         return output->file < 0 ? errno : 0;
     }
     size_t const length = strlen(output->target) + 1;
-    return open_temporary(output, output->names + length, output->names_size - length);
+    int const code = open_temporary(output, output->names + length, output->names_size - length);
+    if (code == 0 && is_there) (void)fchmod(output->file, facts.st_mode & 0777);
+    return code;
 }
 
 static tulle_status open_output(const char *path, int follows_links, int is_flushed,

@@ -86,6 +86,7 @@ refuse 'frame 0: .*zero area' flat.pc2 --mesh sheet.obj
 refuse 'inside' inside.pc2 --mesh small.obj --body ball.obj
 refuse 'should be a number from' poke.pc2 --mesh sheet.obj --strength 0
 refuse 'ending\|end in' poke.pc2 --mesh sheet.obj --colors worst.png
+refuse 'cannot be written: its folder' poke.pc2 --mesh sheet.obj --colors nowhere/worst.ply
 mend 2 poke.pc2 --mesh sheet.obj -o poke.pc2
 grep -q 'is one of the files that are read' err || { fault "its own input"; cat err; }
 mend 2 poke.pc2 --mesh sheet.obj -o nowhere/out.pc2

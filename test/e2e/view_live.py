@@ -228,6 +228,20 @@ def check_editing(server):
         ask_well(page, "save", text=text)
         with open(SCENE, encoding="utf-8") as file:
             expect(file.read() == text, "saved again")
+        # A file that was changed elsewhere is not replaced before one is told; permissions stay.
+        os.chmod(SCENE, 0o640)
+        changed = text + "# changed elsewhere\n"
+        with open(SCENE, "w", encoding="utf-8") as file:
+            file.write(changed)
+        answer = page.ask("save", text=text)
+        with open(SCENE, encoding="utf-8") as file:
+            expect(answer["type"] == "error" and "has changed" in answer["message"] and file.read() == changed, f"a change was lost: {answer}")
+        expect(page.ask("save", text=text)["type"] == "saved", "saving in spite of a change")
+        expect(ask_well(other, "text")["text"] == text, "the other page reads what was saved")
+        expect(page.ask("save", text=text + "# mine\n")["type"] == "saved", "its own text is no change of others")
+        expect(other.ask("save", text=text)["type"] == "error", "a page replaces what another saved")
+        expect(other.ask("save", text=text)["type"] == "saved", "saving in spite of another page")
+        expect(os.stat(SCENE).st_mode & 0o777 == 0o640, f"permissions of a saved scene: {os.stat(SCENE).st_mode:o}")
 
 
 def check_errors():
@@ -254,12 +268,34 @@ def check_errors():
             expect(page.ask("run")["type"] == "error" and page.ask("save_session")["type"] == "error", "it runs all the same")
             ask_well(page, "pick", object=0, triangle=0, weights=[1, 0, 0])
     for arguments, words in ((["none.yaml"], "cannot be opened"), (["none"], "none"), ([FOLDER], ""), (["sheet.yaml", "--replay", "none"], "none"),
-                             (["sheet.yaml", "--replay", "sheet.yaml"], ""), (["sheet.yaml", "--port", "99999"], "65535"), (["sheet.yaml", "--listen", "203.0.113.1"], "listened"), (["sheet.yaml", "--host-name", "a/b"], "letters")):
+                             (["sheet.yaml", "--replay", "sheet.yaml"], ""), (["sheet.yaml", "--port", "99999"], "65535"), (["sheet.yaml", "--listen", "203.0.113.1"], "listened"), (["sheet.yaml", "--host-name", "a/b"], "letters"),
+                             (["sheet.yaml", "--listen", "lo"], "in numbers"), (["sheet.yaml", "--listen", ""], "in numbers")):
         found = subprocess.run([PROGRAM, "view", "--no-browser", *arguments], cwd=FOLDER, capture_output=True, text=True, timeout=60, check=False)
         expect(found.returncode in (2, 3) and words in found.stderr and found.stderr.startswith("tulle view: "), f"view {arguments}: {found}")
     with Server(SCENE, folder=FOLDER) as server:
         found = subprocess.run([PROGRAM, "view", "--no-browser", "--port", str(server.port), SCENE], capture_output=True, text=True, timeout=60, check=False)
         expect(found.returncode == 3 and "listened" in found.stderr, f"a port in use: {found}")
+    with Server(SCENE, "--listen", "localhost", folder=FOLDER) as server:
+        expect(server.host == "127.0.0.1" and server.get("")[0] == 200, f"localhost is {server.host}")
+    check_browser()
+
+
+def check_browser():
+    """The browser is opened with the address, and Ctrl-C of the terminal is not for it."""
+    folder = os.path.join(FOLDER, "browser")
+    os.mkdir(folder)
+    with open(os.path.join(folder, "xdg-open"), "w", encoding="ascii") as file:
+        file.write(f'#!/bin/sh\necho "$1 $(cut -d" " -f5 /proc/$$/stat)" > {folder}/new && mv {folder}/new {folder}/opened\n')
+    os.chmod(os.path.join(folder, "xdg-open"), 0o755)
+    with subprocess.Popen([PROGRAM, "view", SCENE], stdout=subprocess.PIPE, text=True, env={**os.environ, "PATH": folder + ":" + os.environ["PATH"]}) as process:
+        address = process.stdout.readline().strip()
+        end = time.monotonic() + 60.0
+        while not os.path.exists(os.path.join(folder, "opened")) and time.monotonic() < end:
+            time.sleep(0.02)
+        with open(os.path.join(folder, "opened"), encoding="ascii") as file:
+            opened, group = file.read().split()
+        expect(opened == address and int(group) != os.getpgid(process.pid), f"opened {opened} in group {group}")
+        process.send_signal(signal.SIGINT)
 
 
 def main():

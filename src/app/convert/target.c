@@ -35,7 +35,7 @@ static bool get_folder(const char *path, char folder[NUMBERED_PATH_SIZE]) {
     return true;
 }
 
-static tulle_status check_place(const char *path, tulle_error *error) {
+tulle_status convert_target_check_place(const char *path, tulle_error *error) {
     char folder[NUMBERED_PATH_SIZE];
     struct stat facts;
     if (!get_folder(path, folder)) return refuse(path, error, "the path is too long");
@@ -59,7 +59,7 @@ static tulle_status check_pvd(const convert_target *target, tulle_error *error) 
         return refuse(target->pvd_path, error, "the name after --pvd should end in .pvd");
     if (!target->is_numbered || target->format != CONVERT_VTP)
         return refuse(target->path, error, "--pvd goes with numbered VTP files, as frame_%04d.vtp");
-    return check_place(target->pvd_path, error);
+    return convert_target_check_place(target->pvd_path, error);
 }
 
 tulle_status convert_target_open(const char *path, const char *pvd_path, convert_target *target,
@@ -81,7 +81,7 @@ tulle_status convert_target_open(const char *path, const char *pvd_path, convert
                           "a * names files that are there; files to be written are named by their "
                           "numbers, as frame_%04d.obj");
     }
-    tulle_status const status = check_place(path, error);
+    tulle_status const status = convert_target_check_place(path, error);
     return status == TULLE_OK ? check_pvd(target, error) : status;
 }
 
@@ -122,7 +122,7 @@ tulle_status convert_target_check(const convert_target *target, const convert_so
         if (status == TULLE_OK) status = check_not_read(path, source, error);
         if (status == TULLE_OK && target->format == CONVERT_GLTF) {
             get_bin_path(path);
-            status = check_place(path, error);
+            status = convert_target_check_place(path, error);
             if (status == TULLE_OK) status = check_not_read(path, source, error);
         }
         if (status != TULLE_OK || !target->is_numbered) return status;

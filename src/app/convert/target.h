@@ -23,6 +23,8 @@ typedef struct convert_target {
     double worst_rounding;              /* in the output's unit; 0: every number is a float */
 } convert_target;
 
+/* Whether a file may be made at `path`. Errors: TULLE_ERROR_INVALID_ARGUMENT. */
+tulle_status convert_target_check_place(const char *path, tulle_error *error);
 /* Takes the name apart and looks whether files may be made there. Errors:
  * TULLE_ERROR_INVALID_ARGUMENT. */
 tulle_status convert_target_open(const char *path, const char *pvd_path, convert_target *target,

@@ -165,9 +165,10 @@ static tulle_status open_reports(mend_session *session, tulle_error *error) {
         if (length < 4 || strcmp(session->colors_path + length - 4, ".ply") != 0)
             return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->colors_path, 0, 0,
                                 "the name after --colors should end in .ply");
+        tulle_status status = convert_target_check_place(session->colors_path, error);
+        if (status != TULLE_OK) return status;
         if (name_pattern_is_meant(session->colors_path)) {
-            tulle_status const status =
-                name_pattern_read(session->colors_path, &session->colors, error);
+            status = name_pattern_read(session->colors_path, &session->colors, error);
             if (status != TULLE_OK) return status;
             if (session->colors.is_any)
                 return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->colors_path, 0, 0,

@@ -49,6 +49,7 @@ typedef struct view_client {
     uint32_t last_sent;  /* number of the frame that was sent last */
     double window_begin; /* [s] of the clock: second in which messages are counted */
     int window_count;
+    uint64_t text_hash;     /* of the scene's file as it was given to it or saved by it; 0: never */
     const char *end_reason; /* not null: the connection ends with 1008 and this */
     char reason[124];
 } view_client;

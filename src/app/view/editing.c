@@ -4,6 +4,7 @@
 #include "app/view/session.h"
 #include "app/view/session_file.h"
 #include "base/error.h"
+#include "base/hash.h"
 #include "io/file_data.h"
 #include "scene/scene.h"
 
@@ -158,6 +159,7 @@ typedef struct text_job {
     memory heap;
     view_request request; /* owns the text */
     uint32_t client;
+    uint64_t known, found; /* hashes of the file: as the page knows it, as it is; 0: not, gone */
     const char *path;
     tulle_scene_problems problems;
     tulle_scene *scene; /* of a text that was saved */
@@ -165,14 +167,36 @@ typedef struct text_job {
     tulle_error error;
 } text_job;
 
+/* Whether someone else wrote the file after the page read it. A page that asks again means it. */
+static bool has_other_text(text_job *job) {
+    file_data file = {0};
+    tulle_error error = {0};
+    if (job->known == 0 ||
+        file_load(&job->heap, job->path, MESSAGE_TEXT_MAX, &file, &error) != TULLE_OK)
+        return false;
+    job->found = hash_bytes(HASH_SEED, file.bytes, file.byte_count);
+    file_release(&job->heap, &file);
+    return job->found != job->known;
+}
+
+static tulle_status save_text(text_job *job) {
+    if (has_other_text(job))
+        return error_set(&job->error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the file has changed since it was read here; nothing was written. Save "
+                         "again to replace what it holds now");
+    tulle_status const status =
+        tulle_file_write(job->path, job->request.text, job->request.text_length, &job->error);
+    if (status == TULLE_OK)
+        job->found = hash_bytes(HASH_SEED, job->request.text, job->request.text_length);
+    return status;
+}
+
 static void work_on_text(view_job *head) {
     text_job *const job = (text_job *)head;
     tulle_scene *scene = NULL;
     job->status = scene_load_text(job->path, job->request.text, job->request.text_length, &scene,
                                   &job->problems);
-    if (job->status == TULLE_OK && job->request.type == REQUEST_SAVE)
-        job->status =
-            tulle_file_write(job->path, job->request.text, job->request.text_length, &job->error);
+    if (job->status == TULLE_OK && job->request.type == REQUEST_SAVE) job->status = save_text(job);
     if (job->status == TULLE_OK && job->request.type == REQUEST_SAVE)
         job->scene = scene;
     else
@@ -217,6 +241,7 @@ static void finish_text(view_job *head, void *owner) {
         job->scene = NULL;
     }
     if (!client) return;
+    if (job->found != 0) client->text_hash = job->found;
     if (job->status != TULLE_OK && job->problems.count == 0) {
         client_push_error(client, &job->request, job->error.message);
         return;
@@ -249,6 +274,7 @@ static void take_text(view_session *session, view_client *client, view_request *
     job->heap = heap;
     job->request = *request;
     job->client = client->number;
+    job->known = client->text_hash;
     job->path = get_path(session);
     request->text = NULL; /* the job has it */
     if (!worker_post(session->worker, &job->head))
@@ -271,6 +297,7 @@ static void answer_text(view_session *session, view_client *client, const view_r
     buffer_json_text(&buffer, "text", file.bytes);
     buffer_print(&buffer, "}");
     client_push(client, &buffer, false);
+    client->text_hash = hash_bytes(HASH_SEED, file.bytes, file.byte_count);
     file_release(&heap, &file);
 }
 

@@ -33,7 +33,10 @@ static void take_frames(view_session *session, view_client *client, const view_r
 /* Only what was sent can have been taken; a client that claims more is as one that took all. */
 static void take_got(view_client *client, const view_request *request) {
     uint32_t const under_way = client->sent - client->got;
-    if (client->sent - request->sequence <= under_way) client->got = request->sequence;
+    if (client->sent - request->sequence > under_way) return;
+    /* One a frame at most does not count: a run comes faster than the limit of messages. */
+    if (request->sequence != client->got && client->window_count > 0) client->window_count--;
+    client->got = request->sequence;
 }
 
 static void take_series(view_session *session, view_client *client, const view_request *request) {

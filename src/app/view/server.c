@@ -342,8 +342,7 @@ static void tick(lws_sorted_usec_list_t *list) {
 }
 
 static bool is_loopback(const char *address) {
-    return strncmp(address, "127.", 4) == 0 || strcmp(address, "::1") == 0 ||
-           strcmp(address, "localhost") == 0;
+    return strncmp(address, "127.", 4) == 0 || strcmp(address, "::1") == 0;
 }
 
 /* Every address of this machine, the loopback among them. */
@@ -421,7 +420,14 @@ static void open_browser(const char *address) {
     snprintf(copy, sizeof copy, "%s", address);
     char *const argv[] = {program, copy, NULL};
     pid_t child = 0;
-    if (posix_spawnp(&child, program, NULL, NULL, argv, environ) != 0)
+    posix_spawnattr_t own_group; /* Ctrl-C is not for the browser */
+    bool is_open = posix_spawnattr_init(&own_group) == 0;
+    if (is_open) {
+        is_open = posix_spawnattr_setflags(&own_group, POSIX_SPAWN_SETPGROUP) == 0 &&
+                  posix_spawnp(&child, program, NULL, &own_group, argv, environ) == 0;
+        posix_spawnattr_destroy(&own_group);
+    }
+    if (!is_open)
         app_print_message(command_name, "no browser could be opened; open the address yourself");
 }
 

@@ -4,6 +4,7 @@
 #include "app/commands.h"
 #include "app/view/server.h"
 
+#include <arpa/inet.h>
 #include <stdbool.h>
 #include <string.h>
 
@@ -13,6 +14,12 @@ static bool is_host_name(const char *name) {
     static const char marks[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-.";
     size_t const length = strlen(name);
     return length > 0 && length < HOST_SIZE && strspn(name, marks) == length;
+}
+
+/* Not the name of a network card: no browser could call it so. */
+static bool is_address(const char *text) {
+    unsigned char bytes[sizeof(struct in6_addr)];
+    return inet_pton(AF_INET, text, bytes) == 1 || inet_pton(AF_INET6, text, bytes) == 1;
 }
 
 int app_view(int argc, char **argv) {
@@ -52,9 +59,17 @@ int app_view(int argc, char **argv) {
     size_t operand_count = 0;
     options_outcome const outcome = options_parse(&command, argc, argv, &operand_count);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
+    if (strcmp(chosen.listen, "localhost") == 0) chosen.listen = "127.0.0.1";
+    if (!is_address(chosen.listen)) {
+        app_print_message("view",
+                          "--listen: \"%s\" should be an address of this machine in numbers, as "
+                          "192.168.1.5 or ::1; --host-name tells its names",
+                          chosen.listen);
+        return APP_EXIT_BAD_INPUT;
+    }
     for (size_t i = 0; i < host_names.count; i++) {
         if (i < HOST_NAMES_MAX && is_host_name(host_names.items[i])) continue;
-        app_print_message(command.name,
+        app_print_message("view",
                           "--host-name: \"%s\" should be one of at most %d names of letters, "
                           "digits, '-' and '.'",
                           host_names.items[i], HOST_NAMES_MAX);
