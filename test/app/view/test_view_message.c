@@ -26,8 +26,9 @@ static void test_commands_come_back(void **state) {
         "{\"type\":\"drag\",\"grab\":9,\"point\":[0.1,0.2,0.30000000000000004]}",
         "{\"type\":\"let_go\",\"grab\":0}",
         "{\"type\":\"cut_pin\",\"object\":65535,\"vertex\":17}",
-        "{\"type\":\"move\",\"object\":1,\"position\":[1,2,3],\"rotation\":[0.6,0,0.8,0],\"force\":"
-        "4}",
+        ("{\"type\":\"move\",\"object\":1,\"position\":[1,2,3],\"rotation\":[0.6,0,0.8,0],"
+         "\"force\":"
+         "4}"),
         "{\"type\":\"set\",\"what\":\"gravity\",\"value\":[0,0,-9.81]}",
         "{\"type\":\"set\",\"what\":\"wind\",\"value\":[1,2,3]}",
         "{\"type\":\"set\",\"what\":\"gusts\",\"value\":0.5}",
@@ -105,8 +106,8 @@ static void test_refusals(void **state) {
         "{\"type\":\"series\",\"names\":[\"contact\"]}",
         "{\"type\":\"overlays\",\"names\":{}}",
         "{\"type\":\"check\",\"text\":[]}",
-        "{\"type\":\"example\",\"name\":"
-        "\"aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa\"}"};
+        ("{\"type\":\"example\",\"name\":"
+         "\"aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa\"}")};
     static const char *const bad[] = {"",
                                       "{",
                                       "[]",
