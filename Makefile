@@ -39,9 +39,8 @@ view:
 # The page of tulle view in a browser: watching, holding, editing, keys, small screens, rates. PATTERN='holding|tour' chooses.
 PATTERN ?=
 test-view: view
-	@$(INSTALL_PACKAGES) view-test
+	@$(INSTALL_PACKAGES) test view-test
 	@sh web/test.sh $(BUILD)/tulle '$(PATTERN)'
-	@cmake $(BUILD) -DTULLE_BUILD_TESTS=ON >/dev/null
 	@$(MAKE) --no-print-directory build-tests
 	@cd $(BUILD) && ctest -R 'view' --output-on-failure
 
