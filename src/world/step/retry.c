@@ -15,14 +15,15 @@
  *   in a substep                       |                                     |
  *   its contacts wake bodies or cloth  | the substep with them awake         | once for each
  *   a contact makes a body turn too far| as long as the turn allows          | until it fits
- *   too much comes near to its paths   | half the length                     | while over
- * step/4,096 cloth grows, energy is gained, or  | half the length                     | while over
- * 1/4 step there still is far too much of it  |                                     | a part of the
- * time passed          | the rest as another substep         | 48 a go at the step stuck while a
- * script moves         | substeps shorter by 4, half reserve | 3 stuck with nothing on a script |
- * cloth and bodies stand still        | to its end |                                     | in a
- * step                          |                                     | it is pinched, or tears
- * cloth      | undo; what on_pinch says, anew      | see below
+ *   too much comes near to its paths   | half the length                     | to 1/4,096 of step
+ *   cloth grows, energy is gained, or  | half the length                     | while over 1/4 step
+ *   there still is far too much of it  |                                     |
+ *   a part of the time passed          | the rest as another substep         | 48 a go at the step
+ *   stuck while a script moves         | substeps shorter by 4, half reserve | 3
+ *   stuck with nothing on a script     | cloth and bodies stand still        | to its end
+ *                                      |                                     |
+ *   in a step                          |                                     |
+ *   it is pinched, or tears cloth      | undo; what on_pinch says, anew      | see below
  *
  * A step is stuck when a substep is blocked, when four substeps in a row pass next to no time, or
  * when it took 48 substeps. Refused substeps count too; shorter substeps and turns raise the limit.
