@@ -15,6 +15,9 @@ static const double NEAR_SHARE = 1e-3;
 /* Free are vertices so many reaches around what is away or meets; there a departure has decayed to
  * a hundredth. */
 static const double FREE_REACHES = 5.0;
+/* Mean edges a frame^2: no departure sets out for the given way faster. Cloth that hangs far from it
+ * then swings, where a pull that grows with the departure would tear at it. */
+static const double PULL_MOST = 0.25;
 /* A move is repeated so often with what contact presses on as well. */
 enum { PRESSED_MAX = 3 };
 /* A frame that one straight move does not reach is cut into so many parts, then so many times as
@@ -160,10 +163,6 @@ static tulle_status settle(mend_follow *follow, tulle_error *error) {
     return TULLE_OK;
 }
 
-static bool is_growing(const double *departure, const double *change) {
-    return departure[0] * change[0] + departure[1] * change[1] + departure[2] * change[2] >= 0.0;
-}
-
 static bool has_moving_bodies(const mend_follow *follow) {
     size_t const begin = 3 * count_cloth(follow), end = 3 * follow->solver.input->vertex_count;
     return memcmp(follow->begin + begin, follow->target + begin, (end - begin) * sizeof(double)) !=
@@ -230,26 +229,36 @@ static tulle_status go_straight(mend_follow *follow, tulle_error *error) {
     return status;
 }
 
-/* Moves from begin to target; leaves the end in follow->end. follow->last has the departures at the
- * start, then what they changed by in the time that a move takes. */
-static tulle_status make_move(mend_follow *follow, double strength, mend_moved *moved,
-                              mend_outcome *outcome, tulle_error *error) {
+/* Where each vertex would be if nothing met and nothing smoothed: u'' is critically damped, by
+ * implicit Euler (both roots of (1 + s) z^2 - (1 + b) z + b are the same), and s as large as the
+ * pull allows. A departure that grew goes on a bit, so what slides off a body sets out gently. */
+static void choose_wanted(mend_follow *follow, double part) {
     size_t const count = count_cloth(follow);
     const double *const departures = follow->last, *const change = follow->last + 3 * count;
-    size_t event_count;
-    /* Critical damping of u'' with implicit Euler: both roots of (1 + s) z^2 - (1 + b) z + b are
-     * the same. */
-    double const kept = 1.0 + 2.0 * strength - 2.0 * sqrt(strength * (1.0 + strength));
+    double const most = PULL_MOST * follow->near / NEAR_SHARE;
     for (size_t v = 0; v < count; v++) {
-        /* what grows is pushed, and does not go on by itself */
-        bool const grows = is_growing(departures + 3 * v, change + 3 * v);
+        const double *const u = departures + 3 * v;
+        double const length = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+        double const whole = length > most ? fmin(follow->strength, most / (length - most))
+                                           : follow->strength;
+        double const left = pow(1.0 - sqrt(whole / (1.0 + whole)), part);
+        double const strength = (1.0 - left) * (1.0 - left) / (1.0 - (1.0 - left) * (1.0 - left));
+        double const kept = 1.0 + 2.0 * strength - 2.0 * sqrt(strength * (1.0 + strength));
         for (size_t i = 3 * v; i < 3 * v + 3; i++)
-            follow->wanted[i] =
-                (departures[i] + (grows ? 0.0 : kept * change[i])) / (1.0 + strength);
+            follow->wanted[i] = (departures[i] + kept * change[i]) / (1.0 + strength);
     }
+}
+
+/* Moves from begin to target, for a part of a frame; leaves the end in follow->end. follow->last
+ * has the departures at the start, then what they changed by in the time that a move takes. */
+static tulle_status make_move(mend_follow *follow, double part, mend_moved *moved,
+                              mend_outcome *outcome, tulle_error *error) {
+    size_t const count = count_cloth(follow);
+    size_t event_count;
+    choose_wanted(follow, part);
     mend_move move = {follow->begin, follow->target, follow->wanted, follow->is_free, SOLVES_MAX};
     *moved = (mend_moved){.end = follow->end, .pressed = follow->pressed};
-    tulle_status status = choose_free(follow, departures, &event_count, error);
+    tulle_status status = choose_free(follow, follow->last, &event_count, error);
     if (status != TULLE_OK) return status;
     int held = 0;
     bool is_shut = false;
@@ -287,9 +296,6 @@ static tulle_status make_move(mend_follow *follow, double strength, mend_moved *
 static tulle_status make_moves(mend_follow *follow, const double *next, uint32_t part_count,
                                mend_outcome *outcome, tulle_error *error) {
     size_t const all = 3 * follow->solver.input->vertex_count, cloth = 3 * count_cloth(follow);
-    double const left =
-        pow(1.0 - sqrt(follow->strength / (1.0 + follow->strength)), 1.0 / (double)part_count);
-    double const strength = (1.0 - left) * (1.0 - left) / (1.0 - (1.0 - left) * (1.0 - left));
     double *const departures = follow->last, *const change = follow->last + cloth;
     memcpy(follow->begin, follow->now, all * sizeof(double));
     for (size_t i = 0; i < cloth; i++) {
@@ -303,7 +309,7 @@ static tulle_status make_moves(mend_follow *follow, const double *next, uint32_t
                                     ? next[i]
                                     : follow->given[i] + share * (next[i] - follow->given[i]);
         mend_moved moved;
-        tulle_status const status = make_move(follow, strength, &moved, outcome, error);
+        tulle_status const status = make_move(follow, 1.0 / (double)part_count, &moved, outcome, error);
         if (status != TULLE_OK) return status;
         memcpy(follow->begin, follow->end, all * sizeof(double));
         for (size_t i = 0; i < cloth; i++) {

@@ -37,6 +37,9 @@ static const double TIME_STEP = 0.02, AREA_DENSITY = 0.2;
 static const double SPRING_SHARE = 0.2;
 /* Stretch stiffness as a part of the draw over an edge. It is there because a world wants one. */
 static const double STRETCH_SHARE = 1e-9;
+/* Between cloth and bodies: cloth that hangs far from the given way lies still where it is pressed
+ * on, and does not creep into heaps. */
+static const double FRICTION = 0.3;
 /* [N s] as a part of what moves a vertex by a contact distance: less presses on nothing. */
 static const double PRESS_SHARE = 1e-3;
 
@@ -150,7 +153,7 @@ static tulle_status add_surfaces(const mend_solver *solver, const double *positi
         (tulle_springs){.stretch_stiffness = STRETCH_SHARE * get_draw() * WORLD_EDGE * WORLD_EDGE,
                         .bend_stiffness = get_rigidity(solver)};
     material->stretch_damping = material->bend_damping = material->air_damping = 0.0;
-    material->friction = 0.0;
+    material->friction = FRICTION;
     material->dynamic_friction = -1.0;
     material->restitution = 0.0;
     tulle_status status = tulle_world_add_cloth(world, &def, NULL, error);
@@ -163,7 +166,8 @@ static tulle_status add_surfaces(const mend_solver *solver, const double *positi
             (tulle_mesh_view){positions + begin, surface->vertex_end - surface->vertex_begin,
                               input->local_triangles + 3 * (size_t)surface->triangle_begin,
                               surface->triangle_end - surface->triangle_begin};
-        body.friction = body.restitution = 0.0;
+        body.friction = FRICTION;
+        body.restitution = 0.0;
         body.dynamic_friction = -1.0;
         body.drive = surface->is_still || !motion->moves ? TULLE_DRIVE_NONE : TULLE_DRIVE_DEFORMING;
         status = tulle_world_add_obstacle(world, &body, NULL, error);
