@@ -15,8 +15,8 @@ static const double NEAR_SHARE = 1e-3;
 /* Free are vertices so many reaches around what is away or meets; there a departure has decayed to
  * a hundredth. */
 static const double FREE_REACHES = 5.0;
-/* Mean edges a frame^2: no departure sets out for the given way faster. Cloth that hangs far from it
- * then swings, where a pull that grows with the departure would tear at it. */
+/* Mean edges a frame^2: no departure sets out for the given way faster. Cloth that hangs far from
+ * it then swings, where a pull that grows with the departure would tear at it. */
 static const double PULL_MOST = 0.25;
 /* A move is repeated so often with what contact presses on as well. */
 enum { PRESSED_MAX = 3 };
@@ -239,8 +239,8 @@ static void choose_wanted(mend_follow *follow, double part) {
     for (size_t v = 0; v < count; v++) {
         const double *const u = departures + 3 * v;
         double const length = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-        double const whole = length > most ? fmin(follow->strength, most / (length - most))
-                                           : follow->strength;
+        double const whole =
+            length > most ? fmin(follow->strength, most / (length - most)) : follow->strength;
         double const left = pow(1.0 - sqrt(whole / (1.0 + whole)), part);
         double const strength = (1.0 - left) * (1.0 - left) / (1.0 - (1.0 - left) * (1.0 - left));
         double const kept = 1.0 + 2.0 * strength - 2.0 * sqrt(strength * (1.0 + strength));
@@ -309,7 +309,8 @@ static tulle_status make_moves(mend_follow *follow, const double *next, uint32_t
                                     ? next[i]
                                     : follow->given[i] + share * (next[i] - follow->given[i]);
         mend_moved moved;
-        tulle_status const status = make_move(follow, 1.0 / (double)part_count, &moved, outcome, error);
+        tulle_status const status =
+            make_move(follow, 1.0 / (double)part_count, &moved, outcome, error);
         if (status != TULLE_OK) return status;
         memcpy(follow->begin, follow->end, all * sizeof(double));
         for (size_t i = 0; i < cloth; i++) {
@@ -323,14 +324,15 @@ static tulle_status make_moves(mend_follow *follow, const double *next, uint32_t
 
 /* ---- frames ---- */
 
-tulle_status mend_follow_step(mend_follow *follow, const double *next, mend_outcome *outcome,
-                              tulle_error *error) {
+tulle_status mend_follow_step(mend_follow *follow, const double *next, bool is_clear,
+                              mend_outcome *outcome, tulle_error *error) {
     size_t const all = 3 * follow->solver.input->vertex_count, cloth = 3 * count_cloth(follow);
-    size_t event_count = 1;
+    bool const is_on_way = memcmp(follow->now, follow->given, all * sizeof(double)) == 0;
+    size_t event_count = is_on_way && is_clear ? 0 : 1;
     bool is_done = false;
     tulle_status status = TULLE_OK;
     *outcome = (mend_outcome){0};
-    if (memcmp(follow->now, follow->given, all * sizeof(double)) == 0)
+    if (is_on_way && !is_clear)
         status = find_events(follow, follow->now, next, NULL, &event_count, error);
     if (status == TULLE_OK && event_count == 0) {
         memcpy(follow->end, next, all * sizeof(double));

@@ -48,8 +48,9 @@ typedef struct mend_outcome {
 tulle_status mend_follow_open(const mend_input *input, const mend_follow_options *options,
                               const double *first, mend_follow *follow, tulle_error *error);
 void mend_follow_close(mend_follow *follow);
-/* Goes on to the next frame, given as `next`, all vertices. Errors: those of tulle_world_step. */
-tulle_status mend_follow_step(mend_follow *follow, const double *next, mend_outcome *outcome,
-                              tulle_error *error);
+/* Goes on to the next frame, given as `next`, all vertices. `is_clear`: nothing meets on the given
+ * way to it, as is known. Errors: those of tulle_world_step. */
+tulle_status mend_follow_step(mend_follow *follow, const double *next, bool is_clear,
+                              mend_outcome *outcome, tulle_error *error);
 
 #endif

@@ -9,7 +9,7 @@
 #include "app/cli/progress_bar.h"
 #include "app/commands.h"
 #include "app/mend/colors.h"
-#include "app/mend/follow.h"
+#include "app/mend/frames.h"
 #include "app/mend/output.h"
 #include "app/mend/report.h"
 #include "base/error.h"
@@ -38,17 +38,14 @@ typedef struct mend_words {
 typedef struct mend_session {
     mend_input input;
     mend_output output;
-    mend_follow follow;
     mend_follow_options options;
-    mend_history history;
+    mend_frames frames;
     mend_summary summary;
-    tulle_check_body *bodies; /* the cloth, then the bodies */
-    double *given;            /* all vertices of the frame at hand */
-    FILE *report;             /* or null */
+    FILE *report; /* or null */
     const char *report_path, *colors_path;
     char report_temporary[NUMBERED_PATH_SIZE];
     name_pattern colors; /* of numbered files */
-    bool is_json, is_running;
+    bool is_json;
 } mend_session;
 
 static const char *const pinch_choices[] = {"lag", "stop", NULL};
@@ -201,99 +198,30 @@ static tulle_status prepare(mend_session *session, const char *path, const mend_
         status = mend_output_open(&output, &session->input, &session->output, error);
     }
     if (status == TULLE_OK) status = open_reports(session, error);
-    if (status != TULLE_OK) return status;
-    session->given = calloc(session->input.vertex_count, 3 * sizeof(double));
-    session->bodies = calloc(session->input.surface_count, sizeof *session->bodies);
-    if (!session->given || !session->bodies)
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for %zu vertices",
-                         session->input.vertex_count);
-    return mend_history_open(mend_get_cloth_count(&session->input), &session->history, error);
+    return status == TULLE_OK
+               ? mend_frames_open(&session->input, &session->options, &session->frames, error)
+               : status;
 }
 
 static void release(mend_session *session) {
     if (session->report) fclose(session->report);
     if (session->report_temporary[0]) unlink(session->report_temporary);
-    mend_history_close(&session->history);
-    mend_follow_close(&session->follow);
+    mend_frames_close(&session->frames);
     mend_output_close(&session->output);
     mend_input_close(&session->input);
-    free(session->given);
-    free(session->bodies);
 }
 
 /* ---- frames ---- */
 
-/* The cloth at `cloth` among the bodies as they are given. */
-static tulle_status judge(mend_session *session, const double *cloth, mend_pairs *pairs,
-                          tulle_error *error) {
-    const mend_input *const input = &session->input;
-    for (size_t i = 0; i < input->surface_count; i++) {
-        const mend_surface *const surface = &input->surfaces[i];
-        const double *const own = session->given + 3 * (size_t)surface->vertex_begin;
-        session->bodies[i] =
-            (tulle_check_body){{i == 0 ? cloth : own, surface->vertex_end - surface->vertex_begin,
-                                input->local_triangles + 3 * (size_t)surface->triangle_begin,
-                                surface->triangle_end - surface->triangle_begin},
-                               i > 0};
-    }
-    tulle_check_result result;
-    tulle_status const status = tulle_check_intersections(session->bodies, input->surface_count,
-                                                          session->options.threads, &result, error);
-    *pairs = (mend_pairs){0};
-    for (size_t i = 0; i < result.pair_count && status == TULLE_OK; i++) {
-        if (result.pairs[i].body_b == 0)
-            pairs->own++;
-        else
-            pairs->bodies++;
-    }
-    tulle_check_result_destroy(&result);
-    return status;
-}
-
-/* Names the file and the frame. */
-static tulle_status name_frame(const mend_session *session, uint32_t frame, tulle_status status,
-                               tulle_error *error) {
-    if (status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY ||
-        status == TULLE_ERROR_INTERRUPTED || error->file[0])
-        return status;
-    char text[sizeof error->message];
-    snprintf(text, sizeof text, "%s", error->message);
-    return error_set_at(error, status, session->input.surfaces[0].source.path, 0, 0, "frame %u: %s",
-                        frame, text);
-}
-
-static tulle_status mend_frame(mend_session *session, uint32_t index, mend_row *row,
-                               tulle_error *error) {
-    double const start = timer_now();
-    mend_follow *const follow = &session->follow;
-    *row = (mend_row){.frame = mend_input_get_number(&session->input, index)};
-    tulle_status status = mend_input_read(&session->input, index, session->given, error);
-    if (status != TULLE_OK) return status;
-    status = judge(session, session->given, &row->before, error);
-    if (status == TULLE_OK && index == 0)
-        status =
-            mend_follow_open(&session->input, &session->options, session->given, follow, error);
-    else if (status == TULLE_OK)
-        status = mend_follow_step(follow, session->given, &row->outcome, error);
-    if (status != TULLE_OK) return name_frame(session, row->frame, status, error);
-    session->is_running = true;
-    mend_history_add(&session->history, session->given, follow->now, row);
-    row->after = row->before;
-    if (row->away_count > 0) status = judge(session, follow->now, &row->after, error);
-    if (status == TULLE_OK) status = mend_output_keep(&session->output, index, follow->now, error);
-    row->seconds = timer_now() - start;
-    return status;
-}
-
-static tulle_status mend_frames(mend_session *session, tulle_error *error) {
+static tulle_status make_frames(mend_session *session, tulle_error *error) {
     progress_bar bar = progress_bar_begin();
     tulle_status status = TULLE_OK;
     uint32_t const count = session->input.frame_count;
     for (uint32_t i = 0; i < count && status == TULLE_OK; i++) {
         mend_row row;
-        if (interrupt_is_pending())
-            status = error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
-        if (status == TULLE_OK) status = mend_frame(session, i, &row, error);
+        status = mend_frames_make(&session->frames, &row, error);
+        if (status == TULLE_OK)
+            status = mend_output_keep(&session->output, i, session->frames.second.now, error);
         if (status != TULLE_OK) break;
         mend_summary_add(&session->summary, &row);
         if (session->report) mend_report_add_csv(session->report, &row);
@@ -308,16 +236,17 @@ static tulle_status mend_frames(mend_session *session, tulle_error *error) {
 
 /* ---- what is written at the end ---- */
 
-/* Leaves positions of the cloth in output.positions, departures in the first numbers of given. */
+/* Leaves positions of the cloth in output.positions, departures in the first numbers of frames.way.
+ */
 static tulle_status read_departures(mend_session *session, uint32_t index, tulle_error *error) {
-    double *const mended = session->output.positions;
-    tulle_status status = mend_input_read(&session->input, index, session->given, error);
+    double *const mended = session->output.positions, *const given = session->frames.way;
+    tulle_status status = mend_input_read(&session->input, index, given, error);
     if (status == TULLE_OK) status = mend_output_read(&session->output, index, mended, error);
     for (size_t v = 0; v < mend_get_cloth_count(&session->input) && status == TULLE_OK; v++) {
         double sum = 0.0;
         for (size_t k = 3 * v; k < 3 * v + 3; k++)
-            sum += (mended[k] - session->given[k]) * (mended[k] - session->given[k]);
-        session->given[v] = sqrt(sum);
+            sum += (mended[k] - given[k]) * (mended[k] - given[k]);
+        given[v] = sqrt(sum);
     }
     return status;
 }
@@ -340,7 +269,7 @@ static tulle_status write_colors(mend_session *session, tulle_error *error) {
         status = read_departures(session, i, error);
         if (status == TULLE_OK)
             status = mend_colors_write(session->colors.text ? path : session->colors_path, mesh,
-                                       session->given, largest, error);
+                                       session->frames.way, largest, error);
     }
     return status;
 }
@@ -379,7 +308,8 @@ static int fail(const mend_session *session, tulle_status status, const tulle_er
         app_print_message("mend", "whole and there: %s; nothing else was written", files);
     else if (status == TULLE_ERROR_INTERRUPTED)
         app_print_message("mend", "nothing was written");
-    return session->is_running ? app_exit_for_run(status) : app_exit_for_input(status);
+    return mend_frames_are_running(&session->frames) ? app_exit_for_run(status)
+                                                     : app_exit_for_input(status);
 }
 
 int app_mend(int argc, char **argv) {
@@ -395,7 +325,7 @@ int app_mend(int argc, char **argv) {
     tulle_error error = {0};
     interrupt_catch();
     tulle_status status = prepare(session, argv[0], &words, &error);
-    if (status == TULLE_OK) status = mend_frames(session, &error);
+    if (status == TULLE_OK) status = make_frames(session, &error);
     if (status == TULLE_OK) status = mend_output_write(&session->output, &error);
     if (status == TULLE_OK && session->report) status = write_report(session, &error);
     if (status == TULLE_OK && session->colors_path) status = write_colors(session, &error);

@@ -14,7 +14,7 @@
 tulle_status mend_history_open(size_t vertex_count, mend_history *history, tulle_error *error) {
     *history = (mend_history){.vertex_count = vertex_count};
     bool has_room = true;
-    for (size_t i = 0; i < 3; i++) {
+    for (size_t i = 0; i < HISTORY_FRAMES; i++) {
         history->given[i] = calloc(vertex_count, 3 * sizeof(double));
         history->mended[i] = calloc(vertex_count, 3 * sizeof(double));
         has_room = has_room && history->given[i] && history->mended[i];
@@ -25,7 +25,7 @@ tulle_status mend_history_open(size_t vertex_count, mend_history *history, tulle
 }
 
 void mend_history_close(mend_history *history) {
-    for (size_t i = 0; i < 3; i++) {
+    for (size_t i = 0; i < HISTORY_FRAMES; i++) {
         free(history->given[i]);
         free(history->mended[i]);
     }
@@ -37,40 +37,50 @@ static bool is_away(const mend_history *history, size_t slot, size_t vertex) {
                   3 * sizeof(double)) != 0;
 }
 
-static double measure_acceleration2(double *const frames[3], const size_t slots[3], size_t vertex) {
-    double sum = 0.0;
-    for (size_t k = 3 * vertex; k < 3 * vertex + 3; k++) {
-        double const a = frames[slots[0]][k] - 2.0 * frames[slots[1]][k] + frames[slots[2]][k];
-        sum += a * a;
+/* `slots`: of this frame and those before. */
+static void measure_acceleration(double *const frames[HISTORY_FRAMES], const size_t slots[3],
+                                 size_t vertex, double acceleration[3]) {
+    for (size_t k = 0; k < 3; k++) {
+        size_t const i = 3 * vertex + k;
+        acceleration[k] = frames[slots[0]][i] - 2.0 * frames[slots[1]][i] + frames[slots[2]][i];
     }
-    return sum;
 }
 
-static void measure_accelerations(const mend_history *history, mend_row *row) {
-    size_t const last = (history->count - 1) % 3;
-    size_t const slots[3] = {last, (last + 2) % 3, (last + 1) % 3};
-    size_t count = 0;
-    double sums[2] = {0.0, 0.0}, largest[2] = {0.0, 0.0};
-    row->given = row->mended = (mend_accelerations){(double)NAN, (double)NAN};
-    if (history->count < 3) return;
-    for (size_t v = 0; v < history->vertex_count; v++) {
-        if (!is_away(history, 0, v) && !is_away(history, 1, v) && !is_away(history, 2, v)) continue;
-        double const squares[2] = {measure_acceleration2(history->given, slots, v),
-                                   measure_acceleration2(history->mended, slots, v)};
-        for (size_t k = 0; k < 2; k++) {
-            sums[k] += squares[k];
-            largest[k] = fmax(largest[k], squares[k]);
+static double dot(const double *a, const double *b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static mend_accelerations measure_motion(const mend_history *history,
+                                         double *const frames[HISTORY_FRAMES]) {
+    size_t slots[HISTORY_FRAMES], count = 0, jitter_count = 0;
+    double sum = 0.0, largest = 0.0, jitter_sum = 0.0;
+    for (size_t i = 0; i < HISTORY_FRAMES; i++)
+        slots[i] = (history->count + HISTORY_FRAMES - 1 - i) % HISTORY_FRAMES;
+    for (size_t v = 0; v < history->vertex_count && history->count >= 3; v++) {
+        bool const is_here = is_away(history, slots[0], v) || is_away(history, slots[1], v) ||
+                             is_away(history, slots[2], v);
+        double now[3], before[3];
+        measure_acceleration(frames, slots, v, now);
+        if (is_here) {
+            sum += dot(now, now);
+            largest = fmax(largest, dot(now, now));
+            count++;
         }
-        count++;
+        if (history->count < 4 || !(is_here || is_away(history, slots[3], v))) continue;
+        measure_acceleration(frames, slots + 1, v, before);
+        jitter_sum += fmax(0.0, -dot(now, before));
+        jitter_count++;
     }
-    if (count == 0) return;
-    row->given = (mend_accelerations){sqrt(sums[0] / (double)count), sqrt(largest[0])};
-    row->mended = (mend_accelerations){sqrt(sums[1] / (double)count), sqrt(largest[1])};
+    double const none = (double)NAN;
+    return (mend_accelerations){count > 0 ? sqrt(sum / (double)count) : none,
+                                count > 0 ? sqrt(largest) : none,
+                                jitter_count > 0 ? sqrt(jitter_sum / (double)jitter_count) : none};
 }
 
 void mend_history_add(mend_history *history, const double *given, const double *mended,
                       mend_row *row) {
-    size_t const slot = history->count++ % 3, size = 3 * history->vertex_count * sizeof(double);
+    size_t const slot = history->count++ % HISTORY_FRAMES,
+                 size = 3 * history->vertex_count * sizeof(double);
     memcpy(history->given[slot], given, size);
     memcpy(history->mended[slot], mended, size);
     row->away_count = 0;
@@ -88,7 +98,8 @@ void mend_history_add(mend_history *history, const double *given, const double *
         row->largest = departure;
         row->vertex = (uint32_t)v;
     }
-    measure_accelerations(history, row);
+    row->given = measure_motion(history, history->given);
+    row->mended = measure_motion(history, history->mended);
 }
 
 void mend_summary_add(mend_summary *summary, const mend_row *row) {
@@ -109,14 +120,18 @@ void mend_summary_add(mend_summary *summary, const mend_row *row) {
         summary->given_most = fmax(summary->given_most, row->given.largest);
         summary->mended_most = fmax(summary->mended_most, row->mended.largest);
     }
+    if (isfinite(row->given.jitter)) {
+        summary->jitter_frames++;
+        summary->given_jitter2 += row->given.jitter * row->given.jitter;
+        summary->mended_jitter2 += row->mended.jitter * row->mended.jitter;
+    }
     summary->lag = fmax(summary->lag, row->outcome.lag);
     summary->seconds += row->seconds;
     summary->slowest = fmax(summary->slowest, row->seconds);
 }
 
-static double get_mean(const mend_summary *summary, double sum2) {
-    return summary->acceleration_frames > 0 ? sqrt(sum2 / (double)summary->acceleration_frames)
-                                            : (double)NAN;
+static double get_mean(double sum2, uint32_t count) {
+    return count > 0 ? sqrt(sum2 / (double)count) : (double)NAN;
 }
 
 /* ---- texts ---- */
@@ -124,7 +139,8 @@ static double get_mean(const mend_summary *summary, double sum2) {
 void mend_report_begin_csv(FILE *file) {
     fputs("frame,own_before,bodies_before,own_after,bodies_after,away,mean_departure,"
           "largest_departure,vertex,given_acceleration,mended_acceleration,"
-          "given_acceleration_largest,mended_acceleration_largest,lag,moves,crosses,seconds\n",
+          "given_acceleration_largest,mended_acceleration_largest,given_jitter,mended_jitter,lag,"
+          "moves,crosses,seconds\n",
           file);
 }
 
@@ -144,8 +160,9 @@ void mend_report_add_csv(FILE *file, const mend_row *row) {
         fputc(',', file);
     else
         fprintf(file, ",%" PRIu32, row->vertex);
-    double const values[] = {row->given.mean, row->mended.mean, row->given.largest,
-                             row->mended.largest, row->outcome.lag};
+    double const values[] = {row->given.mean,     row->mended.mean,  row->given.largest,
+                             row->mended.largest, row->given.jitter, row->mended.jitter,
+                             row->outcome.lag};
     for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) print_number(file, values[i]);
     fprintf(file, ",%" PRIu32 ",%d,%.3f\n", row->outcome.moves, row->outcome.crosses, row->seconds);
 }
@@ -178,6 +195,8 @@ void mend_report_print_row_json(const mend_row *row) {
     print_member("mended_acceleration", row->mended.mean);
     print_member("given_acceleration_largest", row->given.largest);
     print_member("mended_acceleration_largest", row->mended.largest);
+    print_member("given_jitter", row->given.jitter);
+    print_member("mended_jitter", row->mended.jitter);
     print_member("lag", row->outcome.lag);
     printf(",\"moves\":%" PRIu32 ",\"crosses\":%s", row->outcome.moves,
            row->outcome.crosses ? "true" : "false");
@@ -194,8 +213,10 @@ void mend_report_print_summary_json(const mend_summary *summary) {
     print_member("largest_departure", summary->worst.largest);
     printf(",\"worst_frame\":%" PRIu32, summary->worst.frame);
     print_vertex_json(summary->worst.vertex);
-    print_member("given_acceleration", get_mean(summary, summary->given2));
-    print_member("mended_acceleration", get_mean(summary, summary->mended2));
+    print_member("given_acceleration", get_mean(summary->given2, summary->acceleration_frames));
+    print_member("mended_acceleration", get_mean(summary->mended2, summary->acceleration_frames));
+    print_member("given_jitter", get_mean(summary->given_jitter2, summary->jitter_frames));
+    print_member("mended_jitter", get_mean(summary->mended_jitter2, summary->jitter_frames));
     printf(",\"frames_crossing\":%" PRIu32 ",\"frames_lagging\":%" PRIu32, summary->crossing_frames,
            summary->lagging_frames);
     print_member("lag", summary->lag);
@@ -223,8 +244,13 @@ void mend_report_print_summary(const mend_summary *summary) {
     if (summary->acceleration_frames > 0)
         printf("  %-11s %.3g a frame^2 where the cloth departs, given %.3g; at most %.3g, given "
                "%.3g\n",
-               "acceleration", get_mean(summary, summary->mended2),
-               get_mean(summary, summary->given2), summary->mended_most, summary->given_most);
+               "acceleration", get_mean(summary->mended2, summary->acceleration_frames),
+               get_mean(summary->given2, summary->acceleration_frames), summary->mended_most,
+               summary->given_most);
+    if (summary->jitter_frames > 0)
+        printf("  %-11s %.3g a frame^2 of it turns round from frame to frame, given %.3g\n",
+               "jitter", get_mean(summary->mended_jitter2, summary->jitter_frames),
+               get_mean(summary->given_jitter2, summary->jitter_frames));
     if (summary->lagging_frames > 0)
         printf("  %-11s in %" PRIu32 " frame%s bodies leave the cloth no room: it meets them %.3g "
                "behind where they are\n",

@@ -13,10 +13,14 @@ typedef struct mend_pairs {
     size_t bodies; /* of the cloth with bodies */
 } mend_pairs;
 
-/* Second differences of three frames, per frame^2. */
+/* Second differences a of three frames, per frame^2; NaN where there are none. */
 typedef struct mend_accelerations {
-    double mean;    /* root of the mean square; NaN where there are none */
-    double largest; /* the same */
+    double mean; /* root of the mean square */
+    double largest;
+    /* root of the mean of max(0, -a b), b the acceleration of the frame before: what turns round
+     * from frame to frame. Of a stop, an impact or a swing it is 0, of a tremble of amplitude A, 4
+     * A */
+    double jitter;
 } mend_accelerations;
 
 typedef struct mend_row {
@@ -25,7 +29,7 @@ typedef struct mend_row {
     size_t away_count;    /* vertices that are not where they were given */
     double mean, largest; /* departure over all vertices of the cloth */
     uint32_t vertex;      /* with the largest; TULLE_NONE: none is away */
-    /* at the vertices that are away in this frame or one of the two before, over those three */
+    /* at the vertices that are away in this frame or one of the two before; jitter: or the three */
     mend_accelerations given, mended;
     mend_outcome outcome;
     double seconds;
@@ -34,19 +38,22 @@ typedef struct mend_row {
 /* Over all frames. */
 typedef struct mend_summary {
     uint32_t frame_count, away_frames, bad_before, bad_after, crossing_frames, lagging_frames;
-    mend_pairs before, after; /* the most of a frame */
-    mend_row worst;           /* the frame with the largest departure */
-    double given2, mended2;   /* sums of squares of the frames' mean accelerations */
+    mend_pairs before, after;             /* the most of a frame */
+    mend_row worst;                       /* the frame with the largest departure */
+    double given2, mended2;               /* sums of squares of the frames' mean accelerations */
+    double given_jitter2, mended_jitter2; /* of their jitters */
     double given_most, mended_most;
-    uint32_t acceleration_frames;
+    uint32_t acceleration_frames, jitter_frames;
     double lag, seconds, slowest;
 } mend_summary;
 
-/* The last three frames of the cloth, given and mended. */
+enum { HISTORY_FRAMES = 4 };
+
+/* The last frames of the cloth, given and mended. */
 typedef struct mend_history {
     size_t vertex_count;
     uint32_t count; /* frames seen */
-    double *given[3], *mended[3];
+    double *given[HISTORY_FRAMES], *mended[HISTORY_FRAMES];
 } mend_history;
 
 tulle_status mend_history_open(size_t vertex_count, mend_history *history, tulle_error *error);
