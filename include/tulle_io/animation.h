@@ -55,9 +55,14 @@ typedef struct tulle_animation_def {
     tulle_animation_reader read; /* gives the frames */
     /* 1 where a surface is in the scene at a frame; null: all are always. Said by USD */
     int (*is_present)(void *context, size_t surface, uint32_t frame);
-    void *context; /* of the functions */
+    /* NPZ: the name of an array that has one more number of each vertex and frame: frames x
+     * vertices, as float as the positions; of letters, digits and _, up to 64, none of the other
+     * arrays' names. Null: there is none */
+    const char *vertex_array;
+    tulle_animation_reader read_vertex_array; /* gives its numbers, vertex_count, finite */
+    void *context;                            /* of the functions */
 } tulle_animation_def;
-/* Metres, z up, 24 frames a second, without surfaces, frames or functions. */
+/* Metres, z up, 24 frames a second, without surfaces, frames, vertex array or functions. */
 TULLE_API tulle_animation_def tulle_animation_def_default(void);
 
 /* Writes an animation to the file `path`: .glb or .gltf with a .bin beside it (glTF 2.0), .usda,

@@ -110,6 +110,12 @@ def make():
     move = np.where(np.arange(len(jaws)) < len(jaws) // 2, -1, 1)[:, None] * [0, 0, 1]
     write_cache("jaws.pc2", [jaws + 0.015 * move * np.sin(np.pi * k / 8) ** 2 for k in range(9)])
     write_cache("between.pc2", [sheet] * 9)
+    # A press whose jaws, one mesh, close through each other over the middle of a sheet that waves.
+    press = jaws * [0.5, 0.5, 1.0]
+    write_obj("press.obj", press, jaw_faces)
+    closed = [0.018 * np.sin(np.pi * k / 10) ** 2 for k in range(11)]
+    write_cache("press.pc2", [press + move * far for far in closed])
+    write_cache("pressed.pc2", [sheet + [0, 0, 0.004] * np.sin(6 * sheet[:, :1] + 0.5 * k) for k in range(11)])
     jump = np.array([sheet + [0, 0, 0.2]] * 6)
     jump[3, 1300] = [0, 0, -0.5]
     write_cache("jump.pc2", jump)

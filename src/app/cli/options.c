@@ -184,7 +184,14 @@ static void print_option(const option_spec *option) {
         putchar('\n');
         width = 0;
     }
-    printf("%*s%s\n", HELP_COLUMN - width, "", option->help);
+    printf("%*s", HELP_COLUMN - width, "");
+    for (const char *line = option->help;;) {
+        int const length = (int)strcspn(line, "\n");
+        printf("%.*s\n", length, line);
+        if (!line[length]) break;
+        line += length + 1;
+        printf("%*s", HELP_COLUMN, "");
+    }
 }
 
 void options_print_help(const command_spec *command) {

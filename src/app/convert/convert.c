@@ -181,20 +181,6 @@ static tulle_status open_scene(convert_session *session, const convert_words *wo
     return TULLE_OK;
 }
 
-/* The unit of what is read: as the option says, or the file. */
-static tulle_status choose_unit(const convert_source *source, const char *option, const char **unit,
-                                tulle_error *error) {
-    *unit = option ? option : "m";
-    if (option || source->kind != SOURCE_ANIMATION) return TULLE_OK;
-    double const meters = source->animation_info.meters_per_unit;
-    *unit = axes_find_unit(meters);
-    if (*unit) return TULLE_OK;
-    return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                        "its unit is %g m, which is none of m, cm, mm, in and ft; --from-units "
-                        "says which one to take",
-                        meters);
-}
-
 /* Where the options do not say: as the file has it that is read; in what is written y is up in
  * glTF and Alembic, z in all else. */
 static tulle_status choose_axes(convert_session *session, const convert_words *words,
@@ -202,14 +188,11 @@ static tulle_status choose_axes(convert_session *session, const convert_words *w
     convert_format const format = session->target.format;
     bool const is_to_y = format == CONVERT_GLB || format == CONVERT_GLTF || format == CONVERT_ABC;
     const char *const up = is_to_y ? "y" : "z";
-    bool const is_from_y =
-        session->source.kind == SOURCE_ANIMATION && session->source.animation_info.is_y_up;
-    const char *from_unit = NULL;
-    tulle_status const status = choose_unit(&session->source, words->from_unit, &from_unit, error);
+    axes_frame from;
+    tulle_status const status = convert_source_find_axes(
+        &session->source, (axes_frame){words->from_up, words->from_unit}, &from, error);
     if (status != TULLE_OK) return status;
-    session->change = axes_change_make(
-        (axes_frame){words->from_up ? words->from_up : (is_from_y ? "y" : "z"), from_unit},
-        (axes_frame){words->up ? words->up : up, words->unit});
+    session->change = axes_change_make(from, (axes_frame){words->up ? words->up : up, words->unit});
     return TULLE_OK;
 }
 

@@ -281,6 +281,22 @@ void convert_scene_set_surface(convert_scene *scene, tulle_mesh_view mesh, const
     scene->context = context;
 }
 
+/* Of the one surface. */
+static tulle_status read_array(void *context, size_t surface, uint32_t index, double *values,
+                               tulle_error *error) {
+    (void)surface;
+    convert_scene *const scene = context;
+    uint32_t const frame = frame_range_get(scene->frames, scene->first_index + index);
+    if (interrupt_is_pending()) return error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
+    return scene->read_array(scene->context, frame, values, error);
+}
+
+void convert_scene_add_array(convert_scene *scene, const char *name, scene_reader read) {
+    scene->read_array = read;
+    scene->def.vertex_array = name;
+    scene->def.read_vertex_array = read_array;
+}
+
 void convert_scene_close(convert_scene *scene) {
     for (size_t i = 0; i < scene->count && scene->bodies; i++) {
         convert_source_close(&scene->bodies[i].source);

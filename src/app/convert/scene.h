@@ -44,7 +44,7 @@ typedef struct convert_scene {
     progress_bar bar;                      /* of an animation that is written */
     uint64_t readings_done, reading_count; /* of frames that move vertices */
     bool is_reading;                       /* a failure is one of the source */
-    scene_reader read;                     /* of the one surface */
+    scene_reader read, read_array;         /* of the one surface; the latter or null */
     void *context;
     tulle_animation_def def;
 } convert_scene;
@@ -57,6 +57,8 @@ tulle_status convert_scene_open(convert_scene *scene, convert_source *source,
 /* Makes one surface of what `read` gives. */
 void convert_scene_set_surface(convert_scene *scene, tulle_mesh_view mesh, const double *corner_uvs,
                                scene_reader read, void *context);
+/* Adds an array of one number for each of its vertices, which .npz alone has. */
+void convert_scene_add_array(convert_scene *scene, const char *name, scene_reader read);
 void convert_scene_close(convert_scene *scene);
 
 /* Writes frames: all, or one of those that the scene was opened for. */

@@ -337,6 +337,20 @@ tulle_status convert_source_find_time(const convert_source *source, uint32_t fra
     return TULLE_OK;
 }
 
+tulle_status convert_source_find_axes(const convert_source *source, axes_frame options,
+                                      axes_frame *axes, tulle_error *error) {
+    const tulle_animation_info *const info =
+        source->kind == SOURCE_ANIMATION ? &source->animation_info : NULL;
+    *axes = options;
+    if (!axes->up) axes->up = info && info->is_y_up ? "y" : "z";
+    if (!axes->unit) axes->unit = info ? axes_find_unit(info->meters_per_unit) : "m";
+    if (axes->unit) return TULLE_OK;
+    return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
+                        "its unit is %g m, which is none of m, cm, mm, in and ft; --from-units "
+                        "says which one to take",
+                        info->meters_per_unit);
+}
+
 const char *convert_source_get_name(const convert_source *source) {
     if (source->kind != SOURCE_RUN) return source->path;
     return tulle_run_reader_get_info(source->run)->bodies[source->body].name;

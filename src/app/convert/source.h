@@ -4,6 +4,7 @@
 #ifndef TULLE_APP_CONVERT_SOURCE_H
 #define TULLE_APP_CONVERT_SOURCE_H
 
+#include "app/cli/axes.h"
 #include "app/cli/frame_range.h"
 #include "app/cli/mesh_file.h"
 #include "app/cli/numbered_files.h"
@@ -73,6 +74,10 @@ double convert_source_get_time(const convert_source *source, uint32_t frame);
 /* Gives *time [s] of a frame that has one, in a run or an MDD cache; NaN for the others. */
 tulle_status convert_source_find_time(const convert_source *source, uint32_t frame, double *time,
                                       tulle_error *error);
+/* How its coordinates are meant: as `options` say, whose fields may be null, or the file; z up and
+ * metres where neither does. Errors: TULLE_ERROR_INVALID_ARGUMENT for another unit of the file. */
+tulle_status convert_source_find_axes(const convert_source *source, axes_frame options,
+                                      axes_frame *axes, tulle_error *error);
 /* The name of the body, or of the file. */
 const char *convert_source_get_name(const convert_source *source);
 /* Whether the path names a file that is read. */

@@ -106,10 +106,14 @@ static tulle_status get_path(const convert_target *target, uint32_t frame,
     return refuse(target->path, error, "the path is too long");
 }
 
+bool convert_target_is_one_mesh(const convert_target *target) {
+    return !target->is_numbered && target->format < CONVERT_PC2;
+}
+
 tulle_status convert_target_check(const convert_target *target, const convert_source *source,
                                   frame_range frames, tulle_error *error) {
     uint32_t const count = frame_range_get_count(frames);
-    if (count > 1 && !target->is_numbered && target->format < CONVERT_PC2)
+    if (count > 1 && convert_target_is_one_mesh(target))
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, target->path, 0, 0,
                             "is one mesh, but there are %u frames; choose one by --frame, or name "
                             "numbered files, as frame_%%04d.obj",

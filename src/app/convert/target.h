@@ -29,6 +29,8 @@ tulle_status convert_target_check_place(const char *path, tulle_error *error);
  * TULLE_ERROR_INVALID_ARGUMENT. */
 tulle_status convert_target_open(const char *path, const char *pvd_path, convert_target *target,
                                  tulle_error *error);
+/* Whether it is a file of one mesh. */
+bool convert_target_is_one_mesh(const convert_target *target);
 /* Refuses targets that are read, and several frames for one mesh file. */
 tulle_status convert_target_check(const convert_target *target, const convert_source *source,
                                   frame_range frames, tulle_error *error);

@@ -169,6 +169,15 @@ static bool has_moving_bodies(const mend_follow *follow) {
            0;
 }
 
+/* Bodies are only where their files can have them. */
+static void round_bodies(mend_follow *follow) {
+    const mend_input *const input = follow->solver.input;
+    for (size_t i = 1; i < input->surface_count; i++)
+        if (!input->surfaces[i].is_still)
+            mend_input_round_body(input, i,
+                                  follow->target + 3 * (size_t)input->surfaces[i].vertex_begin);
+}
+
 static double measure_distance_to_trouble(const mend_follow *follow, size_t vertex) {
     double nearest = (double)INFINITY;
     for (size_t v = 0; v < count_cloth(follow); v++) {
@@ -195,6 +204,7 @@ static void hold_bodies(mend_follow *follow, bool is_near) {
         for (size_t i = 3 * v; i < 3 * v + 3 && share < 1.0; i++)
             follow->target[i] = follow->begin[i] + share * (follow->target[i] - follow->begin[i]);
     }
+    round_bodies(follow);
 }
 
 /* Whether bodies meet the cloth on their way to their targets, if it stands. */
@@ -308,6 +318,7 @@ static tulle_status make_moves(mend_follow *follow, const double *next, uint32_t
             follow->target[i] = part == part_count
                                     ? next[i]
                                     : follow->given[i] + share * (next[i] - follow->given[i]);
+        if (part < part_count) round_bodies(follow);
         mend_moved moved;
         tulle_status const status =
             make_move(follow, 1.0 / (double)part_count, &moved, outcome, error);
@@ -392,6 +403,12 @@ tulle_status mend_follow_open(const mend_input *input, const mend_follow_options
     follow->may_lag = options->may_lag;
     follow->near = NEAR_SHARE * 0.01 / solver->scale;
     if (options->gap > 0.0) {
+        double const most = 1.0 / solver->scale;
+        if (options->gap < solver->least_distance || options->gap > most)
+            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                             "--gap is %g; in this animation it should be from %.3g, so that "
+                             "rounding does not close it, to %.3g",
+                             options->gap, solver->least_distance, most);
         solver->contact_distance = options->gap;
         solver->minimum_gap = fmin(solver->minimum_gap, 0.5 * options->gap);
     }

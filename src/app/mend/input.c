@@ -27,10 +27,27 @@ static tulle_status open_surface(mend_surface *surface, const char *path, const 
     if (source->needs_frames_named)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
                             "there is no file of number %u; all frames are needed", source->gap);
-    bool const is_y_up = source->kind == SOURCE_ANIMATION && source->animation_info.is_y_up;
-    surface->change =
-        axes_change_make((axes_frame){is_y_up ? "y" : "z", "m"}, (axes_frame){"z", "m"});
     surface->is_still = frame_range_get_count(source->frames) == 1;
+    return TULLE_OK;
+}
+
+/* The first surface that is opened, the cloth, chooses the unit where nothing else does. */
+static tulle_status choose_axes(const mend_input_options *options, mend_input *input,
+                                mend_surface *surface, tulle_error *error) {
+    convert_format const format = convert_get_format(surface->source.path);
+    bool const says =
+        surface->source.kind == SOURCE_ANIMATION && format != CONVERT_NPZ && format != CONVERT_ABC;
+    bool const is_free = surface == input->surfaces || !says;
+    axes_frame from;
+    tulle_status const status = convert_source_find_axes(
+        &surface->source,
+        is_free ? (axes_frame){options->from_up, options->from_unit} : (axes_frame){NULL, NULL},
+        &from, error);
+    if (status != TULLE_OK) return status;
+    if (!input->unit) input->unit = options->unit ? options->unit : from.unit;
+    surface->change = axes_change_make(from, (axes_frame){"z", input->unit});
+    surface->back = axes_change_make((axes_frame){"z", input->unit}, from);
+    surface->is_float = format == CONVERT_STL || (format >= CONVERT_PC2 && format != CONVERT_NPZ);
     return TULLE_OK;
 }
 
@@ -43,7 +60,8 @@ static tulle_status open_bodies(const mend_input_options *options, mend_input *i
         if (convert_is_cache(convert_get_format(path)) && mesh_count < options->body_meshes->count)
             mesh = options->body_meshes->items[mesh_count++];
         mend_surface *const surface = &input->surfaces[input->surface_count++];
-        tulle_status const status = open_surface(surface, path, mesh, error);
+        tulle_status status = open_surface(surface, path, mesh, error);
+        if (status == TULLE_OK) status = choose_axes(options, input, surface, error);
         if (status != TULLE_OK) return status;
         uint32_t const count = frame_range_get_count(surface->source.frames);
         if (count != 1 && count != input->frame_count)
@@ -93,6 +111,7 @@ tulle_status mend_input_open(const mend_input_options *options, mend_input *inpu
     input->surface_count = 1;
     tulle_status status =
         open_surface(&input->surfaces[0], options->path, options->mesh_path, error);
+    if (status == TULLE_OK) status = choose_axes(options, input, &input->surfaces[0], error);
     if (status != TULLE_OK) return status;
     input->frame_count = frame_range_get_count(input->surfaces[0].source.frames);
     status = open_bodies(options, input, error);
@@ -118,24 +137,39 @@ uint32_t mend_input_get_number(const mend_input *input, uint32_t index) {
     return frame_range_get(input->surfaces[0].source.frames, index);
 }
 
-tulle_status mend_input_read(mend_input *input, uint32_t index, double *positions,
-                             tulle_error *error) {
-    for (size_t i = 0; i < input->surface_count; i++) {
-        mend_surface *const surface = &input->surfaces[i];
-        uint32_t const frame =
-            frame_range_get(surface->source.frames, surface->is_still ? 0 : index);
-        double *const own = positions + 3 * (size_t)surface->vertex_begin;
-        tulle_status const status = convert_source_read(&surface->source, frame, own, error);
-        if (status != TULLE_OK) return status;
-        size_t const count = surface->source.mesh.vertex_count;
-        axes_apply(&surface->change, own, count);
-        for (size_t k = 0; i == 0 && input->is_float && k < 3 * count; k++) {
-            own[k] = (double)(float)own[k];
-            if (!isfinite(own[k]))
-                return error_set_at(error, TULLE_ERROR_INVALID_MESH, surface->source.path, 0, 0,
-                                    "frame %u: vertex %zu is farther away than float can hold",
-                                    frame, k / 3);
-        }
+tulle_status mend_input_read_surface(mend_input *input, size_t surface, uint32_t index,
+                                     double *positions, tulle_error *error) {
+    mend_surface *const read = &input->surfaces[surface];
+    convert_source *const source = &read->source;
+    uint32_t const frame = frame_range_get(source->frames, read->is_still ? 0 : index);
+    tulle_status const status = convert_source_read(source, frame, positions, error);
+    if (status != TULLE_OK) return status;
+    axes_apply(&read->change, positions, source->mesh.vertex_count);
+    for (size_t k = 0; k < 3 * source->mesh.vertex_count; k++) {
+        if (surface == 0 && input->is_float) positions[k] = (double)(float)positions[k];
+        if (!isfinite(positions[k]))
+            return error_set_at(error, TULLE_ERROR_INVALID_MESH, source->path, 0, 0,
+                                "frame %u: vertex %zu is farther away than can be held in this "
+                                "unit",
+                                frame, k / 3);
     }
     return TULLE_OK;
+}
+
+tulle_status mend_input_read(mend_input *input, uint32_t index, double *positions,
+                             tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; i < input->surface_count && status == TULLE_OK; i++)
+        status = mend_input_read_surface(
+            input, i, index, positions + 3 * (size_t)input->surfaces[i].vertex_begin, error);
+    return status;
+}
+
+void mend_input_round_body(const mend_input *input, size_t surface, double *positions) {
+    const mend_surface *const body = &input->surfaces[surface];
+    size_t const count = body->vertex_end - body->vertex_begin;
+    if (!body->is_float) return;
+    axes_apply(&body->back, positions, count);
+    for (size_t i = 0; i < 3 * count; i++) positions[i] = (double)(float)positions[i];
+    axes_apply(&body->change, positions, count);
 }

@@ -8,10 +8,12 @@
 #include "app/cli/options.h"
 #include "app/cli/progress_bar.h"
 #include "app/commands.h"
+#include "app/mend/bodies.h"
 #include "app/mend/colors.h"
 #include "app/mend/frames.h"
 #include "app/mend/output.h"
 #include "app/mend/report.h"
+#include "app/mend/store.h"
 #include "base/error.h"
 #include "base/timer.h"
 #include "io/file_data.h"
@@ -29,7 +31,8 @@ enum { FILES_SIZE = 2 * NUMBERED_PATH_SIZE + 64 /* [bytes] of a text that names 
 
 /* The words of the command line. */
 typedef struct mend_words {
-    const char *mesh, *out, *strength, *reach, *gap, *on_pinch, *fps, *report, *colors;
+    const char *mesh, *out, *bodies_out, *strength, *reach, *gap, *on_pinch, *fps, *report, *colors;
+    const char *up, *from_up, *unit, *from_unit;
     option_list bodies, body_meshes;
     int is_double, is_json;
     long threads;
@@ -38,11 +41,13 @@ typedef struct mend_words {
 typedef struct mend_session {
     mend_input input;
     mend_output output;
+    mend_bodies bodies;
+    mend_store store;
     mend_follow_options options;
     mend_frames frames;
     mend_summary summary;
     FILE *report; /* or null */
-    const char *report_path, *colors_path;
+    const char *report_path, *colors_path, *bodies_path;
     char report_temporary[NUMBERED_PATH_SIZE];
     name_pattern colors; /* of numbered files */
     bool is_json;
@@ -53,7 +58,8 @@ static const char *const pinch_choices[] = {"lag", "stop", NULL};
 static options_outcome read_words(int argc, char **argv, mend_words *words) {
     const option_spec options[] = {
         {"output", 'o', OPTION_TEXT, &words->out, "OUT",
-         "what is written: .pc2, .mdd, .glb, .gltf, .usda, .npz, or numbered meshes", 0, 0, NULL},
+         "what is written: .pc2, .mdd, .glb, .gltf, .usda, .npz, .abc, or numbered meshes", 0, 0,
+         NULL},
         {"mesh", 'm', OPTION_TEXT, &words->mesh, "FILE",
          "the mesh whose points a point cache (.pc2, .mdd) moves", 0, 0, NULL},
         {"body", 'b', OPTION_LIST, &words->bodies, "FILE",
@@ -62,6 +68,11 @@ static options_outcome read_words(int argc, char **argv, mend_words *words) {
          0, 0, NULL},
         {"body-mesh", 0, OPTION_LIST, &words->body_meshes, "FILE",
          "the mesh of a body that is a point cache; the first for the first such body", 0, 0, NULL},
+        {"bodies-out", 0, OPTION_TEXT, &words->bodies_out, "DIR",
+         "a folder for the bodies as the cloth met them, under their own names: to be used in "
+         "place\n"
+         "of the given ones where these leave the cloth no room",
+         0, 0, NULL},
         {"strength", 0, OPTION_TEXT, &words->strength, "S",
          "how strongly the cloth is drawn to the given way, 0.001 to 1000 (default: 0.5, which\n"
          "takes more than half of a departure away in a frame)",
@@ -74,6 +85,21 @@ static options_outcome read_words(int argc, char **argv, mend_words *words) {
          "where bodies leave the cloth no room: let it meet them behind where they are (default),\n"
          "or stop",
          0, 0, pinch_choices},
+        {"up", 0, OPTION_CHOICE, &words->up, "y|z",
+         "axis that points up in OUT (default: z; of .glb, .gltf and .abc y)", 0, 0,
+         axes_up_choices},
+        {"from-up", 0, OPTION_CHOICE, &words->from_up, "y|z",
+         "axis that points up in ANIMATION, and in bodies whose files do not say (default: z; of\n"
+         ".glb, .gltf and .abc y; of .usda as the file says)",
+         0, 0, axes_up_choices},
+        {"units", 0, OPTION_CHOICE, &words->unit, "m|cm|mm|in|ft",
+         "unit of length of OUT, and of all that is told (default: that of ANIMATION; of .glb and\n"
+         ".gltf m)",
+         0, 0, axes_unit_choices},
+        {"from-units", 0, OPTION_CHOICE, &words->from_unit, "m|cm|mm|in|ft",
+         "unit of length of ANIMATION, and of bodies whose files do not say (default: m; of .usda\n"
+         "as the file says)",
+         0, 0, axes_unit_choices},
         {"fps", 0, OPTION_TEXT, &words->fps, "N",
          "frames in a second, where ANIMATION has no times (default: 24)", 0, 0, NULL},
         {"double", 0, OPTION_FLAG, &words->is_double, NULL,
@@ -142,6 +168,7 @@ static tulle_status read_options(mend_session *session, const mend_words *words,
     session->is_json = words->is_json != 0;
     session->colors_path = words->colors;
     session->report_path = words->report;
+    session->bodies_path = words->bodies_out;
     return status;
 }
 
@@ -188,19 +215,38 @@ static tulle_status open_reports(mend_session *session, tulle_error *error) {
 
 static tulle_status prepare(mend_session *session, const char *path, const mend_words *words,
                             tulle_error *error) {
-    mend_output_options const output = {words->out, words->fps, words->is_double != 0};
-    mend_input_options const input = {path, words->mesh, &words->bodies, &words->body_meshes};
+    mend_output_options const output = {words->out, words->fps, words->up, words->is_double != 0};
+    mend_input_options input = {.path = path,
+                                .mesh_path = words->mesh,
+                                .bodies = &words->bodies,
+                                .body_meshes = &words->body_meshes,
+                                .from_up = words->from_up,
+                                .from_unit = words->from_unit,
+                                .unit = words->unit};
     tulle_status status = read_options(session, words, error);
     if (status == TULLE_OK) status = mend_output_name(&output, &session->output, error);
+    convert_format const format = session->output.target.format;
+    if (!input.unit && (format == CONVERT_GLB || format == CONVERT_GLTF)) input.unit = "m";
     if (status == TULLE_OK) status = mend_input_open(&input, &session->input, error);
     if (status == TULLE_OK) {
         session->input.is_float = mend_output_is_float(&session->output);
-        status = mend_output_open(&output, &session->input, &session->output, error);
+        session->output.has_departures = true;
+        session->output.store = &session->store;
+        status = mend_output_open(&output, &session->input, 0, &session->output, error);
     }
+    if (status == TULLE_OK && words->bodies_out)
+        status = mend_bodies_open(&session->input, words->bodies_out, words->out, &session->bodies,
+                                  error);
+    if (status == TULLE_OK)
+        status = mend_store_open(words->out,
+                                 words->bodies_out ? session->input.vertex_count
+                                                   : mend_get_cloth_count(&session->input),
+                                 &session->store, error);
     if (status == TULLE_OK) status = open_reports(session, error);
-    return status == TULLE_OK
-               ? mend_frames_open(&session->input, &session->options, &session->frames, error)
-               : status;
+    if (status == TULLE_OK)
+        status = mend_frames_open(&session->input, &session->options, &session->frames, error);
+    session->frames.judges_met = words->bodies_out != NULL;
+    return status;
 }
 
 static void release(mend_session *session) {
@@ -208,6 +254,8 @@ static void release(mend_session *session) {
     if (session->report_temporary[0]) unlink(session->report_temporary);
     mend_frames_close(&session->frames);
     mend_output_close(&session->output);
+    mend_bodies_close(&session->bodies);
+    mend_store_close(&session->store);
     mend_input_close(&session->input);
 }
 
@@ -221,8 +269,11 @@ static tulle_status make_frames(mend_session *session, tulle_error *error) {
         mend_row row;
         status = mend_frames_make(&session->frames, &row, error);
         if (status == TULLE_OK)
-            status = mend_output_keep(&session->output, i, session->frames.second.now, error);
+            status = mend_store_keep(&session->store, i, session->frames.second.now, error);
         if (status != TULLE_OK) break;
+        if (session->bodies_path)
+            mend_bodies_add(&session->bodies, session->frames.second.given,
+                            session->frames.second.now);
         mend_summary_add(&session->summary, &row);
         if (session->report) mend_report_add_csv(session->report, &row);
         if (session->is_json) mend_report_print_row_json(&row);
@@ -235,21 +286,6 @@ static tulle_status make_frames(mend_session *session, tulle_error *error) {
 }
 
 /* ---- what is written at the end ---- */
-
-/* Leaves positions of the cloth in output.positions, departures in the first numbers of frames.way.
- */
-static tulle_status read_departures(mend_session *session, uint32_t index, tulle_error *error) {
-    double *const mended = session->output.positions, *const given = session->frames.way;
-    tulle_status status = mend_input_read(&session->input, index, given, error);
-    if (status == TULLE_OK) status = mend_output_read(&session->output, index, mended, error);
-    for (size_t v = 0; v < mend_get_cloth_count(&session->input) && status == TULLE_OK; v++) {
-        double sum = 0.0;
-        for (size_t k = 3 * v; k < 3 * v + 3; k++)
-            sum += (mended[k] - given[k]) * (mended[k] - given[k]);
-        given[v] = sqrt(sum);
-    }
-    return status;
-}
 
 static tulle_status write_colors(mend_session *session, tulle_error *error) {
     const mend_surface *const cloth = &session->input.surfaces[0];
@@ -266,10 +302,10 @@ static tulle_status write_colors(mend_session *session, tulle_error *error) {
             return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->colors_path, 0, 0,
                                 "the path is too long");
         if (!session->colors.text && number != session->summary.worst.frame) continue;
-        status = read_departures(session, i, error);
+        status = mend_output_measure(&session->output, i, error);
         if (status == TULLE_OK)
             status = mend_colors_write(session->colors.text ? path : session->colors_path, mesh,
-                                       session->frames.way, largest, error);
+                                       session->output.given, largest, error);
     }
     return status;
 }
@@ -293,19 +329,27 @@ static void print_report(const mend_session *session) {
     }
     if (convert_target_describe(&session->output.target, files, sizeof files))
         app_print_names(stdout, "%s\n", files);
+    if (session->bodies_path) app_print_names(stdout, "%s\n", session->bodies_path);
     if (session->report_path) app_print_names(stdout, "%s\n", session->report_path);
     if (session->colors_path) app_print_names(stdout, "%s\n", session->colors_path);
     convert_source_print(&session->input.surfaces[0].source, false);
     for (size_t i = 1; i < session->input.surface_count; i++)
         app_print_names(stdout, "  %-11s %s\n", "body", session->input.surfaces[i].source.path);
     mend_report_print_summary(&session->summary);
+    if (session->bodies_path && session->summary.lagging_frames > 0)
+        app_print_names(stdout,
+                        "  %-11s use those in %s in place of the given ones: with them all is "
+                        "counted\n",
+                        "bodies", session->bodies_path);
 }
 
 static int fail(const mend_session *session, tulle_status status, const tulle_error *error) {
     char files[FILES_SIZE];
     app_print_error("mend", error);
     if (convert_target_describe(&session->output.target, files, sizeof files))
-        app_print_message("mend", "whole and there: %s; nothing else was written", files);
+        app_print_message(
+            "mend", "whole and there: %s; of what else was to be written, files may be missing",
+            files);
     else if (status == TULLE_ERROR_INTERRUPTED)
         app_print_message("mend", "nothing was written");
     return mend_frames_are_running(&session->frames) ? app_exit_for_run(status)
@@ -321,12 +365,14 @@ int app_mend(int argc, char **argv) {
         app_print_message("mend", "out of memory");
         return APP_EXIT_OUT_OF_MEMORY;
     }
-    session->output.store = -1;
+    session->store.file = -1;
     tulle_error error = {0};
     interrupt_catch();
     tulle_status status = prepare(session, argv[0], &words, &error);
     if (status == TULLE_OK) status = make_frames(session, &error);
     if (status == TULLE_OK) status = mend_output_write(&session->output, &error);
+    if (status == TULLE_OK && session->bodies_path)
+        status = mend_bodies_write(&session->bodies, &session->store, &error);
     if (status == TULLE_OK && session->report) status = write_report(session, &error);
     if (status == TULLE_OK && session->colors_path) status = write_colors(session, &error);
     int code = APP_EXIT_FINE;
@@ -334,8 +380,8 @@ int app_mend(int argc, char **argv) {
         const mend_summary *const summary = &session->summary;
         print_report(session);
         code = app_finish_output("mend");
-        if (code == APP_EXIT_FINE &&
-            (summary->bad_after > 0 || summary->crossing_frames > 0 || summary->lagging_frames > 0))
+        if (code == APP_EXIT_FINE && (summary->bad_after > 0 || summary->crossing_frames > 0 ||
+                                      (summary->lagging_frames > 0 && !session->bodies_path)))
             code = APP_EXIT_FALSE;
     } else {
         code = fail(session, status, &error);

@@ -1,28 +1,24 @@
 /* app/mend/output.c - see output.h. */
-#define _XOPEN_SOURCE 700
 #include "app/mend/output.h"
 
 #include "app/cli/interrupt.h"
 #include "base/error.h"
-#include "io/file_data.h"
 
-#include <errno.h>
-#include <stdio.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-static size_t get_frame_size(const mend_output *output) {
-    return 3 * mend_get_cloth_count(output->input) * sizeof(double);
+static const mend_surface *get_surface(const mend_output *output) {
+    return &output->input->surfaces[output->surface];
 }
 
-static frame_range get_frames(const mend_output *output) {
-    return output->input->surfaces[0].source.frames;
+static size_t count_vertices(const mend_output *output) {
+    return get_surface(output)->vertex_end - get_surface(output)->vertex_begin;
 }
 
 tulle_status mend_output_name(const mend_output_options *options, mend_output *output,
                               tulle_error *error) {
-    *output = (mend_output){.store = -1, .is_double = options->is_double};
+    *output = (mend_output){.is_double = options->is_double};
     tulle_status const status = convert_target_open(options->path, NULL, &output->target, error);
     if (status != TULLE_OK) return status;
     if (options->is_double && output->target.format != CONVERT_NPZ)
@@ -30,8 +26,8 @@ tulle_status mend_output_name(const mend_output_options *options, mend_output *o
                             "--double is for .npz");
     if (options->fps && !convert_is_animation(output->target.format))
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, options->path, 0, 0,
-                            "--fps is for formats that have times: .mdd, .glb, .gltf, .usda and "
-                            ".npz");
+                            "--fps is for formats that have times: .mdd, .glb, .gltf, .usda, .npz "
+                            "and .abc");
     return TULLE_OK;
 }
 
@@ -39,122 +35,127 @@ bool mend_output_is_float(const mend_output *output) {
     return convert_target_is_float(&output->target) && !output->is_double;
 }
 
-/* An open file beside OUT that has no name any more, so that nothing is left whatever happens. */
-static tulle_status make_store(mend_output *output, tulle_error *error) {
-    char path[NUMBERED_PATH_SIZE];
-    const char *const target = output->target.path, *const slash = strrchr(target, '/');
-    int const folder = slash ? (int)(slash - target) + 1 : 0;
-    int const length = snprintf(path, sizeof path, "%.*s.tulle-mend.XXXXXX", folder, target);
-    if (length < 0 || (size_t)length >= sizeof path)
-        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, target, 0, 0,
-                            "the path is too long");
-    output->store = mkstemp(path);
-    if (output->store < 0) return file_fail(error, path, errno, "cannot be written");
-    unlink(path);
-    return TULLE_OK;
+/* ---- frames ---- */
+
+static uint32_t get_index(const mend_output *output, uint32_t frame) {
+    frame_range const frames = get_surface(output)->source.frames;
+    return (frame - frames.first) / frames.step;
 }
 
-/* ---- frames that are kept ---- */
-
-tulle_status mend_output_keep(mend_output *output, uint32_t index, const double *positions,
+static tulle_status read_kept(const mend_output *output, uint32_t index, double *positions,
                               tulle_error *error) {
-    size_t const size = get_frame_size(output);
-    for (size_t done = 0; done < size;) {
-        ssize_t const count = pwrite(output->store, (const char *)positions + done, size - done,
-                                     (off_t)(index * (uint64_t)size + done));
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0)
-            return file_fail(error, output->target.path, count < 0 ? errno : EIO,
-                             "the frames cannot be kept beside it");
-        done += (size_t)count;
-    }
-    return TULLE_OK;
+    return mend_store_read(output->store, index, get_surface(output)->vertex_begin,
+                           count_vertices(output), positions, error);
 }
-
-tulle_status mend_output_read(const mend_output *output, uint32_t index, double *positions,
-                              tulle_error *error) {
-    size_t const size = get_frame_size(output);
-    ssize_t const count = file_read_at(output->store, positions, size, index * (uint64_t)size);
-    return count == (ssize_t)size ? TULLE_OK
-                                  : file_fail(error, output->target.path, count < 0 ? errno : EIO,
-                                              "the frames that were kept cannot be read");
-}
-
-/* ---- OUT ---- */
 
 static tulle_status read_frame(void *context, uint32_t frame, double *positions,
                                tulle_error *error) {
     const mend_output *const output = context;
-    frame_range const frames = get_frames(output);
-    tulle_status const status =
-        mend_output_read(output, (frame - frames.first) / frames.step, positions, error);
-    if (status == TULLE_OK)
-        axes_apply(&output->change, positions, mend_get_cloth_count(output->input));
+    tulle_status const status = read_kept(output, get_index(output, frame), positions, error);
+    if (status == TULLE_OK) axes_apply(&output->change, positions, count_vertices(output));
     return status;
 }
 
+tulle_status mend_output_measure(mend_output *output, uint32_t index, tulle_error *error) {
+    double *const given = output->given;
+    tulle_status status =
+        mend_input_read_surface(output->input, output->surface, index, given, error);
+    if (status == TULLE_OK) status = read_kept(output, index, output->positions, error);
+    for (size_t v = 0; v < count_vertices(output) && status == TULLE_OK; v++) {
+        double sum = 0.0;
+        for (size_t k = 3 * v; k < 3 * v + 3; k++)
+            sum += (output->positions[k] - given[k]) * (output->positions[k] - given[k]);
+        given[v] = sqrt(sum);
+    }
+    return status;
+}
+
+static tulle_status read_departures(void *context, uint32_t frame, double *values,
+                                    tulle_error *error) {
+    mend_output *const output = context;
+    tulle_status const status = mend_output_measure(output, get_index(output, frame), error);
+    if (status == TULLE_OK) memcpy(values, output->given, count_vertices(output) * sizeof *values);
+    return status;
+}
+
+/* ---- what is written ---- */
+
 static tulle_status open_scene(mend_output *output, const char *fps, tulle_error *error) {
-    const mend_surface *const cloth = &output->input->surfaces[0];
+    mend_surface *const surface = &output->input->surfaces[output->surface];
     scene_options const options = {.fps = fps,
                                    .up = output->change.to.up,
-                                   .meters_per_unit = 1.0,
+                                   .meters_per_unit = axes_get_meters(output->change.to.unit),
                                    .is_double = output->is_double,
                                    .change = &output->change};
-    tulle_status const status =
-        convert_scene_open(&output->scene, &output->input->surfaces[0].source, &output->target,
-                           &options, get_frames(output), error);
+    tulle_status const status = convert_scene_open(
+        &output->scene, &surface->source, &output->target, &options, surface->source.frames, error);
     if (status != TULLE_OK) return status;
-    tulle_mesh_view const mesh = {NULL, cloth->vertex_end, output->input->local_triangles,
-                                  cloth->triangle_end};
-    convert_scene_set_surface(&output->scene, mesh, cloth->source.described.corner_uvs, read_frame,
-                              output);
+    tulle_mesh_view const mesh = {NULL, count_vertices(output),
+                                  output->input->local_triangles +
+                                      3 * (size_t)surface->triangle_begin,
+                                  surface->triangle_end - surface->triangle_begin};
+    convert_scene_set_surface(&output->scene, mesh, surface->source.described.corner_uvs,
+                              read_frame, output);
+    if (output->has_departures && output->target.format == CONVERT_NPZ)
+        convert_scene_add_array(&output->scene, "departure", read_departures);
     return TULLE_OK;
 }
 
-tulle_status mend_output_open(const mend_output_options *options, mend_input *input,
+tulle_status mend_output_open(const mend_output_options *options, mend_input *input, size_t surface,
                               mend_output *output, tulle_error *error) {
     output->input = input;
+    output->surface = surface;
     convert_format const format = output->target.format;
-    bool const is_y_up = format == CONVERT_GLB || format == CONVERT_GLTF;
-    output->change =
-        axes_change_make((axes_frame){"z", "m"}, (axes_frame){is_y_up ? "y" : "z", "m"});
+    bool const is_y_up = format == CONVERT_GLB || format == CONVERT_GLTF || format == CONVERT_ABC;
+    const char *const up = options->up ? options->up : is_y_up ? "y" : "z";
+    /* a body goes back into the unit that it came in */
+    const char *const unit = surface == 0 ? input->unit : input->surfaces[surface].change.from.unit;
+    output->change = axes_change_make((axes_frame){"z", input->unit}, (axes_frame){up, unit});
+    frame_range const frames = get_surface(output)->source.frames;
+    if (convert_target_is_one_mesh(&output->target) && frame_range_get_count(frames) > 1)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, output->target.path, 0, 0,
+                            "is one mesh, but there are %u frames; name numbered files, as "
+                            "frame_%%04d.obj, or another format",
+                            frame_range_get_count(frames));
     tulle_status status = TULLE_OK;
     for (size_t i = 0; i < input->surface_count && status == TULLE_OK; i++)
-        status = convert_target_check(&output->target, &input->surfaces[i].source,
-                                      get_frames(output), error);
+        status = convert_target_check(&output->target, &input->surfaces[i].source, frames, error);
     if (status == TULLE_OK && convert_is_animation(format))
         status = open_scene(output, options->fps, error);
     if (status != TULLE_OK) return status;
-    output->positions = malloc(get_frame_size(output));
-    if (!output->positions) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory");
-    return make_store(output, error);
+    output->positions = calloc(count_vertices(output), 3 * sizeof(double));
+    output->given = calloc(count_vertices(output), 3 * sizeof(double));
+    return output->positions && output->given
+               ? TULLE_OK
+               : error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory");
 }
 
 static tulle_status write_frames(mend_output *output, tulle_error *error) {
-    const mend_surface *const cloth = &output->input->surfaces[0];
-    frame_range const frames = get_frames(output);
-    bool const is_animation = convert_is_animation(output->target.format);
+    const mend_surface *const surface = get_surface(output);
+    frame_range const frames = surface->source.frames;
+    tulle_mesh_view const mesh = {output->positions, count_vertices(output),
+                                  output->input->local_triangles +
+                                      3 * (size_t)surface->triangle_begin,
+                                  surface->triangle_end - surface->triangle_begin};
     tulle_status status = TULLE_OK;
-    for (uint32_t i = 0; i < output->input->frame_count && status == TULLE_OK; i++) {
+    for (uint32_t i = 0; i < frame_range_get_count(frames) && status == TULLE_OK; i++) {
         uint32_t const frame = frame_range_get(frames, i);
         if (interrupt_is_pending()) return error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
-        if (is_animation) {
+        if (convert_is_animation(output->target.format)) {
             status = convert_scene_write(&output->scene, (frame_range){frame, frame, 1}, error);
             continue;
         }
         status = read_frame(output, frame, output->positions, error);
-        tulle_mesh_view const mesh = {output->positions, cloth->vertex_end,
-                                      output->input->local_triangles, cloth->triangle_end};
         if (status == TULLE_OK) status = convert_target_write(&output->target, frame, mesh, error);
     }
     return status == TULLE_OK
-               ? convert_target_finish(&output->target, &cloth->source, frames, error)
+               ? convert_target_finish(&output->target, &surface->source, frames, error)
                : status;
 }
 
 tulle_status mend_output_write(mend_output *output, tulle_error *error) {
     if (convert_is_animation(output->target.format) && !output->target.is_numbered)
-        return convert_scene_write(&output->scene, get_frames(output), error);
+        return convert_scene_write(&output->scene, get_surface(output)->source.frames, error);
     return write_frames(output, error);
 }
 
@@ -162,6 +163,6 @@ void mend_output_close(mend_output *output) {
     convert_scene_close(&output->scene);
     convert_target_close(&output->target);
     free(output->positions);
-    if (output->store >= 0) close(output->store);
-    *output = (mend_output){.store = -1};
+    free(output->given);
+    *output = (mend_output){0};
 }

@@ -1,45 +1,45 @@
-/* app/mend/output.h - what `tulle mend` writes. Frames are kept in a file without a name beside OUT
- * until all are there; then OUT is written, by what `tulle convert` writes with. So OUT is absent
- * or whole. */
+/* app/mend/output.h - one surface as `tulle mend` writes it, the cloth as OUT or a body: by what
+ * `tulle convert` writes with, from frames that were kept (store.h). */
 #ifndef TULLE_APP_MEND_OUTPUT_H
 #define TULLE_APP_MEND_OUTPUT_H
 
 #include "app/convert/scene.h"
 #include "app/convert/target.h"
 #include "app/mend/input.h"
+#include "app/mend/store.h"
 
 typedef struct mend_output {
     mend_input *input;
+    const mend_store *store;
+    size_t surface; /* of input->surfaces */
     convert_target target;
     convert_scene scene;
-    axes_change change; /* from z up to what the target has */
-    int store;          /* the file without a name, or -1 */
-    double *positions;  /* scratch: of the cloth */
-    bool is_double;
+    axes_change change;             /* from z up to what the target has */
+    double *positions, *given;      /* scratch: of the surface */
+    bool is_double, has_departures; /* of .npz */
 } mend_output;
 
 typedef struct mend_output_options {
     const char *path, *fps;
+    const char *up; /* of what is written; null: y in glTF and Alembic, else z */
     bool is_double;
 } mend_output_options;
 
 /* Takes the name apart; before the input is opened. */
 tulle_status mend_output_name(const mend_output_options *options, mend_output *output,
                               tulle_error *error);
-/* Looks whether all can be written, and makes the file without a name. Release with
- * mend_output_close, also after a failure of either. */
-tulle_status mend_output_open(const mend_output_options *options, mend_input *input,
+/* Looks whether all can be written; `input` stays the caller's. Release with mend_output_close,
+ * also after a failure of either. */
+tulle_status mend_output_open(const mend_output_options *options, mend_input *input, size_t surface,
                               mend_output *output, tulle_error *error);
 void mend_output_close(mend_output *output);
 /* Whether what is written is rounded to float. */
 bool mend_output_is_float(const mend_output *output);
 
-/* Keeps positions of the cloth, z up, of frame `index`, from 0; gives them back. */
-tulle_status mend_output_keep(mend_output *output, uint32_t index, const double *positions,
-                              tulle_error *error);
-tulle_status mend_output_read(const mend_output *output, uint32_t index, double *positions,
-                              tulle_error *error);
-/* Writes OUT from all frames that were kept. */
+/* Leaves frame `index`, from 0, in output->positions, in the axes of the input, and how far each
+ * vertex is from where it is given in output->given. */
+tulle_status mend_output_measure(mend_output *output, uint32_t index, tulle_error *error);
+/* Writes the surface from all frames, which output->store has. */
 tulle_status mend_output_write(mend_output *output, tulle_error *error);
 
 #endif

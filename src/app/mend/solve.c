@@ -73,6 +73,7 @@ tulle_status mend_solver_open(const mend_input *input, const double *first, mend
     for (size_t i = 0; i < 3 * input->vertex_count; i++) extent = fmax(extent, fabs(first[i]));
     solver->scale = exp2(round(log2(WORLD_EDGE / info.edge_length_mean)));
     double const ulps = GAP_ULPS * 0x1p-23 * extent;
+    solver->least_distance = 2.0 * ulps;
     solver->contact_distance = fmax(CONTACT_SHARE * info.edge_length_mean, 2.0 * ulps);
     solver->minimum_gap = fmax(GAP_SHARE * solver->contact_distance, ulps);
     solver->rest = calloc(count, 3 * sizeof *solver->rest);

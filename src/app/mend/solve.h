@@ -16,6 +16,7 @@ typedef struct mend_solver {
     double scale;            /* from the files' unit to that of worlds: a power of two, so exact */
     double contact_distance; /* in the files' unit */
     double minimum_gap;      /* the same */
+    double least_distance;   /* the same: a contact distance that rounding to float leaves open */
     double reach;            /* [edges] over which a departure is smoothed */
     int threads;
     double *rest;       /* of the cloth in the world's unit */

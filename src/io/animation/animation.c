@@ -151,6 +151,20 @@ static tulle_status check_surface(const char *path, const tulle_animation_def *d
     return TULLE_OK;
 }
 
+enum { ARRAY_NAME_LIMIT = 64 /* [bytes] */ };
+
+/* Whether an archive may have an array of that name beside its own. */
+static bool is_array_name(const char *name) {
+    static const char *const taken[] = {"positions", "triangles",      "times",
+                                        "names",     "first_vertices", "first_triangles"};
+    size_t const length = strlen(name);
+    for (size_t i = 0; i < sizeof taken / sizeof taken[0]; i++)
+        if (strcmp(name, taken[i]) == 0) return false;
+    return length > 0 && length <= ARRAY_NAME_LIMIT &&
+           strspn(name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_") ==
+               length;
+}
+
 static tulle_status check_def(const char *path, const tulle_animation_def *def,
                               tulle_error *error) {
     if (!path || !def || def->cookie != ANIMATION_DEF_COOKIE || !def->surfaces || !def->times ||
@@ -161,6 +175,11 @@ static tulle_status check_def(const char *path, const tulle_animation_def *def,
     if (!(def->frame_rate > 0.0 && def->frame_rate < 1e9) ||
         !(def->meters_per_unit > 0.0 && def->meters_per_unit < 1e9))
         return refuse(error, path, "the frame rate and the unit must be above 0 and below 1e9");
+    if (def->vertex_array && (!def->read_vertex_array || !is_array_name(def->vertex_array)))
+        return refuse(
+            error, path,
+            "a vertex array needs a reader and a name of letters, digits and _, up to 64, "
+            "that no other array has");
     for (uint32_t i = 0; i < def->frame_count; i++)
         if (!isfinite((float)def->times[i]) || (i > 0 && !(def->times[i] > def->times[i - 1])))
             return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,

@@ -11,6 +11,7 @@
 #include "io/animation/animation.h"
 #include "io/bytes.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <zlib.h>
@@ -18,7 +19,8 @@
 enum {
     HEADER_LIMIT = 192,  /* [bytes] of the head of an .npy file */
     HEADER_ALIGN = 64,   /* [bytes] it is a multiple of this */
-    MEMBER_COUNT = 6,    /* arrays */
+    MEMBER_LIMIT = 7,    /* arrays */
+    NAME_SIZE = 80,      /* [bytes] of the file of one */
     STORED_VERSION = 20, /* of ZIP that a reader needs, times 10 */
     ZIP64_VERSION = 45,
     ZIP64_EXTRA_SIZE = 20, /* [bytes] in a header: its own head, two sizes */
@@ -38,6 +40,7 @@ typedef struct npz_member {
 typedef struct npz_writer {
     animation_job *job;
     output_file *output;
+    size_t member_count;
     bool is_summing; /* bytes are counted and summed, not written */
     uint64_t size;   /* [bytes] so far, of the member or of the file */
     uint32_t sum;
@@ -93,6 +96,17 @@ static uint64_t count_triangles(const tulle_animation_def *def, size_t surface_c
     return count;
 }
 
+/* A number of the animation. */
+static void put_value(npz_writer *writer, double value) {
+    unsigned char bytes[4];
+    if (writer->job->def->is_double) {
+        put_double(writer, value);
+        return;
+    }
+    bytes_store_float(bytes, (float)value);
+    put(writer, bytes, sizeof bytes);
+}
+
 static tulle_status make_positions(npz_writer *writer, tulle_error *error) {
     const tulle_animation_def *const def = writer->job->def;
     char shape[80];
@@ -103,14 +117,31 @@ static tulle_status make_positions(npz_writer *writer, tulle_error *error) {
         for (size_t i = 0; i < def->surface_count; i++) {
             tulle_status const status = animation_read(writer->job, i, frame, error);
             if (status) return status;
-            for (size_t k = 0; k < 3 * def->surfaces[i].mesh.vertex_count; k++) {
-                if (def->is_double) {
-                    put_double(writer, writer->job->positions[k]);
-                    continue;
-                }
-                unsigned char bytes[4];
-                bytes_store_float(bytes, writer->job->points[k]);
-                put(writer, bytes, sizeof bytes);
+            for (size_t k = 0; k < 3 * def->surfaces[i].mesh.vertex_count; k++)
+                put_value(writer, writer->job->positions[k]);
+        }
+    return TULLE_OK;
+}
+
+static tulle_status make_vertex_array(npz_writer *writer, tulle_error *error) {
+    const animation_job *const job = writer->job;
+    const tulle_animation_def *const def = job->def;
+    char shape[80];
+    snprintf(shape, sizeof shape, "(%u, %llu)", def->frame_count,
+             (unsigned long long)count_vertices(def, def->surface_count));
+    put_head(writer, def->is_double ? "<f8" : "<f4", shape);
+    for (uint32_t frame = 0; frame < def->frame_count; frame++)
+        for (size_t i = 0; i < def->surface_count; i++) {
+            tulle_status const status =
+                def->read_vertex_array(def->context, i, frame, job->positions, error);
+            if (status) return status;
+            for (size_t k = 0; k < def->surfaces[i].mesh.vertex_count; k++) {
+                if (!isfinite((float)job->positions[k]))
+                    return error_set_at(
+                        error, TULLE_ERROR_INVALID_MESH, job->path, 0, 0,
+                        "%s, frame %u, vertex %zu: %s is %g, which float cannot hold",
+                        def->surfaces[i].name, frame, k, def->vertex_array, job->positions[k]);
+                put_value(writer, job->positions[k]);
             }
         }
     return TULLE_OK;
@@ -271,7 +302,7 @@ static void put_entry(npz_writer *writer, const npz_member *member) {
 
 static void put_directory(npz_writer *writer, const npz_member *members) {
     uint64_t const place = writer->size;
-    for (int i = 0; i < MEMBER_COUNT; i++) put_entry(writer, &members[i]);
+    for (size_t i = 0; i < writer->member_count; i++) put_entry(writer, &members[i]);
     uint64_t const size = writer->size - place;
     if (is_large(place)) {
         uint64_t const end = writer->size;
@@ -281,8 +312,8 @@ static void put_directory(npz_writer *writer, const npz_member *members) {
         put_number(writer, 2, ZIP64_VERSION);
         put_number(writer, 4, 0); /* disks */
         put_number(writer, 4, 0);
-        put_number(writer, 8, MEMBER_COUNT);
-        put_number(writer, 8, MEMBER_COUNT);
+        put_number(writer, 8, writer->member_count);
+        put_number(writer, 8, writer->member_count);
         put_number(writer, 8, size);
         put_number(writer, 8, place);
         put(writer, "PK\6\7", 4);
@@ -292,30 +323,35 @@ static void put_directory(npz_writer *writer, const npz_member *members) {
     }
     put(writer, "PK\5\6", 4);
     put_number(writer, 4, 0); /* disks */
-    put_number(writer, 2, MEMBER_COUNT);
-    put_number(writer, 2, MEMBER_COUNT);
+    put_number(writer, 2, writer->member_count);
+    put_number(writer, 2, writer->member_count);
     put_number(writer, 4, size);
     put_number(writer, 4, is_large(place) ? UINT32_MAX : place);
     put_number(writer, 2, 0); /* comment */
 }
 
 tulle_status npz_write(animation_job *job, tulle_error *error) {
-    npz_member members[MEMBER_COUNT] = {
+    npz_member members[MEMBER_LIMIT] = {
         {.name = "positions.npy", .make = make_positions},
         {.name = "triangles.npy", .make = make_triangles},
         {.name = "times.npy", .make = make_times},
         {.name = "names.npy", .make = make_names},
         {.name = "first_vertices.npy", .make = make_first_vertices},
         {.name = "first_triangles.npy", .make = make_first_triangles}};
+    npz_writer writer = {.job = job, .member_count = MEMBER_LIMIT - 1};
+    char name[NAME_SIZE];
+    if (job->def->vertex_array) {
+        snprintf(name, sizeof name, "%s.npy", job->def->vertex_array);
+        members[writer.member_count++] = (npz_member){.name = name, .make = make_vertex_array};
+    }
     for (size_t i = 0; i < job->def->surface_count; i++)
         if (job->def->surfaces[i].motion == TULLE_ANIMATION_RIGID)
             return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, job->path, 0, 0,
                                 "an NPZ archive holds vertices, not poses: %s is rigid",
                                 job->def->surfaces[i].name);
-    npz_writer writer = {.job = job};
     tulle_status status = output_open(job->path, &writer.output, error);
     if (status) return status;
-    for (int i = 0; i < MEMBER_COUNT && status == TULLE_OK; i++)
+    for (size_t i = 0; i < writer.member_count && status == TULLE_OK; i++)
         status = put_member(&writer, &members[i], error);
     if (status == TULLE_OK) {
         put_directory(&writer, members);
