@@ -20,6 +20,15 @@ static tulle_status read_square(void *context, size_t number, uint32_t frame, do
     return TULLE_OK;
 }
 
+static tulle_status read_infinite(void *context, size_t number, uint32_t frame, double *values,
+                                  tulle_error *at) {
+    (void)context;
+    (void)number;
+    (void)at;
+    for (int i = 0; i < 4; i++) values[i] = frame == 1 && i == 3 ? 1e39 : 1.0;
+    return TULLE_OK;
+}
+
 static tulle_status read_pose(void *context, size_t number, uint32_t frame, double *values,
                               tulle_error *at) {
     (void)number;
@@ -110,6 +119,28 @@ ARGUMENTS_OF(tulle_animation_write) {
     square[4] = 1e39;
     REFUSED_WITH(TULLE_ERROR_INVALID_MESH, tulle_animation_write(test_path("a.mdd"), &def, &error));
     square[4] = 0.0;
+    static const char *const no_array_names[] = {
+        "",
+        "positions",
+        "first_vertices",
+        "a/b",
+        "a.npy",
+        "\xc3\xa4",
+        "a1234567890123456789012345678901234567890123456789012345678901234"};
+    def.read_vertex_array = read_square;
+    for (size_t i = 0; i < sizeof no_array_names / sizeof no_array_names[0]; i++) {
+        def.vertex_array = no_array_names[i];
+        refuse(&def);
+    }
+    def.vertex_array = "departure";
+    FINE(tulle_animation_write(test_path("a.npz"), &def, NULL));
+    FINE(tulle_animation_write(test_path("a.usda"), &def, NULL));
+    assert_int_equal(unlink(test_path("a.npz")) + unlink(test_path("a.usda")), 0);
+    def.read_vertex_array = read_infinite;
+    REFUSED_WITH(TULLE_ERROR_INVALID_MESH, tulle_animation_write(test_path("a.npz"), &def, &error));
+    def.read_vertex_array = NULL;
+    refuse(&def);
+    def.vertex_array = NULL;
     surface.motion = TULLE_ANIMATION_RIGID;
     double real_part = 0.5; /* no unit quaternion */
     def.read = read_pose;

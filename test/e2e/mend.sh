@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # tulle mend: clean animations come back to the bit; what crosses does not any more, and far from it nothing changes; starts
-# that intersect, layers that change places, bodies that leave no room, threads, errors, interrupts and a full disk.
+# that intersect, layers that change places, impacts, cloth that hangs, bodies that leave no room, axes and units, threads, errors,
+# interrupts and a full disk.
 set -uo pipefail
 python=/usr/bin/python3
 "$python" -c 'import numpy' 2>/dev/null || { echo "skipped: no numpy"; exit 77; }
@@ -42,7 +43,8 @@ for name in x.mdd x.glb x.gltf x.usda x.npz %03d.obj %03d.vtp; do
     mend 0 clean1.pc2 --mesh layers.obj -o mended/$name
     "$TULLE" convert clean1.pc2 converted/$name --mesh layers.obj >out || fault "convert to $name"
 done
-diff -r mended converted || fault "a format differs from convert's"
+diff -r -x x.npz mended converted || fault "a format differs from convert's"
+measure archive mended/x.npz converted/x.npz
 mend 0 mended/x.glb -o mended/y.glb
 "$TULLE" convert converted/x.glb converted/y.glb >out
 cmp mended/y.glb converted/y.glb || fault "glTF to glTF"
@@ -73,6 +75,70 @@ grep -q 'after  *0 pairs of the cloth with itself' out || { fault "pinched cloth
 mend 3 between.pc2 --mesh sheet.obj --body jaws.pc2 --body-mesh jaws.obj -o stopped.pc2 --on-pinch stop
 grep -q 'between.pc2: frame [0-9]*: ' err || { fault "where it stopped"; cat err; }
 [ ! -e stopped.pc2 ] || fault "a stopped one was written"
+# With the bodies as the cloth met them all is clean, frame by frame, whatever their format; those that were not held are copied.
+judge_met() { # CLOTH BODY: frames with crossings
+    rm -rf judged && mkdir judged
+    "$TULLE" convert "$1" 'judged/cloth_%02d.obj' --mesh sheet.obj >out 2>err || fault "convert $1: $(cat err)"
+    "$TULLE" convert "$2" 'judged/body_%02d.obj' "${@:3}" >out 2>err || fault "convert $2: $(cat err)"
+    [ "$(ls judged | wc -l)" = 22 ] || fault "$2: frames"
+    local k
+    for k in $(seq -w 0 10); do
+        "$TULLE" check judged/cloth_$k.obj --obstacle judged/body_$k.obj >out || { fault "$2: frame $k"; cat out; }
+    done
+}
+"$TULLE" convert press.pc2 'press_%02d.obj' --mesh press.obj >out || fault "the press as meshes"
+for name in x.glb x.usda x.npz; do "$TULLE" convert press.pc2 $name --mesh press.obj >out || fault "the press as $name"; done
+mend 1 pressed.pc2 --mesh sheet.obj --body press.pc2 --body-mesh press.obj -o pressed_out.pc2
+mend 0 pressed.pc2 --mesh sheet.obj --body press.pc2 --body-mesh press.obj --body far.obj -o pressed_out.pc2 --bodies-out met --report met.csv
+grep -q 'use those in met in place of the given ones' out || { fault "bodies to be used are not told"; cat out; }
+awk -F, 'NR > 1 && $5 > 0 { after = 1 } NR > 1 && $3 > 0 { before = 1 } END { exit !(before && !after) }' met.csv ||
+    fault "pairs are not counted with the bodies as they were met"
+cmp far.obj met/far.obj || fault "a body that stands is not copied"
+judge_met pressed_out.pc2 met/press.pc2 --mesh press.obj
+for name in x.glb x.usda x.npz; do
+    mend 0 pressed.pc2 --mesh sheet.obj --body $name -o pressed_out.pc2 --bodies-out met
+    judge_met pressed_out.pc2 met/$name
+done
+mend 0 pressed.pc2 --mesh sheet.obj --body 'press_*.obj' -o pressed_out.pc2 --bodies-out met
+judge_met pressed_out.pc2 'met/press_%02d.obj'
+for frame in 00 01 02 10; do cmp press_$frame.obj met/press_$frame.obj || fault "frame $frame, in which nothing was held, is not copied"; done
+cmp -s press_05.obj met/press_05.obj && fault "frame 05 was held, and is copied"
+mend 0 clean1.pc2 --mesh layers.obj --body far.pc2 --body-mesh far.obj -o back.pc2 --bodies-out met_clean
+cmp far.pc2 met_clean/far.pc2 || fault "a body that was not held is not copied"
+refuse 'no --body is given' pressed.pc2 --mesh sheet.obj --bodies-out nothing
+refuse 'two bodies' pressed.pc2 --mesh sheet.obj --body far.obj --body ./far.obj --bodies-out nothing
+refuse 'read or written otherwise' pressed.pc2 --mesh sheet.obj --body far.obj --bodies-out .
+[ ! -e nothing ] || fault "a folder was left for nothing"
+# Axes and units: the same animation by other numbers; clean ones of other units come back to the bit.
+"$TULLE" convert poke.pc2 poke_cm.usda --mesh sheet.obj --units cm --up y >out || fault "a scene in centimetres"
+mend 0 poke.pc2 --mesh sheet.obj --body ball.obj -o poke_out.pc2
+mend 0 poke_cm.usda --body ball.obj -o poke_m.pc2 --units m
+measure near poke_out.pc2 poke_m.pc2
+mend 0 poke_cm.usda --body ball.obj -o poke_cm.pc2
+grep -q 'departure  *at most 3\.' out || { fault "lengths are not told in the unit of the animation"; cat out; }
+"$TULLE" convert poke_cm.pc2 poke_a.pc2 --mesh sheet.obj --from-units cm >out
+mend 0 poke_cm.pc2 --mesh sheet.obj --from-units cm --units m -o poke_b.pc2
+cmp poke_a.pc2 poke_b.pc2 || fault "a clean one is not what convert makes of it"
+"$TULLE" convert clean1.pc2 clean_cm.usda --mesh layers.obj --units cm >out
+mend 0 clean_cm.usda -o clean_back.usda
+grep -q 'metersPerUnit = 0.01$' clean_back.usda || fault "the unit is lost"
+"$TULLE" convert clean_cm.usda clean_a.pc2 >out && "$TULLE" convert clean_back.usda clean_b.pc2 >out
+cmp clean_a.pc2 clean_b.pc2 || fault "centimetres do not come back to the bit"
+mend 0 clean1.pc2 --mesh layers.obj --from-up y --up y -o back.pc2
+cmp clean1.pc2 back.pc2 || fault "y up does not come back to the bit"
+# An impact, and cloth that hangs from a tip and is drawn along: nothing stops at once, nothing trembles.
+mend 0 landing.pc2 --mesh sheet.obj --body floor.obj -o landing_out.pc2 --report landing.csv
+measure still landing.pc2 landing_out.pc2 landing.csv 0.0085 0.0002
+mend 0 hanging.pc2 --mesh sheet.obj --body needle.obj -o hanging_out.pc2 --report hanging.csv
+measure still hanging.pc2 hanging_out.pc2 hanging.csv 0.010 0.001
+for name in landing hanging; do
+    rm -f judged/*
+    "$TULLE" convert ${name}_out.pc2 'judged/%02d.obj' --mesh sheet.obj >out
+    "$TULLE" check judged/*.obj --obstacle $([ $name = landing ] && echo floor || echo needle).obj >out || { fault "$name crosses"; cat out; }
+done
+# Departures in an archive.
+mend 0 hanging.pc2 --mesh sheet.obj --body needle.obj -o hanging_out.npz
+measure departure hanging.pc2 hanging_out.pc2 hanging_out.npz
 # A vertex that jumps ends in no crossing.
 mend 0 jump.pc2 --mesh sheet.obj --body ball.obj -o jump_out.pc2
 
@@ -85,17 +151,46 @@ refuse 'body-mesh is given 1 times' poke.pc2 --mesh sheet.obj --body ball.obj --
 refuse 'frame 0: .*zero area' flat.pc2 --mesh sheet.obj
 refuse 'inside' inside.pc2 --mesh small.obj --body ball.obj
 refuse 'should be a number from' poke.pc2 --mesh sheet.obj --strength 0
+refuse '^tulle mend: .*--gap is 1e+09; in this animation it should be from .*, to 2$' poke.pc2 --mesh sheet.obj --body ball.obj --gap 1e9
+refuse 'gap is 1e-09; .*rounding' poke.pc2 --mesh sheet.obj --body ball.obj --gap 1e-9
+mend 2 poke.pc2 --mesh sheet.obj -o one.obj
+grep -q 'is one mesh, but there are 40 frames; name numbered files' err || { fault "one mesh"; cat err; }
+grep -q -e '--frame' err && fault "an option that mend does not have"
+"$TULLE" mend --help | sed -n '/^options:/,$p' | tail -n +2 | grep -v -e '^  -.,' -e '^      --' -e '^                            [^ ]' &&
+    fault "lines of the help out of their column"
 refuse 'ending\|end in' poke.pc2 --mesh sheet.obj --colors worst.png
 refuse 'cannot be written: its folder' poke.pc2 --mesh sheet.obj --colors nowhere/worst.ply
 mend 2 poke.pc2 --mesh sheet.obj -o poke.pc2
 grep -q 'is one of the files that are read' err || { fault "its own input"; cat err; }
 mend 2 poke.pc2 --mesh sheet.obj -o nowhere/out.pc2
 
-# An interrupt leaves nothing, whenever it comes. In the foreground timeout sends one; a second one ends the program at once.
-for wait in 0.02 0.3; do
-    timeout --foreground -s INT $wait "$TULLE" mend poke.pc2 --mesh sheet.obj --body ball.obj -o cut.pc2 --report cut.csv >out 2>err
-    [ ! -e cut.pc2 ] && [ ! -e cut.csv ] || cmp -s cut.pc2 one.pc2 || fault "an interrupted one was written"
+# After an interrupt, whenever it comes, OUT is absent or whole, and one that was there before is as it was or whole. In the foreground
+# timeout sends one; a second one ends the program at once.
+poke=(poke.pc2 --mesh sheet.obj --body ball.obj)
+for wait in 0.02 0.1 0.2 0.3 0.5 0.8 1.2 1.6; do
+    timeout --foreground --preserve-status -s INT $wait "$TULLE" mend "${poke[@]}" -o cut.pc2 --report cut.csv --bodies-out cut_bodies >out 2>err
+    code=$?
+    if [ $code = 0 ]; then
+        cmp cut.pc2 poke_out.pc2 && cmp cut_bodies/ball.obj ball.obj || fault "one that was not interrupted is not whole"
+    elif [ -e cut.pc2 ]; then
+        [ $code = 130 ] && cmp cut.pc2 poke_out.pc2 && grep -q 'whole and there: cut.pc2;' err || { fault "after $wait s"; cat err; }
+    else
+        [ $code = 130 ] && [ ! -e cut.csv ] && [ ! -e cut_bodies ] && grep -q 'nothing was written' err || { fault "after $wait s: $code"; cat err; }
+    fi
+    rm -rf cut.pc2 cut.csv cut_bodies
+    cp one.pc2 old.pc2
+    timeout --foreground --preserve-status -s INT $wait "$TULLE" mend "${poke[@]}" -o old.pc2 >out 2>err
+    cmp -s old.pc2 one.pc2 || cmp -s old.pc2 poke_out.pc2 || fault "after $wait s an older OUT is neither as it was nor whole"
 done
+# While numbered files are written: each that is there is whole.
+"$TULLE" convert poke_out.pc2 'whole_%03d.vtp' --mesh sheet.obj >out || fault "numbered files"
+"$TULLE" mend "${poke[@]}" -o 'cut_%03d.vtp' >out 2>err &
+while kill -0 $! 2>/dev/null && [ ! -e cut_000.vtp ]; do sleep 0.01; done
+kill -INT $! 2>/dev/null
+wait $!
+code=$?
+[ $code = 130 ] || [ $code = 0 ] || { fault "interrupted while files are written: $code"; cat err; }
+for file in cut_*.vtp; do cmp "$file" "whole_${file#cut_}" || fault "$file is not whole"; done
 ls -A | grep -q -e '\.tmp$' -e 'tulle-mend' && fault "something is left: $(ls -A)"
 # A file that may not grow.
 (ulimit -f 40 && "$TULLE" mend poke.pc2 --mesh sheet.obj --body ball.obj -o big.pc2 >out 2>err)

@@ -2,7 +2,14 @@
 
 usage: mend_data.py make                     writes them all here
        mend_data.py smooth GIVEN MENDED      fails unless far from the ball nothing changed, and near it nothing jumps
+       mend_data.py still GIVEN MENDED TABLE MOST JITTER
+                                             fails if an acceleration is beyond MOST, or the jitter beyond JITTER, or the table
+                                             tells another; with a tremble of half a millimetre it must be beyond
+       mend_data.py near ONE OTHER            fails unless both are the same to a micrometre
+       mend_data.py archive MENDED CONVERTED    fails unless they are the same but for departures, which are none
+       mend_data.py departure GIVEN MENDED ARCHIVE    fails unless the archive has the departures
 """
+import csv
 import struct
 import sys
 
@@ -38,6 +45,15 @@ def make_ball(radius, count=12):
         low = 1 + (count - 2) * around
         faces.append((len(places) - 1, low + k, low + j))
     return np.array(places, float), np.array(faces)
+
+
+def make_needle(radius, height, count=12):
+    """A cone on the plane z = 0, its tip at z = height."""
+    angle = 2 * np.pi * np.arange(count) / count
+    rim = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=1)
+    places = np.concatenate([rim, [[0, 0, height], [0, 0, 0]]])
+    faces = [(i, (i + 1) % count, count) for i in range(count)] + [((i + 1) % count, i, count + 1) for i in range(count)]
+    return places, np.array(faces)
 
 
 def write_obj(path, places, faces):
@@ -110,12 +126,21 @@ def make():
     move = np.where(np.arange(len(jaws)) < len(jaws) // 2, -1, 1)[:, None] * [0, 0, 1]
     write_cache("jaws.pc2", [jaws + 0.015 * move * np.sin(np.pi * k / 8) ** 2 for k in range(9)])
     write_cache("between.pc2", [sheet] * 9)
+    far = [ball + [0, 0, 2 + 0.01 * k] for k in range(10)]
+    write_obj("far.obj", far[0], ball_faces)
+    write_cache("far.pc2", far)
     # A press whose jaws, one mesh, close through each other over the middle of a sheet that waves.
     press = jaws * [0.5, 0.5, 1.0]
     write_obj("press.obj", press, jaw_faces)
     closed = [0.018 * np.sin(np.pi * k / 10) ** 2 for k in range(11)]
     write_cache("press.pc2", [press + move * far for far in closed])
     write_cache("pressed.pc2", [sheet + [0, 0, 0.004] * np.sin(6 * sheet[:, :1] + 0.5 * k) for k in range(11)])
+    # A sheet that lands on a floor and goes on through it, and one that falls over a needle and slides to the side below its tip.
+    floor, floor_faces = make_grid(5, 3.0)
+    write_obj("floor.obj", floor, floor_faces)
+    write_cache("landing.pc2", [sheet + [0, 0, 0.13 - 0.02 * k] for k in range(16)])
+    write_obj("needle.obj", *make_needle(0.02, 0.3))
+    write_cache("hanging.pc2", [sheet + [0.002 * k, 0.003, 0.24 + 0.14 * np.cos(np.pi * min(k, 20) / 20)] for k in range(30)])
     jump = np.array([sheet + [0, 0, 0.2]] * 6)
     jump[3, 1300] = [0, 0, -0.5]
     write_cache("jump.pc2", jump)
@@ -144,7 +169,54 @@ def smooth(given, mended):
     assert jump < 0.5 * lengths.max(), f"departures jump by {jump} between neighbours"
 
 
+def measure_motion(given, mended):
+    """The largest acceleration, and by frame what turns round of them, of vertices that are away in one of the frames."""
+    away = (given != mended).any(axis=2)
+    acceleration = np.diff(mended, 2, axis=0)
+    largest = np.linalg.norm(acceleration, axis=2)[away[2:] | away[1:-1] | away[:-2]].max()
+    turning = np.maximum(0.0, -(acceleration[1:] * acceleration[:-1]).sum(axis=2))
+    counts = away[3:] | away[2:-1] | away[1:-2] | away[:-3]
+    return largest, [np.sqrt(t[c].mean()) if c.any() else None for t, c in zip(turning, counts)]
+
+
+def still(given, mended, table, most, most_jitter):
+    given, mended = read_cache(given), read_cache(mended)
+    largest, jitters = measure_motion(given, mended)
+    with open(table, encoding="utf-8") as file:
+        told = [float(row["mended_jitter"]) if row["mended_jitter"] else None for row in csv.DictReader(file)]
+    for frame, (found, expected) in enumerate(zip(told[3:], jitters), 3):
+        assert (found is None) == (expected is None), f"frame {frame}: the table has {found}, not {expected}"
+        assert found is None or abs(found - expected) <= 1e-6 * expected + 1e-12, f"frame {frame}: {found}, not {expected}"
+    jitter = max(value for value in jitters if value is not None)
+    print(f"largest acceleration {largest:.6f}, jitter {jitter:.6f}")
+    assert largest <= float(most), f"an acceleration of {largest}"
+    assert jitter <= float(most_jitter), f"a jitter of {jitter}"
+    tremble = 0.0005 * (-1.0) ** np.arange(len(mended))[:, None] * (given != mended).any(axis=2)
+    jitters = measure_motion(given, mended + tremble[:, :, None] * [0, 0, 1])[1]
+    assert max(value for value in jitters if value is not None) > float(most_jitter), "a tremble is not found"
+
+
+def near(one, other):
+    distance = np.abs(read_cache(one) - read_cache(other)).max()
+    assert distance < 1e-6, f"they are {distance} apart"
+
+
+def archive(mended, converted):
+    mended, converted = np.load(mended), np.load(converted)
+    assert sorted(mended) == sorted([*converted, "departure"])
+    assert all(mended[name].tobytes() == converted[name].tobytes() for name in converted)
+    assert mended["departure"].shape == mended["positions"].shape[:2] and not mended["departure"].any()
+
+
+def departure(given, mended, path):
+    given, mended, arrays = read_cache(given), read_cache(mended), np.load(path)
+    expected = np.linalg.norm(mended - given, axis=2)
+    assert arrays["departure"].shape == expected.shape and arrays["departure"].dtype == arrays["positions"].dtype
+    assert np.abs(arrays["departure"] - expected).max() < 1e-7 and expected.max() > 0.01
+    assert ((arrays["departure"] == 0) == (mended == given).all(axis=2)).all()
+
+
 if sys.argv[1] == "make":
     make()
 else:
-    smooth(*sys.argv[2:])
+    {"smooth": smooth, "still": still, "near": near, "archive": archive, "departure": departure}[sys.argv[1]](*sys.argv[2:])
