@@ -60,7 +60,12 @@ tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern bl
     matrix.diagonal_positions = memory_allocate(heap, row_count * sizeof(uint32_t));
     matrix.values =
         memory_allocate_zeroed(heap, BLOCK_NUMBERS * matrix.block_count, sizeof(double));
-    if (!matrix.scalar_begin || !matrix.diagonal_positions || !matrix.values) {
+    bool const has_memory = matrix.scalar_begin && matrix.diagonal_positions && matrix.values;
+    if (!has_memory ||
+        matrix_diagonals_find(
+            heap, row_count, (entry_pattern){matrix.block_count, matrix.row_begin, matrix.columns},
+            (entry_pattern){matrix.scalar_count, matrix.scalar_begin, matrix.scalar_columns},
+            &matrix.diagonals) != TULLE_OK) {
         block_matrix_destroy(heap, &matrix);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
@@ -73,6 +78,8 @@ tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern bl
 void block_matrix_destroy(memory *heap, block_matrix *matrix) {
     memory_release(heap, matrix->no_scalars, (matrix->row_count + 1) * sizeof(uint32_t));
     memory_release(heap, matrix->diagonal_positions, matrix->row_count * sizeof(uint32_t));
+    memory_release(heap, matrix->diagonals.of_blocks, matrix->block_count);
+    memory_release(heap, matrix->diagonals.of_scalars, matrix->scalar_count);
     memory_release(heap, matrix->values, BLOCK_NUMBERS * matrix->block_count * sizeof(double));
     *matrix = (block_matrix){0};
 }

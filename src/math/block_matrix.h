@@ -8,6 +8,7 @@
 #define TULLE_MATH_BLOCK_MATRIX_H
 
 #include "base/memory.h"
+#include "math/matrix_diagonals.h"
 #include "math/matrix_term.h"
 #include "math/vec3.h"
 
@@ -33,7 +34,8 @@ typedef struct block_matrix {
     const uint32_t *scalar_columns; /* ascending in a row */
     uint32_t *no_scalars;           /* in place of a pattern without scalars; else null */
     uint32_t *diagonal_positions;   /* row_count: index of the diagonal block */
-    double *values;                 /* BLOCK_NUMBERS * block_count */
+    matrix_diagonals diagonals;
+    double *values; /* BLOCK_NUMBERS * block_count */
     /* Scalars are sums of two, borrowed: see block_matrix_get_scalar. Set by the user. */
     const double *scalar_parts[2]; /* scalar_count each */
     double scalar_factors[2];

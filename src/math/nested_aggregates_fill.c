@@ -32,24 +32,26 @@ typedef struct fill_task {
     double *sums;
 } fill_task;
 
-/* Adds the entries of a row to its aggregate's sums. */
-static void add_row(const fill_task *task, size_t row, double *sums) {
+/* Sums of the entries of some rows, by level. The last ones are of what no level joins, and serve
+ * nothing. */
+typedef struct level_sums {
+    double blocks[AGGREGATE_LEVELS_MAX + 1][BLOCK_NUMBERS];
+    double scalars[AGGREGATE_LEVELS_MAX + 1];
+} level_sums;
+
+/* Adds the entries of a row. */
+static void add_row(const fill_task *task, size_t row, level_sums *sums) {
     const nested_aggregates *const all = task->all;
     const block_matrix *const matrix = task->matrix;
     for (uint32_t k = matrix->row_begin[row]; k < matrix->row_begin[row + 1]; k++) {
-        if (all->block_levels[k] >= all->level_count || all->is_fixed[matrix->columns[k]]) continue;
-        double *const to = sums + 9 * (size_t)all->block_levels[k];
+        if (all->is_fixed[matrix->columns[k]]) continue;
+        double *const to = sums->blocks[all->block_levels[k]];
         const double *const m = matrix->values + BLOCK_NUMBERS * (size_t)k;
-        double const full[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
-        for (size_t i = 0; i < 9; i++) to[i] += full[i];
+        for (size_t i = 0; i < BLOCK_NUMBERS; i++) to[i] += m[i];
     }
-    for (uint32_t k = matrix->scalar_begin[row]; k < matrix->scalar_begin[row + 1]; k++) {
-        if (all->scalar_levels[k] >= all->level_count || all->is_fixed[matrix->scalar_columns[k]])
-            continue;
-        double *const to = sums + 9 * (size_t)all->scalar_levels[k];
-        double const value = block_matrix_get_scalar(matrix, k);
-        for (size_t i = 0; i < 9; i += 4) to[i] += value;
-    }
+    for (uint32_t k = matrix->scalar_begin[row]; k < matrix->scalar_begin[row + 1]; k++)
+        if (!all->is_fixed[matrix->scalar_columns[k]])
+            sums->scalars[all->scalar_levels[k]] += block_matrix_get_scalar(matrix, k);
 }
 
 static void sum_members(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -61,14 +63,22 @@ static void sum_members(void *context, size_t begin, size_t end, size_t chunk, i
     for (size_t a = begin; a < end; a++) {
         double *const sums = task->sums + size * a;
         memset(sums, 0, size * sizeof(double));
+        level_sums of_rows = {0};
         for (uint32_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
             size_t const member = level->members[i];
             if (!task->below) {
-                if (!all->is_fixed[member]) add_row(task, member, sums);
+                if (!all->is_fixed[member]) add_row(task, member, &of_rows);
                 continue;
             }
             const double *const from = task->below + (size + 9) * member + 9;
             for (size_t k = 0; k < size; k++) sums[k] += from[k];
+        }
+        for (size_t l = 0; !task->below && l < all->level_count; l++) {
+            const double *const m = of_rows.blocks[l];
+            double const s = of_rows.scalars[l];
+            double const full[9] = {m[0] + s, m[1], m[2], m[1],    m[3] + s,
+                                    m[4],     m[2], m[4], m[5] + s};
+            memcpy(sums + 9 * l, full, sizeof full);
         }
         /* what a level joins counts in all above it */
         for (size_t i = 0; size > 9 && i < 9; i++) sums[9 + i] += sums[i];
