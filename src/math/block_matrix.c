@@ -93,6 +93,24 @@ void block_matrix_apply(void *context, const double *x, double *result) {
                       TULLE_PICK_KERNEL(multiply_rows), &task);
 }
 
+typedef struct scalar_task {
+    const block_matrix *matrix;
+    double *sums;
+} scalar_task;
+
+static void sum_scalars(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const scalar_task *const task = context;
+    const uint32_t *const rows = task->matrix->scalar_begin;
+    for (size_t k = rows[begin]; k < rows[end]; k++)
+        task->sums[k] = block_matrix_get_scalar(task->matrix, k);
+}
+
+void block_matrix_sum_scalars(const block_matrix *matrix, double *sums, int threads) {
+    scalar_task task = {matrix, sums};
+    parallel_for(matrix->row_count, ROWS_PER_CHUNK, threads, sum_scalars, &task);
+}
+
 typedef struct diagonal_task {
     const block_matrix *matrix;
     double *diagonal;

@@ -64,6 +64,9 @@ tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern bl
                                 block_pattern scalars, block_matrix *result);
 void block_matrix_destroy(memory *heap, block_matrix *matrix);
 
+/* Adds up the scalars: scalar_count doubles, for scalar_sums. */
+void block_matrix_sum_scalars(const block_matrix *matrix, double *sums, int threads);
+
 /* Index of block (row, column) in columns; TULLE_NONE if it is not in the pattern. */
 uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column);
 

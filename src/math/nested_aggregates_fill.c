@@ -14,12 +14,12 @@
 
 #include <string.h>
 
-/* Aggregates of one sum, which is the unit of every dot, and of a chunk of a loop. A level with
- * no more than one sum is not shared among threads. */
-enum { AGGREGATES_PER_SUM = 256, AGGREGATES_PER_CHUNK = 64 };
+/* Aggregates of a chunk of a loop. A level with no more than MOST_ALONE is not shared among
+ * threads. */
+enum { MOST_ALONE = 256, AGGREGATES_PER_CHUNK = 64 };
 
 static size_t choose_chunk(size_t count) {
-    return count > AGGREGATES_PER_SUM ? AGGREGATES_PER_CHUNK : AGGREGATES_PER_SUM;
+    return count > MOST_ALONE ? AGGREGATES_PER_CHUNK : MOST_ALONE;
 }
 
 /* An aggregate of level l has one sum, a block, for each level from l on. The level above adds up
@@ -168,9 +168,10 @@ typedef struct correct_task {
     const float *below; /* residual of the level below */
 } correct_task;
 
-/* Residual and own correction of a level's aggregates. */
+/* Residual and own correction of a level's aggregates, and the dot of both. */
 static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
+    (void)worker;
+    double dot = 0.0;
     const correct_task *const task = context;
     const aggregate_level *const level = task->level;
     const uint8_t *const is_fixed = level == task->all->levels ? task->all->is_fixed : NULL;
@@ -186,36 +187,21 @@ static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk
         for (size_t k = 0; k < 3; k++) {
             level->residual[3 * a + k] = r[k];
             level->correction[3 * a + k] = z[k];
+            dot += (double)r[k] * (double)z[k];
         }
     }
+    level->dots[chunk] = dot;
 }
 
 double nested_aggregates_correct(nested_aggregates *aggregates, const float *r, int threads) {
-    enum { AT_ONCE = 4, NUMBERS = 3 * AGGREGATES_PER_SUM };
     double dot = 0.0;
     correct_task task = {.all = aggregates, .below = r};
     for (size_t l = 0; l < aggregates->level_count; l++) {
         const aggregate_level *const level = task.level = &aggregates->levels[l];
-        parallel_for(level->count, choose_chunk(level->count), threads, restrict_chunk, &task);
-        const float *const residual = level->residual, *const own = level->correction;
-        task.below = residual;
-        /* Dots of residual and own correction, each of AGGREGATES_PER_SUM aggregates. Four are
-         * summed side by side, because each addition waits for the one before. */
-        size_t const count = 3 * level->count;
-        size_t begin = 0;
-        for (; begin + AT_ONCE * NUMBERS <= count; begin += AT_ONCE * NUMBERS) {
-            double dots[AT_ONCE] = {0.0};
-            for (size_t i = begin; i < begin + NUMBERS; i++)
-                for (size_t s = 0; s < AT_ONCE; s++)
-                    dots[s] += (double)residual[NUMBERS * s + i] * (double)own[NUMBERS * s + i];
-            for (size_t s = 0; s < AT_ONCE; s++) dot += dots[s];
-        }
-        for (; begin < count; begin += NUMBERS) {
-            size_t const end = begin + NUMBERS < count ? begin + NUMBERS : count;
-            double rest = 0.0;
-            for (size_t i = begin; i < end; i++) rest += (double)residual[i] * (double)own[i];
-            dot += rest;
-        }
+        size_t const chunk = choose_chunk(level->count);
+        parallel_for(level->count, chunk, threads, restrict_chunk, &task);
+        dot += parallel_sum(level->dots, parallel_chunk_count(level->count, chunk));
+        task.below = level->residual;
     }
     /* Down again: each level adds the correction of the level above. */
     for (size_t l = aggregates->level_count; l-- > 1;) {

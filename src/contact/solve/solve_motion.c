@@ -532,8 +532,7 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
         solve.is_fixed && solve.start && solve.start_product && solve.hard_rows &&
         solve.rows_apart && solve.sums && solve.phases.residual && scalars && solve.matrix.values) {
         for (size_t i = cloth_count; i < count; i++) solve.has_rows[i] = 1; /* bodies */
-        for (size_t k = 0; k < system->matrix->scalar_count; k++)
-            scalars[k] = block_matrix_get_scalar(system->matrix, k);
+        block_matrix_sum_scalars(system->matrix, scalars, scene->threads);
         solve.matrix.scalar_sums = scalars;
         block_matrix_get_diagonal(system->matrix, solve.diagonal, scene->threads);
         for (size_t i = 0; i < count; i++)
