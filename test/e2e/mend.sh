@@ -183,7 +183,7 @@ for wait in 0.02 0.1 0.2 0.3 0.5 0.8 1.2 1.6; do
     cmp -s old.pc2 one.pc2 || cmp -s old.pc2 poke_out.pc2 || fault "after $wait s an older OUT is neither as it was nor whole"
 done
 # While numbered files are written: each that is there is whole.
-"$TULLE" convert poke_out.pc2 'whole_%03d.vtp' --mesh sheet.obj >out || fault "numbered files"
+mend 0 "${poke[@]}" -o 'whole_%03d.vtp'
 "$TULLE" mend "${poke[@]}" -o 'cut_%03d.vtp' >out 2>err &
 while kill -0 $! 2>/dev/null && [ ! -e cut_000.vtp ]; do sleep 0.01; done
 kill -INT $! 2>/dev/null
