@@ -168,6 +168,7 @@ class Bakes(SceneTest):
         """A bake from a frame that was cancelled goes on to the same frames."""
         sheet = self.add_sheet(cells=16)
         self.add_ball()
+        self.scene.frame_end = 34
         self.bake_all()
         sheet.tulle.fabric = "silk"
         self.scene.frame_set(12)
