@@ -114,6 +114,34 @@ void world_place_bodies(tulle_world *world) {
     world_mark_bodies(world, state);
 }
 
+void world_move_bodies(tulle_world *world, const tulle_transform *transforms) {
+    world_motion_state *const state = &world->now;
+    (void)world_free_bodies(world, state);
+    world_mark_bodies(world, state);
+    for (size_t b = 0; b < world->body_count; b++) {
+        const world_obstacle *const obstacle = get_body(world, b);
+        const tulle_transform *const given = &transforms[b];
+        size_t const slot = get_first_slot(world, b);
+        vec3 centre;
+        quaternion orientation;
+        compute_script_pose(obstacle, state->time, &centre, &orientation);
+        if (body_answers(world, b)) {
+            const double *const q = given->rotation;
+            centre = vec3_load(given->position, 0);
+            orientation = quaternion_normalize(
+                quaternion_multiply((quaternion){q[0], q[1], q[2], q[3]}, obstacle->axes));
+            vec3_store(state->velocities, slot, vec3_load(given->velocity, 0));
+            vec3_store(state->velocities, slot + 1, vec3_load(given->angular_velocity, 0));
+            for (size_t i = 0; i < obstacle->mesh.vertex_count; i++) {
+                vec3 const arm = quaternion_rotate(orientation, vec3_load(obstacle->points, i));
+                vec3_store(state->positions, obstacle->vertex_begin + i, vec3_add(centre, arm));
+            }
+        }
+        vec3_store(state->positions, slot, centre);
+        vec3_store(state->positions, slot + 1, pack_orientation(orientation));
+    }
+}
+
 bool world_free_bodies(const tulle_world *world, world_motion_state *state) {
     bool has_changed = false;
     for (size_t b = 0; b < world->body_count; b++) {
