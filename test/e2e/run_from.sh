@@ -76,6 +76,23 @@ run bodies.yaml --from thrown:10 -o short --record velocities --set 'cloth[0].ma
 run bodies.yaml --from thrown:10 -o short --record velocities --set 'cloth[0].material.preset=silk' --resume >/dev/null || fault "resumed with bodies: exit $?"
 cmp -s caught/bodies.csv short/bodies.csv || fault "resumed bodies differ"
 
+# Other steps, as many frames a second: frames are taken over, steps counted anew; on from there it is resumed.
+finer=(--set time.step=1/225 --set time.steps_per_frame=5 --set 'cloth[0].material.preset=silk')
+run bodies.yaml --from thrown:10 -o finer --record velocities "${finer[@]}" >finer.out || fault "finer steps: exit $?"
+cmp -s <(frames thrown/sheet.pc2 169) <(frames finer/sheet.pc2 169) || fault "finer steps: the first frames differ"
+cmp -s <(head -12 thrown/frames.csv | cut -d, -f2,4) <(head -12 finer/frames.csv | cut -d, -f2,4) || fault "finer steps: other times or hashes"
+[ "$(tail -n +2 finer/frames.csv | cut -d, -f3 | tr '\n' ' ')" = "$(seq -s ' ' 0 5 120) " ] || fault "finer steps: they are counted $(cut -d, -f3 finer/frames.csv | tr '\n' ' ')"
+[ "$(sed -n '2p;$p' finer/report.csv | cut -d, -f1 | tr '\n' ' ')" = "50 119 " ] || fault "finer steps: reports of others"
+[ "$(wc -l <finer/frames.csv)" = 26 ] || fault "finer steps: $(wc -l <finer/frames.csv) lines"
+awk -F, 'NR > 1 && ($2 - ($1 * 2 / 90)) ^ 2 > 1e-24 { bad = 1 } END { exit bad }' finer/frames.csv || fault "finer steps: frames at other times"
+"$TULLE" check finer >check.out || fault "finer steps: not clean: $(tail -1 check.out)"
+run bodies.yaml --from thrown:10 -o again --record velocities "${finer[@]}" -n 15 >/dev/null || fault "finer steps, shorter: exit $?"
+run bodies.yaml --from thrown:10 -o again --record velocities "${finer[@]}" --resume >again.out || fault "finer steps, resumed: exit $?"
+cmp -s finer/sheet.pc2 again/sheet.pc2 || fault "finer steps: what is resumed differs"
+[ "$(tail -1 finer.out)" = "$(tail -1 again.out)" ] || fault "finer steps: it ends in another state"
+"$TULLE" info again | grep -q 'files  *as the run wrote them' || fault "finer steps: its files are not sound"
+"$TULLE" convert finer finer.glb >/dev/null || fault "finer steps: cannot be converted"
+
 refuse() { # WORDS ARGUMENTS...
     local words=$1
     shift
@@ -90,7 +107,7 @@ run scene.yaml -o plain -n 3 >/dev/null
 refuse 'keeps no velocities' scene.yaml --from plain
 refuse 'has 25 frames' scene.yaml --from first:99
 refuse 'no frame of the scene is left' scene.yaml --from first
-refuse 'steps of' scene.yaml --from first:3 --set time.steps_per_frame=3
+refuse 'frames are 0.0222222222 s apart, those of the scene 0.0333333333 s' scene.yaml --from first:3 --set time.steps_per_frame=3
 refuse "no cloth 'other'" scene.yaml --from first:3 --set 'cloth[0].name=other'
 refuse "no cloth 'sheet'" scene.yaml --from first:3 --set 'cloth[0].mesh.resolution=[12, 13]'
 refuse "no rigid body 'bar' of the same mesh" scene.yaml --from first:3 --set 'obstacles[1].dynamic={mass: 1 kg}'

@@ -388,10 +388,10 @@ static void bodies_go_on(void **state) {
             bool const is_free = b == THROWN || (b == WAITING && moment.time >= 0.3) ||
                                  (b == LATE && moment.time >= 0.35);
             FINE(tulle_obstacle_get_transform(after, get_body_id(b), &there, &error));
-            assert_true(!is_free || memcmp(there.position, bodies[b].position,
-                                           sizeof there.position) == 0);
-            assert_true(!is_free || memcmp(there.velocity, bodies[b].velocity,
-                                           sizeof there.velocity) == 0);
+            assert_true(!is_free ||
+                        memcmp(there.position, bodies[b].position, sizeof there.position) == 0);
+            assert_true(!is_free ||
+                        memcmp(there.velocity, bodies[b].velocity, sizeof there.velocity) == 0);
             assert_true(measure_distance_of_body(before, after, b) < 1e-14);
         }
         assert_true(measure_distance_of_body(before, after, THROWN) < 1e-14);

@@ -3,7 +3,8 @@
  *
  * Cloth begins with the positions and velocities that the frame has, as floats, rigid bodies with
  * their places and velocities, as doubles. Frames before it are copied to the bit. An obstacle that
- * the other run has not is absent in them. */
+ * the other run has not is absent in them. Where the steps are others, as many frames a second
+ * though, the steps up to there are counted as the scene makes them, and have no reports. */
 #define _XOPEN_SOURCE 700
 #include "app/run/session.h"
 #include "base/error.h"
@@ -14,16 +15,19 @@
 #include <sys/stat.h>
 
 enum { NO_BODY = -1 };
+/* Part of a frame by which its length may differ: products of a step and a count are rounded. */
+static const double INTERVAL_TOLERANCE = 1e-9;
 
 struct run_source {
     const char *path;
     tulle_run_reader *reader;
     const tulle_run_info *info;
-    uint32_t frame;  /* the one that is gone on from */
-    int *bodies;     /* of each body of the session: its index in the other run, or NO_BODY */
-    double **places; /* of each body, room for 3 * vertex_count; null where it is static */
-    double **still;  /* the same, zeros, where the other run has no such body; else null */
-    bool is_same;    /* all bodies are those of the other run, in its order */
+    uint32_t frame;      /* the one that is gone on from */
+    int *bodies;         /* of each body of the session: its index in the other run, or NO_BODY */
+    double **places;     /* of each body, room for 3 * vertex_count; null where it is static */
+    double **still;      /* the same, zeros, where the other run has no such body; else null */
+    bool is_same;        /* all bodies are those of the other run, in its order */
+    bool has_same_steps; /* the steps of the scene are as long as those of the other run */
     tulle_transform *transforms; /* of the rigid bodies of the other run */
 };
 
@@ -65,8 +69,7 @@ static bool is_same_folder(const char *a, const char *b) {
            first.st_ino == second.st_ino;
 }
 
-static tulle_status check_run(const run_session *session, const run_source *source,
-                              tulle_error *error) {
+static tulle_status check_run(const run_session *session, run_source *source, tulle_error *error) {
     const tulle_run_info *const info = source->info;
     double const step = tulle_scene_get_time_step(session->scene);
     uint32_t const per_frame = tulle_scene_get_steps_per_frame(session->scene);
@@ -84,11 +87,14 @@ static tulle_status check_run(const run_session *session, const run_source *sour
                             source->frame, info->frame_count);
     if (source->frame >= session->options.frame_count)
         return refuse(source, error, "no frame of the scene is left behind it");
-    if (info->time_step != step || info->steps_per_frame != per_frame)
+    source->has_same_steps = info->time_step == step && info->steps_per_frame == per_frame;
+    double const interval = step * per_frame, former = info->time_step * info->steps_per_frame;
+    if (fabs(interval - former) > INTERVAL_TOLERANCE * former)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                            "the run cannot be gone on from: it has %u steps of %.17g s in a "
-                            "frame, the scene has %u of %.17g s",
-                            info->steps_per_frame, info->time_step, per_frame, step);
+                            "the run cannot be gone on from: its frames are %.9g s apart, those of "
+                            "the scene %.9g s; give time.step and time.steps_per_frame whose "
+                            "product is the former",
+                            former, interval);
     if (tulle_run_reader_get_lags(source->reader, source->frame, &lags, &lag_count) != TULLE_OK ||
         lag_count > 0)
         return refuse(source, error,
@@ -196,6 +202,11 @@ tulle_status run_source_open(run_session *session, tulle_error *error) {
 
 /* ---- the start ---- */
 
+/* Steps up to a frame, as the scene makes them. */
+static uint64_t count_steps(const run_session *session, uint32_t frame) {
+    return (uint64_t)frame * tulle_scene_get_steps_per_frame(session->scene);
+}
+
 /* Reads where the session's bodies are in a frame, into places. */
 static tulle_status read_places(const run_session *session, uint32_t frame, tulle_error *error) {
     const run_source *const source = session->source;
@@ -238,8 +249,8 @@ tulle_status run_source_start(run_session *session, tulle_error *error) {
         status = tulle_run_reader_read_debug(source->reader, source->frame, &debug, error);
     if (status != TULLE_OK) return status;
     if (!debug) return refuse(source, error, "it does not know the velocities of this frame");
-    status = tulle_run_reader_get_frame(source->reader, source->frame, &moment.time,
-                                        &moment.step_count, NULL);
+    status = tulle_run_reader_get_frame(source->reader, source->frame, &moment.time, NULL, NULL);
+    moment.step_count = count_steps(session, source->frame);
     for (size_t i = 0; i < session->built.cloth_count; i++)
         moment.vertex_count += session->bodies[i].mesh.vertex_count;
     double *const joined = malloc(6 * moment.vertex_count * sizeof *joined);
@@ -302,8 +313,9 @@ static tulle_status copy_frame(run_session *session, uint32_t frame, tulle_error
     if (status == TULLE_OK) status = read_transforms(session, frame, &count, error);
     if (status == TULLE_OK) status = map_debug(session, frame, &mapped, &copied.debug, error);
     if (status == TULLE_OK)
-        status = tulle_run_reader_get_frame(source->reader, frame, &copied.time, &copied.step,
+        status = tulle_run_reader_get_frame(source->reader, frame, &copied.time, NULL,
                                             &copied.state_hash);
+    copied.step = count_steps(session, frame);
     if (status != TULLE_OK) return status;
     for (size_t i = 0; i < session->body_count; i++) {
         session->positions[i] = source->places[i];
@@ -327,10 +339,11 @@ static tulle_status copy_frame(run_session *session, uint32_t frame, tulle_error
 
 tulle_status run_source_copy(run_session *session, tulle_error *error) {
     const run_source *const source = session->source;
-    const tulle_step_report *reports;
-    size_t report_count, done = 0;
-    tulle_status status =
-        tulle_run_reader_get_reports(source->reader, &reports, &report_count, error);
+    const tulle_step_report *reports = NULL;
+    size_t report_count = 0, done = 0;
+    tulle_status status = TULLE_OK;
+    if (source->has_same_steps)
+        status = tulle_run_reader_get_reports(source->reader, &reports, &report_count, error);
     for (uint32_t frame = 0; frame <= source->frame && status == TULLE_OK; frame++) {
         size_t const end = (size_t)frame * source->info->steps_per_frame;
         for (; done < end && done < report_count && status == TULLE_OK; done++) {

@@ -336,8 +336,7 @@ static tulle_status begin_start_at(tulle_world *world, const tulle_moment *momen
     recorded_call call = {.kind = RECORD_START, .numbers = {0, moment->step_count}};
     size_t const count = 3 * moment->vertex_count;
     size_t const joined_count = count + RECORD_BODY_COUNT * moment->body_count;
-    double *const joined =
-        memory_allocate_zeroed(&world->heap, joined_count + 1, sizeof *joined);
+    double *const joined = memory_allocate_zeroed(&world->heap, joined_count + 1, sizeof *joined);
     if (!joined) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the moment");
     if (count > 0) memcpy(joined, moment->velocities, count * sizeof *joined);
     for (size_t i = 0; i < moment->body_count; i++)
