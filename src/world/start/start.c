@@ -214,7 +214,7 @@ static tulle_status place_objects(tulle_world *world, const tulle_moment *moment
         world->now.is_present[i] = is_present;
         world->surfaces[world->cloths.count + i].is_present = is_present;
     }
-    if (moment) world_move_bodies(world, moment->bodies);
+    if (moment) world_place_bodies(world, moment->bodies);
     return TULLE_OK;
 }
 
@@ -253,7 +253,7 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, const tulle
     if (status == TULLE_OK && !world_choose_pairs(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK) {
         for (size_t s = 0; s < world->set.surface_count; s++) world_fill_surface(world, s);
-        world_place_bodies(world);
+        world_place_bodies(world, NULL);
         status = world_build_model(world, error);
     }
     if (status == TULLE_OK) status = world_derive_distances(world, error);
