@@ -332,7 +332,8 @@ static tulle_status start(replay *self, const recorded_call *call) {
                            .vertex_count = first->count / 3};
     memcpy(&moment.time, &call->numbers[0], sizeof moment.time);
     size_t const rest = second->count >= first->count ? second->count - first->count : 0;
-    if (second->count < first->count) moment.velocities = NULL;
+    if (second->count < first->count || rest % RECORD_BODY_COUNT != 0)
+        return refuse_block(self, self->report->offset, "a start has odd arrays");
     moment.body_count = rest / RECORD_BODY_COUNT;
     tulle_transform *const bodies =
         ARENA_NEW(&self->scratch, tulle_transform, moment.body_count + 1);
