@@ -60,7 +60,12 @@ tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern bl
     matrix.diagonal_positions = memory_allocate(heap, row_count * sizeof(uint32_t));
     matrix.values =
         memory_allocate_zeroed(heap, BLOCK_NUMBERS * matrix.block_count, sizeof(double));
-    if (!matrix.scalar_begin || !matrix.diagonal_positions || !matrix.values) {
+    bool const has_memory = matrix.scalar_begin && matrix.diagonal_positions && matrix.values;
+    if (!has_memory ||
+        matrix_diagonals_find(
+            heap, row_count, (entry_pattern){matrix.block_count, matrix.row_begin, matrix.columns},
+            (entry_pattern){matrix.scalar_count, matrix.scalar_begin, matrix.scalar_columns},
+            &matrix.diagonals) != TULLE_OK) {
         block_matrix_destroy(heap, &matrix);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
@@ -73,6 +78,8 @@ tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern bl
 void block_matrix_destroy(memory *heap, block_matrix *matrix) {
     memory_release(heap, matrix->no_scalars, (matrix->row_count + 1) * sizeof(uint32_t));
     memory_release(heap, matrix->diagonal_positions, matrix->row_count * sizeof(uint32_t));
+    memory_release(heap, matrix->diagonals.of_blocks, matrix->block_count);
+    memory_release(heap, matrix->diagonals.of_scalars, matrix->scalar_count);
     memory_release(heap, matrix->values, BLOCK_NUMBERS * matrix->block_count * sizeof(double));
     *matrix = (block_matrix){0};
 }
@@ -84,6 +91,24 @@ void block_matrix_apply(void *context, const double *x, double *result) {
     if (matrix->is_idle) memset(result, 0, 3 * matrix->row_count * sizeof *result);
     parallel_for_busy(matrix->is_idle, matrix->row_count, ROWS_PER_CHUNK, a->threads,
                       TULLE_PICK_KERNEL(multiply_rows), &task);
+}
+
+typedef struct scalar_task {
+    const block_matrix *matrix;
+    double *sums;
+} scalar_task;
+
+static void sum_scalars(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const scalar_task *const task = context;
+    const uint32_t *const rows = task->matrix->scalar_begin;
+    for (size_t k = rows[begin]; k < rows[end]; k++)
+        task->sums[k] = block_matrix_get_scalar(task->matrix, k);
+}
+
+void block_matrix_sum_scalars(const block_matrix *matrix, double *sums, int threads) {
+    scalar_task task = {matrix, sums};
+    parallel_for(matrix->row_count, ROWS_PER_CHUNK, threads, sum_scalars, &task);
 }
 
 typedef struct diagonal_task {

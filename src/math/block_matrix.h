@@ -8,6 +8,7 @@
 #define TULLE_MATH_BLOCK_MATRIX_H
 
 #include "base/memory.h"
+#include "math/matrix_diagonals.h"
 #include "math/matrix_term.h"
 #include "math/vec3.h"
 
@@ -33,7 +34,8 @@ typedef struct block_matrix {
     const uint32_t *scalar_columns; /* ascending in a row */
     uint32_t *no_scalars;           /* in place of a pattern without scalars; else null */
     uint32_t *diagonal_positions;   /* row_count: index of the diagonal block */
-    double *values;                 /* BLOCK_NUMBERS * block_count */
+    matrix_diagonals diagonals;
+    double *values; /* BLOCK_NUMBERS * block_count */
     /* Scalars are sums of two, borrowed: see block_matrix_get_scalar. Set by the user. */
     const double *scalar_parts[2]; /* scalar_count each */
     double scalar_factors[2];
@@ -61,6 +63,9 @@ typedef struct block_pattern {
 tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern blocks,
                                 block_pattern scalars, block_matrix *result);
 void block_matrix_destroy(memory *heap, block_matrix *matrix);
+
+/* Adds up the scalars: scalar_count doubles, for scalar_sums. */
+void block_matrix_sum_scalars(const block_matrix *matrix, double *sums, int threads);
 
 /* Index of block (row, column) in columns; TULLE_NONE if it is not in the pattern. */
 uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column);

@@ -22,8 +22,8 @@ enum { VERTICES_PER_CHUNK = 512 };
 typedef struct solver {
     const conjugate_gradients_problem *problem;
     double *x, *residual, *direction, *product, *preconditioned;
-    double *inverse;  /* BLOCK_NUMBERS a vertex, zero for fixed vertices */
-    double *partials; /* one a chunk */
+    const double *inverse; /* BLOCK_NUMBERS a vertex, zero for fixed vertices */
+    double *partials;      /* one a chunk */
     size_t chunk_count;
     double step; /* alpha or beta of the pass */
 } solver;
@@ -71,16 +71,31 @@ void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex,
     }
 }
 
-/* P^-1 of each vertex, where it is not there; sums b . P^-1 b. */
-static void invert_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+typedef struct invert_task {
+    const conjugate_gradients_problem *problem;
+    double *inverse;
+} invert_task;
+
+static void invert_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const invert_task *const task = context;
+    for (size_t vertex = begin; vertex < end; vertex++)
+        invert_block_of(task->problem, vertex, task->inverse + BLOCK_NUMBERS * vertex);
+}
+
+void conjugate_gradients_invert(const conjugate_gradients_problem *problem, double *inverse) {
+    invert_task task = {problem, inverse};
+    parallel_for(problem->vertex_count, VERTICES_PER_CHUNK, problem->threads, invert_chunk, &task);
+}
+
+/* Sums b . P^-1 b. */
+static void measure_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     solver *const work = context;
     double sum = 0.0;
     for (size_t vertex = begin; vertex < end; vertex++) {
-        double *const inverse = work->inverse + BLOCK_NUMBERS * vertex;
-        if (!work->problem->has_inverse) invert_block_of(work->problem, vertex, inverse);
         vec3 const b = vec3_load(work->problem->right_hand_side, vertex);
-        sum += vec3_dot(b, block_multiply(inverse, b));
+        sum += vec3_dot(b, block_multiply(work->inverse + BLOCK_NUMBERS * vertex, b));
     }
     work->partials[chunk] = sum;
 }
@@ -165,36 +180,35 @@ double conjugate_gradients_choose_target(const conjugate_gradients_problem *prob
 tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem, arena *scratch,
                                          double *norm) {
     arena_mark const mark = arena_get_mark(scratch);
-    size_t const count = problem->vertex_count, inverse_size = BLOCK_NUMBERS * count;
     solver work = {.problem = problem,
-                   .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK),
-                   .inverse = problem->inverse ? problem->inverse
-                                               : ARENA_NEW(scratch, double, inverse_size)};
+                   .chunk_count = parallel_chunk_count(problem->vertex_count, VERTICES_PER_CHUNK),
+                   .inverse = problem->inverse};
     work.partials = ARENA_NEW(scratch, double, work.chunk_count);
-    bool const has_memory = work.inverse && work.partials;
-    if (has_memory) *norm = sqrt(run_pass(&work, invert_diagonal));
+    if (work.partials) *norm = sqrt(run_pass(&work, measure_chunk));
     arena_release(scratch, mark);
-    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+    return work.partials ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
 tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,
                                        arena *scratch, conjugate_gradients_result *result) {
     arena_mark const mark = arena_get_mark(scratch);
-    size_t const count = problem->vertex_count, inverse_size = BLOCK_NUMBERS * count;
+    size_t const count = problem->vertex_count;
     solver work = {
         .problem = problem, .x = x, .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK)};
     work.residual = problem->residual ? problem->residual : ARENA_NEW(scratch, double, 3 * count);
     work.direction = ARENA_NEW(scratch, double, 3 * count);
     work.product = ARENA_NEW(scratch, double, 3 * count);
     work.preconditioned = ARENA_NEW(scratch, double, 3 * count);
-    work.inverse = problem->inverse ? problem->inverse : ARENA_NEW(scratch, double, inverse_size);
+    double *const own = problem->inverse ? NULL : ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
+    work.inverse = problem->inverse ? problem->inverse : own;
     work.partials = ARENA_NEW(scratch, double, work.chunk_count);
     if (!work.residual || !work.direction || !work.product || !work.preconditioned ||
         !work.inverse || !work.partials) {
         arena_release(scratch, mark);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }
-    double const of_right_hand_side = sqrt(run_pass(&work, invert_diagonal));
+    if (own) conjugate_gradients_invert(problem, own);
+    double const of_right_hand_side = sqrt(run_pass(&work, measure_chunk));
     double reference = problem->reference > 0.0 ? problem->reference : of_right_hand_side;
     problem->apply(problem->apply_context, x, work.product);
     double rho = run_pass(&work, begin_iteration);

@@ -19,9 +19,7 @@ typedef struct conjugate_gradients_problem {
     const double *diagonal;        /* 9 * vertex_count: diagonal blocks of A (symmetric), inverted
                                       inside as the preconditioner P; a block that is not positive
                                       definite is replaced by its positive diagonal, or by 1 */
-    double *inverse;               /* P^-1 is put here, BLOCK_NUMBERS * vertex_count; null: into
-                                      scratch */
-    bool has_inverse;              /* it is there, of this diagonal */
+    const double *inverse;         /* P^-1, BLOCK_NUMBERS * vertex_count; null: not at hand */
     const uint8_t *is_fixed;       /* vertex_count, null: none. Fixed entries of x stay as given */
     const uint8_t *is_idle; /* vertex_count: fixed, and the product at them is of no use; null: none
                              */
@@ -65,9 +63,12 @@ typedef struct conjugate_gradients_result {
 tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,
                                        arena *scratch, conjugate_gradients_result *result);
 
-/* sqrt(b . P^-1 b) over free vertices, without a product. TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
+/* sqrt(b . P^-1 b) over free vertices, without a product; the problem has the inverse. TULLE_OK or
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem, arena *scratch,
                                          double *norm);
+/* P^-1 of all vertices. */
+void conjugate_gradients_invert(const conjugate_gradients_problem *problem, double *inverse);
 
 /* The residual at which a solve with this first residual ends. */
 double conjugate_gradients_choose_target(const conjugate_gradients_problem *problem,

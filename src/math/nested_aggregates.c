@@ -66,8 +66,9 @@ static bool add_level(memory *heap, const member_graph *graph, arena *scratch,
     level->inverse = memory_allocate_zeroed(heap, blocks + SINGLE_PADDING, sizeof(float));
     level->residual = memory_allocate_zeroed(heap, vectors, sizeof(float));
     level->correction = memory_allocate_zeroed(heap, vectors, sizeof(float));
+    level->dots = memory_allocate_zeroed(heap, level->count, sizeof(double));
     if (!level->member_begin || !level->members || !level->matrix_blocks || !level->blocks ||
-        !level->inverse || !level->residual || !level->correction)
+        !level->inverse || !level->residual || !level->correction || !level->dots)
         return false;
 
     /* Sorts the members by aggregate. */
@@ -178,6 +179,7 @@ void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates) {
         memory_release(heap, level->inverse, (9 * level->count + SINGLE_PADDING) * sizeof(float));
         memory_release(heap, level->residual, vectors * sizeof(float));
         memory_release(heap, level->correction, vectors * sizeof(float));
+        memory_release(heap, level->dots, level->count * sizeof(double));
     }
     memory_release(heap, aggregates->block_levels, aggregates->block_count);
     memory_release(heap, aggregates->scalar_levels, aggregates->scalar_count);

@@ -25,6 +25,7 @@ typedef struct aggregate_level {
     float *inverse;         /* 9 * count of G^-1, and padding */
     float *residual;        /* 3 * count: P^T r, and padding */
     float *correction;      /* 3 * count and padding: at last, of all levels from this one up */
+    double *dots;           /* count at most: of both, for each chunk of a loop */
 } aggregate_level;
 
 typedef struct nested_aggregates {

@@ -14,12 +14,12 @@
 
 #include <string.h>
 
-/* Aggregates of one sum, which is the unit of every dot, and of a chunk of a loop. A level with
- * no more than one sum is not shared among threads. */
-enum { AGGREGATES_PER_SUM = 256, AGGREGATES_PER_CHUNK = 64 };
+/* Aggregates of a chunk of a loop. A level with no more than MOST_ALONE is not shared among
+ * threads. */
+enum { MOST_ALONE = 256, AGGREGATES_PER_CHUNK = 64 };
 
 static size_t choose_chunk(size_t count) {
-    return count > AGGREGATES_PER_SUM ? AGGREGATES_PER_CHUNK : AGGREGATES_PER_SUM;
+    return count > MOST_ALONE ? AGGREGATES_PER_CHUNK : MOST_ALONE;
 }
 
 /* An aggregate of level l has one sum, a block, for each level from l on. The level above adds up
@@ -32,24 +32,26 @@ typedef struct fill_task {
     double *sums;
 } fill_task;
 
-/* Adds the entries of a row to its aggregate's sums. */
-static void add_row(const fill_task *task, size_t row, double *sums) {
+/* Sums of the entries of some rows, by level. The last ones are of what no level joins, and serve
+ * nothing. */
+typedef struct level_sums {
+    double blocks[AGGREGATE_LEVELS_MAX + 1][BLOCK_NUMBERS];
+    double scalars[AGGREGATE_LEVELS_MAX + 1];
+} level_sums;
+
+/* Adds the entries of a row. */
+static void add_row(const fill_task *task, size_t row, level_sums *sums) {
     const nested_aggregates *const all = task->all;
     const block_matrix *const matrix = task->matrix;
     for (uint32_t k = matrix->row_begin[row]; k < matrix->row_begin[row + 1]; k++) {
-        if (all->block_levels[k] >= all->level_count || all->is_fixed[matrix->columns[k]]) continue;
-        double *const to = sums + 9 * (size_t)all->block_levels[k];
+        if (all->is_fixed[matrix->columns[k]]) continue;
+        double *const to = sums->blocks[all->block_levels[k]];
         const double *const m = matrix->values + BLOCK_NUMBERS * (size_t)k;
-        double const full[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
-        for (size_t i = 0; i < 9; i++) to[i] += full[i];
+        for (size_t i = 0; i < BLOCK_NUMBERS; i++) to[i] += m[i];
     }
-    for (uint32_t k = matrix->scalar_begin[row]; k < matrix->scalar_begin[row + 1]; k++) {
-        if (all->scalar_levels[k] >= all->level_count || all->is_fixed[matrix->scalar_columns[k]])
-            continue;
-        double *const to = sums + 9 * (size_t)all->scalar_levels[k];
-        double const value = block_matrix_get_scalar(matrix, k);
-        for (size_t i = 0; i < 9; i += 4) to[i] += value;
-    }
+    for (uint32_t k = matrix->scalar_begin[row]; k < matrix->scalar_begin[row + 1]; k++)
+        if (!all->is_fixed[matrix->scalar_columns[k]])
+            sums->scalars[all->scalar_levels[k]] += block_matrix_get_scalar(matrix, k);
 }
 
 static void sum_members(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -61,14 +63,22 @@ static void sum_members(void *context, size_t begin, size_t end, size_t chunk, i
     for (size_t a = begin; a < end; a++) {
         double *const sums = task->sums + size * a;
         memset(sums, 0, size * sizeof(double));
+        level_sums of_rows = {0};
         for (uint32_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
             size_t const member = level->members[i];
             if (!task->below) {
-                if (!all->is_fixed[member]) add_row(task, member, sums);
+                if (!all->is_fixed[member]) add_row(task, member, &of_rows);
                 continue;
             }
             const double *const from = task->below + (size + 9) * member + 9;
             for (size_t k = 0; k < size; k++) sums[k] += from[k];
+        }
+        for (size_t l = 0; !task->below && l < all->level_count; l++) {
+            const double *const m = of_rows.blocks[l];
+            double const s = of_rows.scalars[l];
+            double const full[9] = {m[0] + s, m[1], m[2], m[1],    m[3] + s,
+                                    m[4],     m[2], m[4], m[5] + s};
+            memcpy(sums + 9 * l, full, sizeof full);
         }
         /* what a level joins counts in all above it */
         for (size_t i = 0; size > 9 && i < 9; i++) sums[9 + i] += sums[i];
@@ -158,9 +168,10 @@ typedef struct correct_task {
     const float *below; /* residual of the level below */
 } correct_task;
 
-/* Residual and own correction of a level's aggregates. */
+/* Residual and own correction of a level's aggregates, and the dot of both. */
 static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
+    (void)worker;
+    double dot = 0.0;
     const correct_task *const task = context;
     const aggregate_level *const level = task->level;
     const uint8_t *const is_fixed = level == task->all->levels ? task->all->is_fixed : NULL;
@@ -176,36 +187,21 @@ static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk
         for (size_t k = 0; k < 3; k++) {
             level->residual[3 * a + k] = r[k];
             level->correction[3 * a + k] = z[k];
+            dot += (double)r[k] * (double)z[k];
         }
     }
+    level->dots[chunk] = dot;
 }
 
 double nested_aggregates_correct(nested_aggregates *aggregates, const float *r, int threads) {
-    enum { AT_ONCE = 4, NUMBERS = 3 * AGGREGATES_PER_SUM };
     double dot = 0.0;
     correct_task task = {.all = aggregates, .below = r};
     for (size_t l = 0; l < aggregates->level_count; l++) {
         const aggregate_level *const level = task.level = &aggregates->levels[l];
-        parallel_for(level->count, choose_chunk(level->count), threads, restrict_chunk, &task);
-        const float *const residual = level->residual, *const own = level->correction;
-        task.below = residual;
-        /* Dots of residual and own correction, each of AGGREGATES_PER_SUM aggregates. Four are
-         * summed side by side, because each addition waits for the one before. */
-        size_t const count = 3 * level->count;
-        size_t begin = 0;
-        for (; begin + AT_ONCE * NUMBERS <= count; begin += AT_ONCE * NUMBERS) {
-            double dots[AT_ONCE] = {0.0};
-            for (size_t i = begin; i < begin + NUMBERS; i++)
-                for (size_t s = 0; s < AT_ONCE; s++)
-                    dots[s] += (double)residual[NUMBERS * s + i] * (double)own[NUMBERS * s + i];
-            for (size_t s = 0; s < AT_ONCE; s++) dot += dots[s];
-        }
-        for (; begin < count; begin += NUMBERS) {
-            size_t const end = begin + NUMBERS < count ? begin + NUMBERS : count;
-            double rest = 0.0;
-            for (size_t i = begin; i < end; i++) rest += (double)residual[i] * (double)own[i];
-            dot += rest;
-        }
+        size_t const chunk = choose_chunk(level->count);
+        parallel_for(level->count, chunk, threads, restrict_chunk, &task);
+        dot += parallel_sum(level->dots, parallel_chunk_count(level->count, chunk));
+        task.below = level->residual;
     }
     /* Down again: each level adds the correction of the level above. */
     for (size_t l = aggregates->level_count; l-- > 1;) {

@@ -28,69 +28,6 @@ static const double PASS_AIM = 0.9;
 /* A pass that leaves more than this part of the residual is the last. */
 static const double PASS_LEAST = 0.5;
 
-/* ---- the matrix ---- */
-
-typedef struct copy_task {
-    const block_matrix *matrix;
-    single_matrix *copy;
-} copy_task;
-
-static void copy_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
-    const copy_task *const task = context;
-    const block_matrix *const matrix = task->matrix;
-    for (size_t i = SINGLE_BLOCK * (size_t)matrix->row_begin[begin];
-         i < SINGLE_BLOCK * (size_t)matrix->row_begin[end]; i++)
-        task->copy->values[i] = (float)matrix->values[i];
-    for (size_t i = matrix->scalar_begin[begin]; i < matrix->scalar_begin[end]; i++)
-        task->copy->scalar_values[i] = (float)block_matrix_get_scalar(matrix, i);
-}
-
-bool single_system_make(const block_matrix *matrix, const matrix_term *terms, size_t term_count,
-                        int threads, arena *scratch, single_system *system) {
-    *system = (single_system){.matrix = matrix,
-                              .copy = {.row_begin = matrix->row_begin,
-                                       .columns = matrix->columns,
-                                       .scalar_begin = matrix->scalar_begin,
-                                       .scalar_columns = matrix->scalar_columns}};
-    system->copy.values =
-        ARENA_NEW(scratch, float, SINGLE_BLOCK * matrix->block_count + SINGLE_PADDING);
-    system->copy.scalar_values = ARENA_NEW(scratch, float, matrix->scalar_count);
-    system->apart = ARENA_NEW(scratch, const matrix_term *, term_count);
-    if (!system->copy.values || !system->copy.scalar_values || !system->apart) return false;
-    copy_task task = {matrix, &system->copy};
-    parallel_for_busy(matrix->is_idle, matrix->row_count, VERTICES_PER_CHUNK, threads, copy_rows,
-                      &task);
-    memset(system->copy.values + SINGLE_BLOCK * matrix->block_count, 0,
-           SINGLE_PADDING * sizeof(float));
-    for (size_t t = 0; t < term_count; t++) {
-        const matrix_term *const term = &terms[t];
-        uint32_t places[4][4];
-        bool is_inside = true; /* all blocks of the term are in the pattern */
-        for (size_t i = 0; i < 4; i++)
-            for (size_t j = 0; j < 4; j++) {
-                uint32_t const row = term->vertices[i], column = term->vertices[j];
-                places[i][j] = TULLE_NONE;
-                if (row == TULLE_NONE || column == TULLE_NONE) continue;
-                places[i][j] = block_matrix_find(matrix, row, column);
-                is_inside &= places[i][j] != TULLE_NONE;
-            }
-        if (!is_inside) {
-            system->apart[system->apart_count++] = term;
-            continue;
-        }
-        for (size_t i = 0; i < 4; i++)
-            for (size_t j = 0; j < 4; j++) {
-                if (places[i][j] == TULLE_NONE) continue;
-                float *const block = system->copy.values + SINGLE_BLOCK * (size_t)places[i][j];
-                double const scale = term->weights[i] * term->weights[j];
-                for (size_t k = 0; k < SINGLE_BLOCK; k++)
-                    block[k] += (float)(scale * term->stiffness.m[block_places[k]]);
-            }
-    }
-    return true;
-}
-
 /* ---- terms outside the pattern ---- */
 
 /* What a term gives one of its vertices. */
@@ -150,8 +87,9 @@ struct single_solver {
     nested_aggregates *aggregates; /* of this run; null: none, or none with a level */
     apart_terms apart;
     single_vectors vectors;
-    double *x, *product, *inverse; /* in double precision; inverse: six numbers a block */
-    double *partials;              /* one a chunk */
+    double *x, *product;   /* in double precision */
+    const double *inverse; /* the same: six numbers a block */
+    double *partials;      /* one a chunk */
     size_t chunk_count;
     double scale;               /* of the residual in single precision */
     double norm;                /* of b - A x in double precision, which is in `product` */
@@ -175,16 +113,11 @@ static double run_busy_loop(single_solver *work, parallel_body body) {
     return parallel_sum(work->partials, work->chunk_count);
 }
 
-static void invert_diagonal(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
-    single_solver *const work = context;
-    work->partials[chunk] = 0.0;
-    for (size_t v = begin; v < end; v++) {
-        double *const inverse = work->inverse + BLOCK_NUMBERS * v;
-        invert_block_of(work->problem, v, inverse);
-        for (size_t i = 0; i < BLOCK_NUMBERS; i++)
-            work->vectors.inverse[SINGLE_BLOCK * v + i] = (float)inverse[i];
-    }
+static void copy_inverse(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const single_solver *const work = context;
+    for (size_t i = BLOCK_NUMBERS * begin; i < BLOCK_NUMBERS * end; i++)
+        work->vectors.inverse[i] = (float)work->inverse[i];
 }
 
 /* r = b - A x into `product`; sums r . P^-1 r. */
@@ -234,10 +167,10 @@ static void multiply(void *context, size_t begin, size_t end, size_t chunk, int 
     (void)worker;
     single_solver *const work = context;
     const float *const direction = work->vectors.direction;
-    work->partials[chunk] = are_idle(work->problem->is_idle, begin, end)
-                                ? 0.0
-                                : (double)TULLE_PICK_KERNEL(single_multiply)(
-                                      &work->system->copy, &work->vectors, begin, end);
+    work->partials[chunk] =
+        are_idle(work->problem->is_idle, begin, end)
+            ? 0.0
+            : (double)single_system_multiply(work->system, &work->vectors, begin, end);
     size_t const count = work->system->apart_count;
     for (size_t t = count * chunk / work->chunk_count; t < count * (chunk + 1) / work->chunk_count;
          t++) {
@@ -272,13 +205,16 @@ static void turn_direction(void *context, size_t begin, size_t end, size_t chunk
     (void)chunk, (void)worker;
     single_solver *const work = context;
     const nested_aggregates *const aggregates = work->aggregates;
-    if (!aggregates) {
+    if (aggregates) {
+        single_correction const correction = {aggregates->levels[0].correction,
+                                              aggregates->levels[0].parents, aggregates->is_fixed};
+        TULLE_PICK_KERNEL(single_turn_corrected)
+        (&work->vectors, &correction, work->step, begin, end);
+    } else {
         TULLE_PICK_KERNEL(single_turn)(&work->vectors, work->step, begin, end);
-        return;
     }
-    single_correction const correction = {aggregates->levels[0].correction,
-                                          aggregates->levels[0].parents, aggregates->is_fixed};
-    TULLE_PICK_KERNEL(single_turn_corrected)(&work->vectors, &correction, work->step, begin, end);
+    if (work->system->diagonals.pattern) TULLE_PICK_KERNEL(diagonal_split)
+    (&work->system->diagonals, work->vectors.direction, begin, end);
 }
 
 /* Iterations of a pass; norm2 is r . P^-1 r of the start. */
@@ -294,9 +230,8 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2) {
             descent += nested_aggregates_correct(work->aggregates, work->vectors.residual,
                                                  problem->threads);
         work->step = is_first ? 0.0F : (float)(descent / before);
-        if (!is_first || work->aggregates) /* else begin_pass has set the direction */
-            parallel_for_busy(problem->is_idle, problem->vertex_count, VERTICES_PER_CHUNK,
-                              problem->threads, turn_direction, work);
+        parallel_for_busy(problem->is_idle, problem->vertex_count, VERTICES_PER_CHUNK,
+                          problem->threads, turn_direction, work);
         if (!isfinite(norm2) || !isfinite(descent)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (work->iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0))
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
@@ -343,9 +278,8 @@ single_solver *single_solver_make(const conjugate_gradients_problem *problem,
                                   const single_system *system, double *x, arena *scratch) {
     single_solver *const work = ARENA_NEW(scratch, single_solver, 1);
     if (!work) return NULL;
-    size_t const count = problem->vertex_count, padded = 3 * count + SINGLE_PADDING;
+    size_t const count = problem->vertex_count, padded = 3 * (count + SINGLE_PADDING);
     size_t const padded_blocks = SINGLE_BLOCK * count + SINGLE_PADDING;
-    size_t const inverse_size = BLOCK_NUMBERS * count;
     *work = (single_solver){.problem = problem,
                             .system = system,
                             .x = x,
@@ -358,13 +292,15 @@ single_solver *single_solver_make(const conjugate_gradients_problem *problem,
     v->preconditioned = ARENA_NEW_ZEROED(scratch, float, padded);
     v->inverse = ARENA_NEW_ZEROED(scratch, float, padded_blocks);
     work->product = problem->residual ? problem->residual : ARENA_NEW(scratch, double, 3 * count);
-    work->inverse = ARENA_NEW(scratch, double, inverse_size);
+    double *const own = problem->inverse ? NULL : ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
+    work->inverse = problem->inverse ? problem->inverse : own;
     work->partials = ARENA_NEW(scratch, double, work->chunk_count);
     if (!v->x || !v->residual || !v->direction || !v->product || !v->preconditioned ||
         !v->inverse || !work->product || !work->inverse || !work->partials ||
         !sort_apart_terms(system, work->chunk_count, scratch, &work->apart))
         return NULL;
-    run_loop(work, invert_diagonal);
+    if (own) conjugate_gradients_invert(problem, own);
+    parallel_for(count, VERTICES_PER_CHUNK, problem->threads, copy_inverse, work);
     work->norm = measure_residual(work);
     return work;
 }

@@ -3,13 +3,16 @@
 #define TULLE_MATH_SINGLE_SOLVE_H
 
 #include "math/conjugate_gradients.h"
+#include "math/diagonal_kernel.h"
 #include "math/nested_aggregates.h"
 #include "math/single_kernel.h"
 
 /* A matrix in single precision, with terms; its numbers lie in the arena. */
 typedef struct single_system {
     const block_matrix *matrix;
-    single_matrix copy;        /* with the terms that lie in the pattern */
+    /* With the terms that lie in the pattern: by diagonals if the matrix has them, else by rows */
+    single_diagonals diagonals; /* pattern null: none */
+    single_matrix copy;
     const matrix_term **apart; /* the others */
     size_t apart_count;
     nested_aggregates *aggregates; /* with the same terms, for a preconditioner; null: none */
@@ -19,6 +22,10 @@ typedef struct single_system {
  */
 bool single_system_make(const block_matrix *matrix, const matrix_term *terms, size_t term_count,
                         int threads, arena *scratch, single_system *system);
+
+/* Rows begin .. end - 1 without the terms apart, as single_multiply and diagonal_multiply. */
+float single_system_multiply(const single_system *system, const single_vectors *vectors,
+                             size_t begin, size_t end);
 
 /* A solve that may be run in parts, with other limits, tolerances or aggregates each time. */
 typedef struct single_solver single_solver;

@@ -28,12 +28,21 @@ bool paths_stay_in_bounds(const contact_scene *scene, const pair_source *source,
     double const hit = HIT_RESERVE * scene->settings.minimum_gap;
     double const reach = 0.5 * (source->margin - hit) * (1.0 - 1e-6);
     if (!(reach >= 0.0)) return false;
-    for (size_t i = 0; i < 3 * scene->vertex_count; i++) {
-        if (is_slot(scene, i / 3)) continue; /* their bodies' vertices count */
-        double const b = source->bounds[i], a = source->is_straight ? b : scene->x0[i];
-        double const low = a < b ? a : b, high = a < b ? b : a;
-        if (!(x1[i] >= low - reach && x1[i] <= high + reach)) return false;
-    }
+    const double *const first = source->is_straight ? source->bounds : scene->x0;
+    size_t const cloth_count = scene->cloth_vertex_count;
+    size_t const begins[2] = {0, get_solved_count(scene)}; /* without slots: their bodies' vertices
+                                                              count */
+    size_t const ends[2] = {cloth_count, scene->vertex_count};
+    for (int part = 0; part < 2; part++)
+        for (size_t v = begins[part]; v < ends[part]; v++) {
+            bool is_inside = true;
+            for (size_t i = 3 * v; i < 3 * v + 3; i++) {
+                double const a = first[i], b = source->bounds[i];
+                double const low = a < b ? a : b, high = a < b ? b : a;
+                is_inside &= x1[i] >= low - reach && x1[i] <= high + reach;
+            }
+            if (!is_inside) return false;
+        }
     return true;
 }
 

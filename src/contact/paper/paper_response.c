@@ -154,7 +154,8 @@ static tulle_status solve_system(paper_work *work) {
     size_t const count = scene->cloth_vertex_count;
     double *const right_hand_side = ARENA_NEW(scene->scratch, double, 3 * count);
     double *const diagonal = ARENA_NEW(scene->scratch, double, 9 * count);
-    if (!right_hand_side || !diagonal) return TULLE_ERROR_OUT_OF_MEMORY;
+    double *const inverse = ARENA_NEW(scene->scratch, double, BLOCK_NUMBERS *count);
+    if (!right_hand_side || !diagonal || !inverse) return TULLE_ERROR_OUT_OF_MEMORY;
     block_matrix_get_diagonal(system->matrix, diagonal, scene->threads);
     for (size_t i = 0; i < 3 * count; i++)
         right_hand_side[i] = system->right_hand_side[i] + work->impulses[i];
@@ -167,6 +168,7 @@ static tulle_status solve_system(paper_work *work) {
                                            .apply_context = &matrix,
                                            .right_hand_side = work->force,
                                            .diagonal = diagonal,
+                                           .inverse = inverse,
                                            .is_fixed = work->is_held,
                                            .tolerance = scene->settings.cg_tolerance,
                                            .max_iterations = scene->settings.cg_max_iterations,
@@ -174,6 +176,7 @@ static tulle_status solve_system(paper_work *work) {
                                            .stop = scene->stop};
     /* residuals are measured against the force impulse */
     double reference = 0.0;
+    conjugate_gradients_invert(&problem, inverse);
     tulle_status status = conjugate_gradients_measure(&problem, scene->scratch, &reference);
     problem.right_hand_side = right_hand_side;
     problem.reference = reference;

@@ -53,13 +53,13 @@ tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iter
     for (size_t i = 0; i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
         double const violation = harden_if_violated(row, u);
-        result->largest_violation = fmax(result->largest_violation, violation);
+        if (violation > result->largest_violation) result->largest_violation = violation;
         violation2 += violation * violation;
         if (!row->solve.is_in_matrix) continue;
         vec3 const misfit = update_hard_row(row, u);
         double const missed = vec3_norm(misfit) / row->solve.slip_penalty;
         misfit2 += missed * missed;
-        largest_misfit = fmax(largest_misfit, missed);
+        if (missed > largest_misfit) largest_misfit = missed;
         /* to the sums of the cloths that the row touches */
         bool const sticks = row->solve.state == ROW_STICKS;
         double const penalty = row->solve.slip_penalty;

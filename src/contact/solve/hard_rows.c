@@ -17,25 +17,41 @@
  * and their change with it is not in the matrix, which stays symmetric. */
 #include "contact/solve/hard_rows.h"
 
+#include "base/parallel.h"
 #include "contact/rows/row_friction.h"
 #include "contact/rows/row_motion.h"
 #include "contact/solve/project_impulses.h"
 
 #include <math.h>
 
-void prepare_hard_rows(const contact_scene *scene, const double *diagonal, contact_row *rows,
-                       size_t count, const double *u) {
-    const contact_settings *const settings = &scene->settings;
-    for (size_t i = 0; i < count; i++) {
-        contact_row *const row = &rows[i];
-        double const mobility = measure_row_mobility(scene, row, diagonal);
+enum { ROW_CHUNK = 128 };
+
+typedef struct row_preparation {
+    const contact_scene *scene;
+    const double *diagonal, *u;
+    contact_row *rows;
+} row_preparation;
+
+static void prepare_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const row_preparation *const task = context;
+    const contact_settings *const settings = &task->scene->settings;
+    for (size_t i = begin; i < end; i++) {
+        contact_row *const row = &task->rows[i];
+        double const mobility = measure_row_mobility(task->scene, row, task->diagonal);
         row->solve.stiffness = mobility > 0.0 ? settings->hard_stiffness / mobility : 0.0;
         row->solve.compliance = settings->push_out_softness * mobility;
         row->solve.slip_penalty = settings->hard_friction * row->solve.stiffness;
         row->solve.is_in_matrix = false;
         row->solve.is_hard &= row->solve.stiffness > 0.0; /* as carried over */
-        harden_if_violated(row, u);
+        harden_if_violated(row, task->u);
     }
+}
+
+void prepare_hard_rows(const contact_scene *scene, const double *diagonal, contact_row *rows,
+                       size_t count, const double *u) {
+    row_preparation task = {scene, diagonal, u, rows};
+    parallel_for(count, ROW_CHUNK, scene->threads, prepare_chunk, &task);
 }
 
 static bool has_friction(const contact_row *row) {

@@ -39,9 +39,9 @@ static const double NET_SHARE = 0.01;
 /* Where a solve of cloth alone may end above its tolerance, it must get below this share. Without
  * it cloth creeps down a slope that holds it. */
 static const double LATE_NET_SHARE = 0.1;
-/* Once a solve of the substep has outlasted its patience, later ones of fine cloth have so much
- * less. With none sliding layers are late by 1.5 %. Rough ones keep it: what springs are linearised
- * about must be good enough, or a ribbon over an edge bears 3 % too much. */
+/* What earlier solves of a substep took leaves later ones of fine cloth less patience, down to a
+ * third. With none sliding layers are late by 1.5 %. Rough ones keep it: what springs are
+ * linearised about must be good enough, or a ribbon over an edge bears 3 % too much. */
 enum { LATER_PATIENCE = 3 };
 /* It must also get below this tolerance, however large the given one is. */
 static const double LATE_MOST = 0.01;
@@ -67,9 +67,14 @@ typedef struct motion_solve {
     double *u;
     solve_report *report;
     double *right_hand_side, *diagonal; /* of the round */
-    double *inverse;                    /* of the diagonal, where has_inverse says so */
-    bool has_inverse;
+    double *inverse;                    /* of its blocks, for conjugate gradients */
+    uint8_t *has_rows; /* vertices whose blocks rows have changed in this round or before */
     uint8_t *is_fixed;
+    double *start;         /* velocities of the start; of what is fixed, the prescribed ones */
+    double *start_product; /* the system's matrix times these */
+    double reference;      /* of residuals */
+    double net_of_cloth, net_of_all; /* net impulses in solves of cloth alone, and of all; 0: not
+                                        known yet */
     contact_row **hard_rows;
     size_t hard_count;
     /* The system's matrix with its scalars summed. Where solves are in double precision, it has
@@ -79,27 +84,49 @@ typedef struct motion_solve {
     contact_row **rows_apart; /* hard rows that do not */
     size_t apart_count;
     friction_sums *sums; /* of each surface */
-    double reference;
-    /* Net impulses of cloth alone and of all, as conjugate gradients measure them; negative: not
-     * known yet */
-    double net_of_cloth, net_of_all;
     phased_solve phases;
     bool is_cloth_only; /* vectors of the system have no entries of slots */
 } motion_solve;
 
-/* y = A x + sum over hard rows of J^T K J x */
-static void apply_with_hard_rows(void *context, const double *x, double *y) {
-    const motion_solve *const solve = context;
+/* y += sum over hard rows apart of J^T K J x */
+static void add_rows_apart(const motion_solve *solve, const double *x, double *y) {
     size_t const cloth_count = solve->scene->cloth_vertex_count;
-    block_matrix_operator matrix = {&solve->matrix, solve->scene->threads};
-    block_matrix_apply(&matrix, x, y);
-    if (!solve->is_cloth_only) apply_bodies(solve->scene, x, y);
     for (size_t i = 0; i < solve->apart_count; i++) {
         const contact_row *const row = solve->rows_apart[i];
         vec3 const velocity = get_solved_velocity(row, cloth_count, x);
         add_row_impulse(row, cloth_count, mat3_multiply_vec3(&row->solve.pull, velocity), y);
     }
+}
+
+/* y = A x + sum over hard rows of J^T K J x */
+static void apply_with_hard_rows(void *context, const double *x, double *y) {
+    const motion_solve *const solve = context;
+    block_matrix_operator matrix = {&solve->matrix, solve->scene->threads};
+    block_matrix_apply(&matrix, x, y);
+    if (!solve->is_cloth_only) apply_bodies(solve->scene, x, y);
+    add_rows_apart(solve, x, y);
     if (!solve->is_cloth_only) clear_locked(solve->scene, y);
+}
+
+/* Whether hard rows are added to numbers of its own. */
+static bool has_own_numbers(const motion_solve *solve) {
+    return solve->matrix.values != solve->system->matrix->values;
+}
+
+/* Adds a row to the diagonal blocks of its vertices. */
+static void add_to_diagonal(motion_solve *solve, const contact_row *row) {
+    size_t const cloth_count = solve->scene->cloth_vertex_count;
+    add_row_blocks(row, cloth_count, &row->solve.pull, solve->diagonal);
+    for (int k = 0; k < 4; k++)
+        if (row->frame.vertices[k] < cloth_count) solve->has_rows[row->frame.vertices[k]] = 1;
+}
+
+/* Inverts the blocks that are not what they were. */
+static void invert_changed(motion_solve *solve) {
+    conjugate_gradients_problem const problem = {.diagonal = solve->diagonal,
+                                                 .is_fixed = solve->is_fixed};
+    for (size_t v = 0; v < get_solved_count(solve->scene); v++)
+        if (solve->has_rows[v]) invert_block_of(&problem, v, solve->inverse + BLOCK_NUMBERS * v);
 }
 
 /* Adds the springs of ties to the right-hand side and to the rows of the round. */
@@ -113,7 +140,7 @@ static void add_springs(motion_solve *solve) {
                                   get_solved_velocity(row, cloth_count, solve->u));
         vec3 const wanted = vec3_scale(spring->away, -1.0 / scene->time_step);
         vec3 const impulse = vec3_scale(vec3_sub(wanted, led), spring->pull);
-        add_row_blocks(row, cloth_count, &row->solve.pull, solve->diagonal);
+        add_to_diagonal(solve, row);
         add_row_impulse(row, cloth_count, impulse, solve->right_hand_side);
         solve->rows_apart[solve->apart_count++] = row;
         solve->hard_rows[solve->hard_count++] = row;
@@ -151,8 +178,7 @@ static void prepare_round(motion_solve *solve, bool is_first) {
     fill_body_system(scene, right_hand_side, solve->diagonal);
     solve->hard_count = solve->apart_count = 0;
     add_springs(solve);
-    bool const has_own_numbers = solve->matrix.values != system->matrix->values;
-    if (has_own_numbers)
+    if (has_own_numbers(solve))
         memcpy(solve->matrix.values, system->matrix->values,
                BLOCK_NUMBERS * system->matrix->block_count * sizeof(double));
     for (size_t i = 0; i < solve->list->rows.count; i++) {
@@ -169,14 +195,15 @@ static void prepare_round(motion_solve *solve, bool is_first) {
             continue;
         }
         make_pull(&scene->settings, row, solve->u);
-        add_row_blocks(row, cloth_count, &row->solve.pull, solve->diagonal);
+        add_to_diagonal(solve, row);
         matrix_term term = {.stiffness = row->solve.pull};
         for (int k = 0; k < 4; k++) {
             bool const is_cloth = frame->vertices[k] < cloth_count;
             term.vertices[k] = is_cloth ? frame->vertices[k] : TULLE_NONE;
             term.weights[k] = frame->weights[k];
         }
-        if (!has_own_numbers || frame->has_body || !block_matrix_add_term(&solve->matrix, &term))
+        if (!has_own_numbers(solve) || frame->has_body ||
+            !block_matrix_add_term(&solve->matrix, &term))
             solve->rows_apart[solve->apart_count++] = row;
         /* w of the row, less the part of obstacles: the operator knows unknowns only */
         vec3 target = vec3_add_scaled(row->solve.slip_target, frame->normal, get_wanted_speed(row));
@@ -191,7 +218,7 @@ static void prepare_round(motion_solve *solve, bool is_first) {
         solve->hard_rows[solve->hard_count++] = row;
     }
     fix_locked(scene, right_hand_side, solve->diagonal);
-    solve->has_inverse = solve->has_inverse && is_first && solve->hard_count == 0;
+    invert_changed(solve);
 }
 
 /* Moves u along one direction of rigid translations, as far as is best: each free cloth and body by
@@ -289,46 +316,71 @@ static tulle_status translate_cloths(motion_solve *solve) {
         if (isfinite(masses[s])) free_count++;
     }
     for (size_t b = 0; b < scene->body_count; b++) free_count += scene->bodies[b].is_free;
-    if (has_memory) descend_translations(solve, false, masses, work);
+    if (has_memory && free_count > 0) descend_translations(solve, false, masses, work);
     if (has_memory && solve->hard_count > 0 && free_count > 1)
         descend_translations(solve, true, masses, work);
     arena_release(scene->scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
 
-/* Lowers a tolerance to this share of the net impulse. That of the first solve of its kind counts;
- * a solve of no iterations from the velocities of the start measures it. */
-static tulle_status bound_by_net(motion_solve *solve, conjugate_gradients_problem *problem,
-                                 double share, double *net, double *tolerance) {
+/* The norms of the right-hand side and of the net impulse at the velocities of the start. */
+static tulle_status measure_net(const motion_solve *solve,
+                                const conjugate_gradients_problem *problem, double *of_all,
+                                double *net) {
     const contact_scene *const scene = solve->scene;
-    if (!(*net >= 0.0)) {
-        arena_mark const mark = arena_get_mark(scene->scratch);
-        double *const start = ARENA_NEW(scene->scratch, double, 3 * problem->vertex_count);
-        if (!start) return TULLE_ERROR_OUT_OF_MEMORY;
-        for (size_t i = 0; i < problem->vertex_count; i++)
-            vec3_store(start, i, vec3_load(solve->is_fixed[i] ? solve->u : scene->v0, i));
-        conjugate_gradients_problem measure = *problem;
-        measure.reference = 0.0; /* that is, of the right-hand side */
-        measure.max_iterations = 0;
-        conjugate_gradients_result result;
-        tulle_status const status =
-            conjugate_gradients_solve(&measure, start, scene->scratch, &result);
-        arena_release(scene->scratch, mark);
-        if (status != TULLE_OK) return status;
-        problem->has_inverse = true;
-        if (!(solve->reference > 0.0)) solve->reference = result.reference; /* no cloth can move */
-        double const least =
-            fmax(LEAST_NET * solve->reference, LEAST_NET_OF_ALL * result.reference);
-        *net = fmax(result.residual * result.reference, least / NET_SHARE);
+    size_t const size = 3 * problem->vertex_count;
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    double *const impulse = ARENA_NEW(scene->scratch, double, size);
+    tulle_status status = impulse ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+    if (status == TULLE_OK && solve->is_cloth_only && !has_own_numbers(solve)) {
+        memcpy(impulse, solve->start_product, size * sizeof(double));
+        add_rows_apart(solve, solve->start, impulse);
+    } else if (status == TULLE_OK) {
+        problem->apply(problem->apply_context, solve->start, impulse);
     }
-    if (solve->reference > 0.0) *tolerance = fmin(*tolerance, share * *net / solve->reference);
+    for (size_t i = 0; status == TULLE_OK && i < size; i++)
+        impulse[i] = problem->right_hand_side[i] - impulse[i];
+    conjugate_gradients_problem measure = *problem;
+    if (status == TULLE_OK) status = conjugate_gradients_measure(&measure, scene->scratch, of_all);
+    measure.right_hand_side = impulse;
+    if (status == TULLE_OK) status = conjugate_gradients_measure(&measure, scene->scratch, net);
+    arena_release(scene->scratch, mark);
+    return status;
+}
+
+/* Lowers a tolerance to this share of the net impulse. That of the first solve of its kind counts.
+ */
+static tulle_status bound_by_net(motion_solve *solve, const conjugate_gradients_problem *problem,
+                                 double share, double *net, double *tolerance) {
+    double *const reference = &solve->reference;
+    if (!(*net > 0.0)) {
+        double of_all = 0.0, measured = 0.0;
+        tulle_status const status = measure_net(solve, problem, &of_all, &measured);
+        if (status != TULLE_OK) return status;
+        if (!(of_all > 0.0)) of_all = measured;
+        if (!(*reference > 0.0)) *reference = of_all; /* no cloth can move */
+        double const least = fmax(LEAST_NET * *reference, LEAST_NET_OF_ALL * of_all);
+        *net = fmax(measured, least / NET_SHARE);
+    }
+    if (*reference > 0.0) *tolerance = fmin(*tolerance, share * *net / *reference);
     return TULLE_OK;
+}
+
+/* Iterations before a solve may end late. */
+static int choose_patience(const motion_solve *solve) {
+    const contact_settings *const settings = &solve->scene->settings;
+    int const most = settings->effort->patience, least = most / LATER_PATIENCE;
+    bool const is_rough = settings->early_most > 0.0;
+    if (is_rough || !solve->system->aggregates) return most;
+    uint32_t const spent = solve->system->history->iterations + solve->report->cg_iterations;
+    return spent >= (uint32_t)(most - least) ? least : most - (int)spent;
 }
 
 /* Solves for u in one round. */
 static tulle_status solve_linear(motion_solve *solve) {
     const contact_scene *const scene = solve->scene;
     const contact_settings *const settings = &scene->settings;
+    solve_history *const history = solve->system->history;
     conjugate_gradients_problem problem = {
         .vertex_count = get_solved_count(scene),
         .apply = apply_with_hard_rows,
@@ -336,7 +388,6 @@ static tulle_status solve_linear(motion_solve *solve) {
         .right_hand_side = solve->right_hand_side,
         .diagonal = solve->diagonal,
         .inverse = solve->inverse,
-        .has_inverse = solve->has_inverse,
         .is_fixed = solve->is_fixed,
         .is_idle = scene->body_count == 0 ? solve->matrix.is_idle : NULL, /* else longer */
         .tolerance = settings->cg_tolerance,
@@ -364,9 +415,7 @@ static tulle_status solve_linear(motion_solve *solve) {
         problem.vertex_count = scene->cloth_vertex_count;
         precondition_bodies(scene, solve->diagonal, solve->right_hand_side, solve->u);
         if (settings->effort->patience > 0 && solve->reference > 0.0) {
-            problem.patience = settings->effort->patience;
-            bool const is_rough = settings->early_most > 0.0;
-            if (solve->report->is_costly && !is_rough) problem.patience /= LATER_PATIENCE;
+            problem.patience = choose_patience(solve);
             problem.late_tolerance =
                 fmin(settings->effort->late_factor * problem.tolerance, LATE_MOST);
             status = bound_by_net(solve, &problem, LATE_NET_SHARE, &solve->net_of_cloth,
@@ -386,7 +435,7 @@ static tulle_status solve_linear(motion_solve *solve) {
     if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     solve_report *const report = solve->report;
     bool const outlasts = problem.patience > 0 && result.iterations >= problem.patience;
-    report->is_costly |= outlasts && solve->system->aggregates; /* of fine cloth alone */
+    history->is_costly |= outlasts && solve->system->aggregates; /* of fine cloth alone */
     report->solve_count++;
     report->cg_iterations += (uint32_t)result.iterations;
     if (result.end != CONJUGATE_GRADIENTS_CONVERGED) report->has_converged = false;
@@ -399,31 +448,38 @@ static tulle_status solve_linear(motion_solve *solve) {
     return translate_cloths(solve); /* the tolerance must not cost momentum */
 }
 
-/* Sets the reference of residuals: the norm of the force impulse b - A u at the velocities of the
- * start, as conjugate gradients measure it. */
-static tulle_status measure_reference(motion_solve *solve) {
+/* Sets velocities of the start, the inverse blocks and the reference of residuals: the norm of the
+ * force impulse b - A u at the velocities of the start, as conjugate gradients measure it. */
+static tulle_status prepare_start(motion_solve *solve) {
     const contact_scene *const scene = solve->scene;
     const motion_system *const system = solve->system;
     size_t const size = 3 * scene->cloth_vertex_count;
+    for (size_t i = 0; i < get_solved_count(scene); i++) {
+        const double *const free = i >= scene->cloth_vertex_count ? scene->v0
+                                   : system->start                ? system->start
+                                                                  : solve->u;
+        vec3_store(solve->start, i, vec3_load(solve->is_fixed[i] ? solve->u : free, i));
+    }
+    conjugate_gradients_problem problem = {
+        .vertex_count = scene->cloth_vertex_count,
+        .diagonal = solve->diagonal, /* no row is in it yet */
+        .inverse = solve->inverse,
+        .is_fixed = solve->is_fixed,
+        .threads = scene->threads,
+    };
+    conjugate_gradients_invert(&problem, solve->inverse);
     arena_mark const mark = arena_get_mark(scene->scratch);
     double *const impulse = ARENA_NEW(scene->scratch, double, size);
     if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
     block_matrix without_rows = solve->matrix;
     without_rows.values = system->matrix->values;
     block_matrix_operator matrix = {&without_rows, scene->threads};
-    block_matrix_apply(&matrix, system->start ? system->start : solve->u, impulse);
-    for (size_t i = 0; i < size; i++) impulse[i] = system->right_hand_side[i] - impulse[i];
-    conjugate_gradients_problem problem = {
-        .vertex_count = scene->cloth_vertex_count,
-        .right_hand_side = impulse,
-        .diagonal = solve->diagonal, /* no row is in it yet */
-        .inverse = solve->inverse,
-        .is_fixed = solve->is_fixed,
-        .threads = scene->threads,
-    };
+    block_matrix_apply(&matrix, solve->start, solve->start_product);
+    for (size_t i = 0; i < size; i++)
+        impulse[i] = system->right_hand_side[i] - solve->start_product[i];
     double of_momentum = 0.0;
+    problem.right_hand_side = impulse;
     tulle_status status = conjugate_gradients_measure(&problem, scene->scratch, &solve->reference);
-    solve->has_inverse = problem.has_inverse = status == TULLE_OK;
     problem.right_hand_side = system->right_hand_side;
     if (status == TULLE_OK)
         status = conjugate_gradients_measure(&problem, scene->scratch, &of_momentum);
@@ -442,8 +498,7 @@ static bool is_very_stiff(const motion_solve *solve) {
 
 tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
                           double *u, solve_report *report) {
-    *report =
-        (solve_report){.has_converged = true, .has_settled = true, .is_costly = system->is_costly};
+    *report = (solve_report){.has_converged = true, .has_settled = true};
     arena *const scratch = scene->scratch;
     arena_mark const mark = arena_get_mark(scratch);
     size_t const cloth_count = scene->cloth_vertex_count, count = get_solved_count(scene);
@@ -457,13 +512,14 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                           .right_hand_side = ARENA_NEW(scratch, double, 3 * count),
                           .diagonal = ARENA_NEW(scratch, double, 9 * count),
                           .inverse = ARENA_NEW(scratch, double, inverse_size),
+                          .has_rows = ARENA_NEW_ZEROED(scratch, uint8_t, count),
                           .is_fixed = ARENA_NEW(scratch, uint8_t, count),
+                          .start = ARENA_NEW(scratch, double, 3 * count),
+                          .start_product = ARENA_NEW(scratch, double, 3 * cloth_count),
                           .hard_rows = ARENA_NEW(scratch, contact_row *, row_most),
                           .matrix = *system->matrix,
                           .rows_apart = ARENA_NEW(scratch, contact_row *, row_most),
                           .sums = ARENA_NEW(scratch, friction_sums, scene->set->surface_count),
-                          .net_of_cloth = -1.0,
-                          .net_of_all = -1.0,
                           .phases = {.scene = scene,
                                      .system = system,
                                      .residual = ARENA_NEW(scratch, double, 3 * count)}};
@@ -472,17 +528,17 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
         solve.matrix.values =
             ARENA_NEW(scratch, double, BLOCK_NUMBERS * system->matrix->block_count);
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-    if (solve.right_hand_side && solve.diagonal && solve.inverse && solve.is_fixed &&
-        solve.hard_rows && solve.rows_apart && solve.sums && solve.phases.residual && scalars &&
-        solve.matrix.values) {
-        for (size_t k = 0; k < system->matrix->scalar_count; k++)
-            scalars[k] = block_matrix_get_scalar(system->matrix, k);
+    if (solve.right_hand_side && solve.diagonal && solve.inverse && solve.has_rows &&
+        solve.is_fixed && solve.start && solve.start_product && solve.hard_rows &&
+        solve.rows_apart && solve.sums && solve.phases.residual && scalars && solve.matrix.values) {
+        for (size_t i = cloth_count; i < count; i++) solve.has_rows[i] = 1; /* bodies */
+        block_matrix_sum_scalars(system->matrix, scalars, scene->threads);
         solve.matrix.scalar_sums = scalars;
         block_matrix_get_diagonal(system->matrix, solve.diagonal, scene->threads);
         for (size_t i = 0; i < count; i++)
             solve.is_fixed[i] = i < cloth_count ? !(scene->inverse_mass[i] > 0.0)
                                                 : !scene->bodies[(i - cloth_count) / 2].is_free;
-        status = measure_reference(&solve);
+        status = prepare_start(&solve);
     }
     const contact_settings *const settings = &scene->settings;
     contact_row *const rows = list->rows.data;
@@ -502,9 +558,9 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
             break;
         }
         round_result result;
-        status =
-            end_round(scene, list, report->is_costly ? UINT32_MAX : report->cg_iterations - before,
-                      solve.sums, u, &result);
+        status = end_round(scene, list,
+                           system->history->is_costly ? UINT32_MAX : report->cg_iterations - before,
+                           solve.sums, u, &result);
         if (status != TULLE_OK) break;
         report->violation = result.largest_violation;
         report->has_settled = !settle_drives(scene, rows, row_count, u) && result.has_settled;

@@ -6,6 +6,12 @@
 #include "math/conjugate_gradients.h"
 #include "math/single_solve.h"
 
+/* What earlier solves of a substep leave for later ones; zeroed before the first. */
+typedef struct solve_history {
+    uint32_t iterations; /* of all before */
+    bool is_costly;      /* one of fine cloth outlasted its patience */
+} solve_history;
+
 /* The implicit step without contact: A u = b over the cloth vertices. A has entries for all of
  * them. The solve masks the rows of vertices with inverse mass 0; their columns act with the
  * prescribed u. */
@@ -18,7 +24,7 @@ typedef struct motion_system {
     const double *start;           /* [m/s] cloth velocities at the start of the step; null: u */
     nested_aggregates *aggregates; /* of A, to precondition a solve in single precision; null: the
                                       solve is in double precision */
-    bool is_costly;                /* an earlier solve of the substep outlasted its patience */
+    solve_history *history;        /* of the substep */
     tie_spring *springs;           /* spring_count that pull at x0 + h u; their pull is set */
     size_t spring_count;
 } motion_system;
@@ -30,7 +36,6 @@ typedef struct solve_report {
     bool has_converged; /* no solve stopped at its limit */
     bool has_settled;   /* the impulses of the last round have settled */
     bool is_early;      /* a solve ended above the tolerance, as one that another follows may */
-    bool is_costly;     /* one of fine cloth outlasted its patience, here or before */
     uint64_t stick_count, slip_count, hard_count;
     double violation; /* [m/s] largest violation of a row right after the last solve */
 } solve_report;

@@ -4,41 +4,18 @@
  * beyond them are ignored. Each lane adds up the blocks of a row in their order, so all widths give
  * the same bits. */
 #include "math/single_kernel.h"
+#include "math/single_lanes.h"
 
-#include <string.h>
 #ifdef __AVX2__
 #include <immintrin.h>
 #endif
-
-#define SINGLE_INLINE static inline __attribute__((always_inline))
 
 /* For places where the number after the three may belong to another thread. */
 SINGLE_INLINE floats4 load3(const float *from) {
     floats4 const a = {from[0], from[1], from[2], 0.0F};
     return a;
 }
-SINGLE_INLINE void store4(float *to, floats4 a) { memcpy(to, &a, sizeof a); }
 SINGLE_INLINE void store3(float *to, floats4 a) { memcpy(to, &a, 3 * sizeof(float)); }
-
-/* Dots are summed in sixteen lanes, whatever the registers are. */
-typedef float lanes16 __attribute__((vector_size(64)));
-SINGLE_INLINE lanes16 load16(const float *from) {
-    lanes16 a;
-    memcpy(&a, from, sizeof a);
-    return a;
-}
-SINGLE_INLINE float dot(const float *a, const float *b, size_t begin, size_t end) {
-    lanes16 sum = {0};
-    size_t i = begin;
-    for (; i + 16 <= end; i += 16) sum += load16(a + i) * load16(b + i);
-    float rest = 0.0F;
-    for (; i < end; i++) rest += a[i] * b[i];
-    float lanes[16];
-    memcpy(lanes, &sum, sizeof lanes);
-    for (size_t half = 8; half > 0; half /= 2)
-        for (size_t l = 0; l < half; l++) lanes[l] += lanes[l + half];
-    return lanes[0] + rest;
-}
 
 #ifdef __AVX512F__
 /* The six numbers of a block, with the two after them, stand side by side twice. The first six meet

@@ -73,7 +73,8 @@ static void begin_series(step_context *context) {
 void world_begin_solves(step_context *context) {
     retry_state *const retry = &context->retry;
     retry->solves = retry->balances = retry->room_levels = 0;
-    retry->is_costly = retry->is_lost = retry->is_tempered = false;
+    retry->history = (solve_history){0};
+    retry->is_lost = retry->is_tempered = false;
     retry->last_gain = (double)INFINITY;
     context->gain = 0.0;
     begin_series(context);

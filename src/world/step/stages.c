@@ -123,7 +123,7 @@ tulle_status world_solve_motion(step_context *context) {
                                   .force_time = world->system.force_time,
                                   .start = is_first ? NULL : context->state->velocities,
                                   .aggregates = world->aggregates,
-                                  .is_costly = context->retry.is_costly,
+                                  .history = &context->retry.history,
                                   .springs = context->springs,
                                   .spring_count = context->spring_count};
     if (is_first) { /* velocities and impulses from which the solves of a substep start */
@@ -148,7 +148,7 @@ tulle_status world_solve_motion(step_context *context) {
     context->has_settled = solved.has_settled && !goes_on && !solved.is_early &&
                            (int)solved.solve_count >= given.solve_rounds;
     *settings = given;
-    context->retry.is_costly = solved.is_costly;
+    context->retry.history.iterations += solved.cg_iterations;
     if (status == TULLE_OK && response->linearises_again) status = check_springs(context);
 
     tulle_step_report *const report = context->report;

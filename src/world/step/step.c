@@ -61,7 +61,7 @@ static tulle_status run_substep(step_context *context) {
     do {
         do {
             if (status == TULLE_OK) status = world_solve_motion(context); /* 7 */
-            if (status == TULLE_OK && context->retry.is_rough && context->retry.is_costly)
+            if (status == TULLE_OK && context->retry.is_rough && context->retry.history.is_costly)
                 status = world_resolve_impacts(context); /* 8, for the solves that follow */
         } while (world_retry_solve(context, &status));
         if (status == TULLE_OK) status = world_resolve_impacts(context); /* 8 */

@@ -67,15 +67,15 @@ typedef struct retry_state {
     int crawl_count;        /* substeps in a row in which next to no time passed */
     int shorter_count;      /* how often a step that was stuck went on with shorter substeps */
 
-    int solves;         /* of the substep so far */
-    bool is_costly;     /* one of them outlasted its patience: those after it have less */
-    bool is_rough;      /* the next solve need only be rough: springs are linearised about it */
-    int linearisations; /* of the springs anew, since the last balance */
-    bool is_lost;       /* a solution of the substep took far more energy than there is */
-    bool is_tempered;   /* the last one still did, and no other follows: u went back on its way */
-    int balances;       /* solves anew with more rounds, for a gain of energy */
-    int room_levels;    /* solves anew with less room between bodies, for the same */
-    double last_gain;   /* [J] of the balance before */
+    int solves;            /* of the substep so far */
+    solve_history history; /* of them */
+    bool is_rough;         /* the next solve need only be rough: springs are linearised about it */
+    int linearisations;    /* of the springs anew, since the last balance */
+    bool is_lost;          /* a solution of the substep took far more energy than there is */
+    bool is_tempered; /* the last one still did, and no other follows: u went back on its way */
+    int balances;     /* solves anew with more rounds, for a gain of energy */
+    int room_levels;  /* solves anew with less room between bodies, for the same */
+    double last_gain; /* [J] of the balance before */
 } retry_state;
 
 /* What a step carries from stage to stage. */

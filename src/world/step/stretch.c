@@ -34,14 +34,25 @@ static edge_lengths measure_lengths(const step_context *context, size_t edge) {
     return (edge_lengths){lengths[0], lengths[1], lengths[2]};
 }
 
-static double measure_edge_growth(const step_context *context) {
-    double largest = 0.0;
-    for (size_t e = 0; e < context->world->cloth_edge_count; e++) {
+/* The square of the distance of an edge's ends [m^2]. */
+static double measure_edge2(const double *positions, const uint32_t *ends) {
+    return vec3_norm2(vec3_sub(vec3_load(positions, ends[0]), vec3_load(positions, ends[1])));
+}
+
+/* Whether an edge grows too much. Few are long enough to grow at all, and only those are measured
+ * at the start. */
+static bool does_edge_grow(const step_context *context) {
+    const tulle_world *const world = context->world;
+    double const shortest = (STRETCH_FREE + STRETCH_GROWTH_MAX) * (1.0 - 1e-9);
+    for (size_t e = 0; e < world->cloth_edge_count; e++) {
+        const uint32_t *const ends = world->topo.edges + 2 * e;
+        double const rest2 = measure_edge2(world->rest, ends);
+        if (measure_edge2(context->end, ends) <= shortest * shortest * rest2) continue;
         edge_lengths const length = measure_lengths(context, e);
         double const before = fmax(length.start / length.rest, STRETCH_FREE);
-        largest = fmax(largest, length.end / length.rest - before);
+        if (length.end / length.rest - before > STRETCH_GROWTH_MAX) return true;
     }
-    return largest;
+    return false;
 }
 
 tulle_status world_judge_stretch(step_context *context) {
@@ -57,7 +68,7 @@ tulle_status world_judge_stretch(step_context *context) {
             return error_set(context->error, status, "no memory left for the stretch of yarns");
         is_too_much = growth > YARN_GROWTH_MAX;
     } else {
-        is_too_much = measure_edge_growth(context) > STRETCH_GROWTH_MAX;
+        is_too_much = does_edge_grow(context);
     }
     if (is_too_much) context->outcome = SUBSTEP_STRETCHES;
     return TULLE_OK;

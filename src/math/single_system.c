@@ -1,0 +1,182 @@
+/* math/single_system.c - the matrix of a solve in single precision, see single_solve.h. */
+#include "math/single_solve.h"
+
+#include "base/parallel.h"
+
+#include <string.h>
+
+/* Rows of a chunk. */
+enum { ROWS_PER_CHUNK = 512 };
+
+typedef struct copy_task {
+    const block_matrix *matrix;
+    single_system *system;
+} copy_task;
+
+/* ---- by rows ---- */
+
+static void copy_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const copy_task *const task = context;
+    const block_matrix *const matrix = task->matrix;
+    single_matrix *const copy = &task->system->copy;
+    for (size_t i = SINGLE_BLOCK * (size_t)matrix->row_begin[begin];
+         i < SINGLE_BLOCK * (size_t)matrix->row_begin[end]; i++)
+        copy->values[i] = (float)matrix->values[i];
+    for (size_t i = matrix->scalar_begin[begin]; i < matrix->scalar_begin[end]; i++)
+        copy->scalar_values[i] = (float)block_matrix_get_scalar(matrix, i);
+}
+
+static bool make_rows(copy_task *task, int threads, arena *scratch) {
+    const block_matrix *const matrix = task->matrix;
+    single_matrix *const copy = &task->system->copy;
+    *copy = (single_matrix){
+        .row_begin = matrix->row_begin,
+        .columns = matrix->columns,
+        .scalar_begin = matrix->scalar_begin,
+        .scalar_columns = matrix->scalar_columns,
+        .values = ARENA_NEW(scratch, float, SINGLE_BLOCK * matrix->block_count + SINGLE_PADDING),
+        .scalar_values = ARENA_NEW(scratch, float, matrix->scalar_count)};
+    if (!copy->values || !copy->scalar_values) return false;
+    parallel_for_busy(matrix->is_idle, matrix->row_count, ROWS_PER_CHUNK, threads, copy_rows, task);
+    memset(copy->values + SINGLE_BLOCK * matrix->block_count, 0, SINGLE_PADDING * sizeof(float));
+    return true;
+}
+
+/* ---- by diagonals ---- */
+
+static size_t count_planes(const matrix_diagonals *pattern) {
+    return SINGLE_BLOCK * pattern->block_count + (pattern->count - pattern->block_count);
+}
+
+/* Where a diagonal has its numbers: its first plane. */
+static float *get_planes(const single_diagonals *diagonals, size_t diagonal) {
+    size_t const block_count = diagonals->pattern->block_count;
+    size_t const plane = diagonal < block_count
+                             ? SINGLE_BLOCK * diagonal
+                             : SINGLE_BLOCK * block_count + (diagonal - block_count);
+    return diagonals->planes + plane * diagonals->stride;
+}
+
+/* Puts the entries of a row at `row` of these planes. */
+static void copy_row(const block_matrix *matrix, size_t index, const single_diagonals *to,
+                     size_t row) {
+    const matrix_diagonals *const pattern = to->pattern;
+    size_t const stride = to->stride;
+    for (uint32_t k = matrix->row_begin[index]; k < matrix->row_begin[index + 1]; k++) {
+        if (pattern->of_blocks[k] == NO_DIAGONAL) continue;
+        float *const planes = get_planes(to, pattern->of_blocks[k]) + row;
+        for (size_t i = 0; i < SINGLE_BLOCK; i++)
+            planes[i * stride] = (float)matrix->values[SINGLE_BLOCK * (size_t)k + i];
+    }
+    for (uint32_t k = matrix->scalar_begin[index]; k < matrix->scalar_begin[index + 1]; k++) {
+        if (pattern->of_scalars[k] == NO_DIAGONAL) continue;
+        float *const plane = get_planes(to, pattern->of_scalars[k]) + row;
+        float const value = (float)block_matrix_get_scalar(matrix, k);
+        plane[0] += value;
+        if (pattern->of_scalars[k] >= pattern->block_count) continue;
+        plane[3 * stride] += value; /* of a block: xx, yy, zz */
+        plane[5 * stride] += value;
+    }
+}
+
+/* Rows are put side by side in a tile first, because planes are far apart. */
+static void copy_diagonals(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const copy_task *const task = context;
+    const block_matrix *const matrix = task->matrix;
+    const single_diagonals *const to = &task->system->diagonals;
+    bool const is_idle = are_idle(matrix->is_idle, begin, end);
+    float numbers[SINGLE_BLOCK * DIAGONALS_MAX * DIAGONAL_ROWS];
+    single_diagonals const tile = {
+        .pattern = to->pattern, .stride = DIAGONAL_ROWS, .planes = numbers};
+    size_t const plane_count = count_planes(to->pattern);
+    for (size_t row = begin; row < end; row += DIAGONAL_ROWS) {
+        size_t const count = end - row < DIAGONAL_ROWS ? end - row : DIAGONAL_ROWS;
+        memset(numbers, 0, plane_count * DIAGONAL_ROWS * sizeof(float));
+        for (size_t i = 0; i < count && !is_idle; i++) copy_row(matrix, row + i, &tile, i);
+        for (size_t plane = 0; plane < plane_count; plane++) /* as many zeros as rows are missing */
+            memcpy(to->planes + plane * to->stride + row, numbers + plane * DIAGONAL_ROWS,
+                   DIAGONAL_ROWS * sizeof(float));
+    }
+}
+
+static bool make_diagonals(copy_task *task, int threads, arena *scratch) {
+    const block_matrix *const matrix = task->matrix;
+    const matrix_diagonals *const pattern = &matrix->diagonals;
+    size_t reach = 0, plane_count = count_planes(pattern) + 3; /* the direction's, too */
+    for (size_t d = 0; d < pattern->count; d++)
+        if (pattern->offsets[d] > reach) reach = pattern->offsets[d];
+    reach = (reach / DIAGONAL_ROWS + 1) * DIAGONAL_ROWS;
+    size_t const rows = (matrix->row_count / DIAGONAL_ROWS + 1) * DIAGONAL_ROWS;
+    size_t const stride = reach + rows + reach;
+    float *const room = ARENA_NEW(scratch, float, plane_count *stride);
+    if (!room) return false;
+    for (size_t plane = 0; plane < plane_count; plane++) {
+        float *const end = room + plane * stride + reach + matrix->row_count;
+        memset(room + plane * stride, 0, reach * sizeof(float));
+        memset(end, 0, (stride - reach - matrix->row_count) * sizeof(float));
+    }
+    task->system->diagonals = (single_diagonals){pattern, stride, room + reach,
+                                                 room + count_planes(pattern) * stride + reach};
+    parallel_for(matrix->row_count, ROWS_PER_CHUNK, threads, copy_diagonals, task);
+    return true;
+}
+
+/* ---- terms ---- */
+
+/* Adds a block to the copy, at an entry of the pattern in this row. */
+static void add_block(single_system *system, size_t entry, size_t row, const float *block) {
+    const single_diagonals *const diagonals = &system->diagonals;
+    float *to = system->copy.values + SINGLE_BLOCK * entry;
+    size_t stride = 1;
+    if (diagonals->pattern) {
+        if (diagonals->pattern->of_blocks[entry] == NO_DIAGONAL) return;
+        to = get_planes(diagonals, diagonals->pattern->of_blocks[entry]) + row;
+        stride = diagonals->stride;
+    }
+    for (size_t k = 0; k < SINGLE_BLOCK; k++) to[k * stride] += block[k];
+}
+
+/* Adds a term, or lists it where blocks of it are not in the pattern. */
+static void add_term(single_system *system, const matrix_term *term) {
+    uint32_t places[4][4];
+    for (size_t i = 0; i < 4; i++)
+        for (size_t j = 0; j < 4; j++) {
+            uint32_t const row = term->vertices[i], column = term->vertices[j];
+            places[i][j] = TULLE_NONE;
+            if (row == TULLE_NONE || column == TULLE_NONE) continue;
+            places[i][j] = block_matrix_find(system->matrix, row, column);
+            if (places[i][j] != TULLE_NONE) continue;
+            system->apart[system->apart_count++] = term;
+            return;
+        }
+    for (size_t i = 0; i < 4; i++)
+        for (size_t j = 0; j < 4; j++) {
+            if (places[i][j] == TULLE_NONE) continue;
+            double const scale = term->weights[i] * term->weights[j];
+            float block[SINGLE_BLOCK];
+            for (size_t k = 0; k < SINGLE_BLOCK; k++)
+                block[k] = (float)(scale * term->stiffness.m[block_places[k]]);
+            add_block(system, places[i][j], term->vertices[i], block);
+        }
+}
+
+bool single_system_make(const block_matrix *matrix, const matrix_term *terms, size_t term_count,
+                        int threads, arena *scratch, single_system *system) {
+    *system = (single_system){.matrix = matrix,
+                              .apart = ARENA_NEW(scratch, const matrix_term *, term_count)};
+    copy_task task = {matrix, system};
+    bool const has_memory = matrix->diagonals.count > 0 ? make_diagonals(&task, threads, scratch)
+                                                        : make_rows(&task, threads, scratch);
+    if (!has_memory || !system->apart) return false;
+    for (size_t t = 0; t < term_count; t++) add_term(system, &terms[t]);
+    return true;
+}
+
+float single_system_multiply(const single_system *system, const single_vectors *vectors,
+                             size_t begin, size_t end) {
+    return system->diagonals.pattern
+               ? TULLE_PICK_KERNEL(diagonal_multiply)(&system->diagonals, vectors, begin, end)
+               : TULLE_PICK_KERNEL(single_multiply)(&system->copy, vectors, begin, end);
+}
