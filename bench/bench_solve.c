@@ -1,7 +1,8 @@
 /* Where the linear solve stands against this machine: time and bytes of an iteration of conjugate
- * gradients for square cloths of several sizes, and in the same rounds how fast arrays of those
- * bytes are read and copied and how fast numbers are multiplied and added in registers. Prints
- * Markdown; least times of the rounds. Usage: bench_solve [rounds] [most vertices a side] [threads]
+ * gradients for square cloths of several sizes, with the matrix by rows and by diagonals, and in
+ * the same rounds how fast arrays of those bytes are read and copied and how fast numbers are
+ * multiplied and added in registers. Prints Markdown; least times of the rounds. Usage: bench_solve
+ * [rounds] [most vertices a side] [threads]
  */
 #include "base/hash.h"
 #include "base/timer.h"
@@ -23,13 +24,15 @@ typedef float lanes16 __attribute__((vector_size(64)));
 typedef struct bench_cloth {
     size_t side, vertex_count, triangle_count;
     double *rest, *positions, *velocities, *u, *diagonal;
+    float *direction, *product;
     uint32_t *triangles;
     memory heap;
     arena scratch;
     topology surface;
     cloth_model model;
     linear_system system;
-    single_system single;
+    block_matrix by_rows;     /* the system's matrix, as one that has no diagonals */
+    single_system singles[2]; /* by rows, by diagonals */
     nested_aggregates *aggregates;
 } bench_cloth;
 
@@ -107,13 +110,23 @@ static bench_cloth *make_cloth(size_t side, int threads) {
     const block_matrix *const matrix = &cloth->system.matrix;
     cloth->diagonal = room(9 * cloth->vertex_count, sizeof(double));
     block_matrix_get_diagonal(matrix, cloth->diagonal, 2);
-    check(single_system_make(matrix, NULL, 0, threads, &cloth->scratch, &cloth->single),
-          "the copy");
+    cloth->by_rows = *matrix;
+    cloth->by_rows.diagonals = (matrix_diagonals){0};
+    const block_matrix *const matrices[2] = {&cloth->by_rows, matrix};
+    for (int way = 0; way < 2; way++)
+        check(single_system_make(matrices[way], NULL, 0, threads, &cloth->scratch,
+                                 &cloth->singles[way]),
+              "the copy");
+    check(cloth->singles[1].diagonals.pattern != NULL, "the copy by diagonals");
     cloth->aggregates = nested_aggregates_build(&cloth->heap, matrix, &cloth->scratch);
     check(cloth->aggregates && nested_aggregates_set_matrix(cloth->aggregates, matrix, NULL,
                                                             threads, &cloth->scratch),
           "the aggregates");
     nested_aggregates_set_terms(cloth->aggregates, NULL, 0, threads);
+    size_t const size = 3 * (cloth->vertex_count + SINGLE_PADDING);
+    cloth->direction = room(size, sizeof(float)), cloth->product = room(size, sizeof(float));
+    for (size_t i = 0; i < 3 * cloth->vertex_count; i++)
+        cloth->direction[i] = (float)cloth->velocities[i];
     return cloth;
 }
 
@@ -123,7 +136,7 @@ static void destroy_cloth(bench_cloth *cloth) {
     cloth_model_destroy(&cloth->heap, &cloth->model);
     topology_destroy(&cloth->heap, &cloth->surface);
     arena_destroy(&cloth->scratch);
-    free(cloth->diagonal);
+    free(cloth->diagonal), free(cloth->direction), free(cloth->product);
     free(cloth->rest), free(cloth->positions), free(cloth->velocities), free(cloth->u);
     free(cloth->triangles), free(cloth);
 }
@@ -171,8 +184,8 @@ static volatile float sink; /* so that nothing is left out */
 
 static void keep_least(double *least, double start) { *least = fmin(*least, timer_now() - start); }
 
-static double time_iterations(bench_cloth *cloth, bool has_aggregates, int iterations,
-                              int threads) {
+static double time_iterations(bench_cloth *cloth, single_system *single, bool has_aggregates,
+                              int iterations, int threads) {
     block_matrix_operator matrix = {&cloth->system.matrix, threads};
     conjugate_gradients_problem const problem = {.vertex_count = cloth->vertex_count,
                                                  .apply = block_matrix_apply,
@@ -183,13 +196,12 @@ static double time_iterations(bench_cloth *cloth, bool has_aggregates, int itera
                                                  .reference = 1.0,
                                                  .max_iterations = iterations,
                                                  .threads = threads};
-    cloth->single.aggregates = has_aggregates ? cloth->aggregates : NULL;
+    single->aggregates = has_aggregates ? cloth->aggregates : NULL;
     memset(cloth->u, 0, 3 * cloth->vertex_count * sizeof(double));
     conjugate_gradients_result result;
     double const start = timer_now();
     arena_mark const mark = arena_get_mark(&cloth->scratch);
-    single_solver *const solver =
-        single_solver_make(&problem, &cloth->single, cloth->u, &cloth->scratch);
+    single_solver *const solver = single_solver_make(&problem, single, cloth->u, &cloth->scratch);
     check(solver != NULL, "a solve");
     single_solver_run(solver, &result);
     arena_release(&cloth->scratch, mark);
@@ -199,13 +211,18 @@ static double time_iterations(bench_cloth *cloth, bool has_aggregates, int itera
 }
 
 /* Of one iteration: the difference of a long solve and a short one. */
-static void time_iteration(bench_cloth *cloth, bool has_aggregates, int threads, double *least) {
-    double const few = time_iterations(cloth, has_aggregates, FEW_ITERATIONS, threads);
-    double const many = time_iterations(cloth, has_aggregates, MANY_ITERATIONS, threads);
+static void time_iteration(bench_cloth *cloth, single_system *single, bool has_aggregates,
+                           int threads, double *least) {
+    double const few = time_iterations(cloth, single, has_aggregates, FEW_ITERATIONS, threads);
+    double const many = time_iterations(cloth, single, has_aggregates, MANY_ITERATIONS, threads);
     *least = fmin(*least, (many - few) / (MANY_ITERATIONS - FEW_ITERATIONS));
 }
 
 static size_t get_matrix_bytes(const block_matrix *matrix) {
+    const matrix_diagonals *const d = &matrix->diagonals;
+    if (d->count > 0)
+        return matrix->row_count * sizeof(float) *
+               (SINGLE_BLOCK * d->block_count + (d->count - d->block_count));
     return matrix->block_count * (SINGLE_BLOCK * sizeof(float) + sizeof(uint32_t)) +
            matrix->scalar_count * (sizeof(float) + sizeof(uint32_t)) +
            2 * matrix->row_count * sizeof(uint32_t);
@@ -217,14 +234,16 @@ static size_t get_iteration_bytes(const block_matrix *matrix) {
     return get_matrix_bytes(matrix) + matrix->row_count * 14 * 3 * sizeof(float);
 }
 
-static void run_round(bench_cloth *cloth, int threads, float *from, float *to, float *vectors[2],
-                      bench_times *times) {
-    const block_matrix *const matrix = &cloth->system.matrix;
+static void run_round(bench_cloth *cloth, single_system *single, int threads, float *from,
+                      float *to, bench_times *times) {
+    const block_matrix *const matrix = single->matrix;
     size_t const count = get_matrix_bytes(matrix) / sizeof(float);
-    single_vectors const v = {.direction = vectors[0], .product = vectors[1]};
+    single_vectors const v = {.direction = cloth->direction, .product = cloth->product};
+    if (single->diagonals.pattern) TULLE_PICK_KERNEL(diagonal_split)
+    (&single->diagonals, v.direction, 0, matrix->row_count);
     for (int i = 0; i < 3; i++) {
         double start = timer_now();
-        sink = TULLE_PICK_KERNEL(single_multiply)(&cloth->single.copy, &v, 0, matrix->row_count);
+        sink = single_system_multiply(single, &v, 0, matrix->row_count);
         keep_least(&times->product, start);
     }
     for (int i = 0; i < 3; i++) {
@@ -242,38 +261,37 @@ static void run_round(bench_cloth *cloth, int threads, float *from, float *to, f
     double start = timer_now();
     block_matrix_apply(&product, cloth->velocities, cloth->u);
     keep_least(&times->product_double, start);
-    time_iteration(cloth, false, threads, &times->plain);
-    time_iteration(cloth, true, threads, &times->aggregated);
+    time_iteration(cloth, single, false, threads, &times->plain);
+    time_iteration(cloth, single, true, threads, &times->aggregated);
 }
 
-static bench_times measure(bench_cloth *cloth, int rounds, int threads) {
-    size_t const size = 3 * cloth->vertex_count;
-    size_t const count = get_matrix_bytes(&cloth->system.matrix) / sizeof(float);
+static void measure(bench_cloth *cloth, int rounds, int threads, bench_times times[2]) {
+    size_t const count = get_matrix_bytes(&cloth->by_rows) / sizeof(float);
     float *const from = aligned_alloc(64, (count / 16 + 1) * 64);
     float *const to = aligned_alloc(64, (count / 16 + 1) * 64);
-    float *vectors[2] = {room(size, sizeof(float)), room(size, sizeof(float))};
     check(from && to, "memory");
     for (size_t i = 0; i < count; i++) from[i] = to[i] = 1e-3F * (float)(i % 100);
-    for (size_t i = 0; i < size; i++) vectors[0][i] = (float)cloth->velocities[i];
     double const never = (double)INFINITY;
-    bench_times times = {never, never, never, never, never, never};
-    for (int r = 0; r < rounds; r++) run_round(cloth, threads, from, to, vectors, &times);
-    free(from), free(to), free(vectors[0]), free(vectors[1]);
-    return times;
+    for (int way = 0; way < 2; way++)
+        times[way] = (bench_times){never, never, never, never, never, never};
+    for (int r = 0; r < rounds; r++)
+        for (int way = 0; way < 2; way++)
+            run_round(cloth, &cloth->singles[way], threads, from, to, &times[way]);
+    free(from), free(to);
 }
 
-static void print_cloth(const bench_cloth *cloth, const bench_times *times, int threads) {
-    const block_matrix *const matrix = &cloth->system.matrix;
+static void print_cloth(const bench_cloth *cloth, int way, const bench_times *times, int threads) {
+    const block_matrix *const matrix = cloth->singles[way].matrix;
     double const bytes = (double)get_matrix_bytes(matrix);
     double const operations =
         18.0 * (double)matrix->block_count + 6.0 * (double)matrix->scalar_count;
-    printf("| %zu | %.2f | %.2f | %.3f | %.1f | %.1f | %.1f | %.2f | %.1f | %.3f | %d: %.3f, %.3f "
-           "|\n",
-           cloth->vertex_count, 1e-6 * bytes, 1e-6 * (double)get_iteration_bytes(matrix),
-           1e3 * times->product, 1e-9 * bytes / times->product, 1e-9 * bytes / times->read,
-           1e-9 * bytes / times->copy, times->product / times->read,
-           1e-9 * operations / times->product, 1e3 * times->product_double, threads,
-           1e3 * times->plain, 1e3 * times->aggregated);
+    printf("| %zu, by %s | %.2f | %.2f | %.3f | %.1f | %.1f | %.1f | %.2f | %.1f | %.3f | %d: "
+           "%.3f, %.3f |\n",
+           cloth->vertex_count, way == 0 ? "rows" : "diagonals", 1e-6 * bytes,
+           1e-6 * (double)get_iteration_bytes(matrix), 1e3 * times->product,
+           1e-9 * bytes / times->product, 1e-9 * bytes / times->read, 1e-9 * bytes / times->copy,
+           times->product / times->read, 1e-9 * operations / times->product,
+           1e3 * times->product_double, threads, 1e3 * times->plain, 1e3 * times->aggregated);
     fflush(stdout);
 }
 
@@ -295,8 +313,9 @@ int main(int argc, char **argv) {
            "ms |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (size_t i = 0; i < sizeof SIDES / sizeof *SIDES && SIDES[i] <= most; i++) {
         bench_cloth *const cloth = make_cloth(SIDES[i], threads);
-        bench_times const times = measure(cloth, rounds, threads);
-        print_cloth(cloth, &times, threads);
+        bench_times times[2];
+        measure(cloth, rounds, threads, times);
+        for (int way = 0; way < 2; way++) print_cloth(cloth, way, &times[way], threads);
         destroy_cloth(cloth);
     }
     return 0;

@@ -49,34 +49,36 @@ static size_t count_planes(const matrix_diagonals *pattern) {
     return SINGLE_BLOCK * pattern->block_count + (pattern->count - pattern->block_count);
 }
 
-/* Where a diagonal has its numbers: its first plane. */
-static float *get_planes(const single_diagonals *diagonals, size_t diagonal) {
-    size_t const block_count = diagonals->pattern->block_count;
-    size_t const plane = diagonal < block_count
-                             ? SINGLE_BLOCK * diagonal
-                             : SINGLE_BLOCK * block_count + (diagonal - block_count);
-    return diagonals->planes + plane * diagonals->stride;
+/* The first plane of a diagonal. */
+static size_t get_first_plane(const matrix_diagonals *pattern, size_t diagonal) {
+    size_t const block_count = pattern->block_count;
+    return diagonal < block_count ? SINGLE_BLOCK * diagonal
+                                  : SINGLE_BLOCK * block_count + (diagonal - block_count);
 }
 
-/* Puts the entries of a row at `row` of these planes. */
-static void copy_row(const block_matrix *matrix, size_t index, const single_diagonals *to,
-                     size_t row) {
-    const matrix_diagonals *const pattern = to->pattern;
-    size_t const stride = to->stride;
-    for (uint32_t k = matrix->row_begin[index]; k < matrix->row_begin[index + 1]; k++) {
+/* Planes of DIAGONAL_ROWS rows. */
+typedef struct row_tile {
+    float numbers[SINGLE_BLOCK * DIAGONALS_MAX][DIAGONAL_ROWS];
+    size_t planes[DIAGONALS_MAX]; /* the first of each diagonal */
+} row_tile;
+
+/* Puts the entries of a row at place `at`. */
+static void copy_row(const block_matrix *matrix, size_t row, row_tile *tile, size_t at) {
+    const matrix_diagonals *const pattern = &matrix->diagonals;
+    for (uint32_t k = matrix->row_begin[row]; k < matrix->row_begin[row + 1]; k++) {
         if (pattern->of_blocks[k] == NO_DIAGONAL) continue;
-        float *const planes = get_planes(to, pattern->of_blocks[k]) + row;
-        for (size_t i = 0; i < SINGLE_BLOCK; i++)
-            planes[i * stride] = (float)matrix->values[SINGLE_BLOCK * (size_t)k + i];
+        size_t const plane = tile->planes[pattern->of_blocks[k]];
+        const double *const block = matrix->values + SINGLE_BLOCK * (size_t)k;
+        for (size_t i = 0; i < SINGLE_BLOCK; i++) tile->numbers[plane + i][at] = (float)block[i];
     }
-    for (uint32_t k = matrix->scalar_begin[index]; k < matrix->scalar_begin[index + 1]; k++) {
+    for (uint32_t k = matrix->scalar_begin[row]; k < matrix->scalar_begin[row + 1]; k++) {
         if (pattern->of_scalars[k] == NO_DIAGONAL) continue;
-        float *const plane = get_planes(to, pattern->of_scalars[k]) + row;
+        size_t const plane = tile->planes[pattern->of_scalars[k]];
         float const value = (float)block_matrix_get_scalar(matrix, k);
-        plane[0] += value;
+        tile->numbers[plane][at] += value;
         if (pattern->of_scalars[k] >= pattern->block_count) continue;
-        plane[3 * stride] += value; /* of a block: xx, yy, zz */
-        plane[5 * stride] += value;
+        tile->numbers[plane + 3][at] += value; /* of a block: xx, yy, zz */
+        tile->numbers[plane + 5][at] += value;
     }
 }
 
@@ -87,17 +89,17 @@ static void copy_diagonals(void *context, size_t begin, size_t end, size_t chunk
     const block_matrix *const matrix = task->matrix;
     const single_diagonals *const to = &task->system->diagonals;
     bool const is_idle = are_idle(matrix->is_idle, begin, end);
-    float numbers[SINGLE_BLOCK * DIAGONALS_MAX * DIAGONAL_ROWS];
-    single_diagonals const tile = {
-        .pattern = to->pattern, .stride = DIAGONAL_ROWS, .planes = numbers};
     size_t const plane_count = count_planes(to->pattern);
+    row_tile tile;
+    for (size_t d = 0; d < to->pattern->count; d++)
+        tile.planes[d] = get_first_plane(to->pattern, d);
     for (size_t row = begin; row < end; row += DIAGONAL_ROWS) {
         size_t const count = end - row < DIAGONAL_ROWS ? end - row : DIAGONAL_ROWS;
-        memset(numbers, 0, plane_count * DIAGONAL_ROWS * sizeof(float));
+        memset(tile.numbers, 0, plane_count * sizeof *tile.numbers);
         for (size_t i = 0; i < count && !is_idle; i++) copy_row(matrix, row + i, &tile, i);
         for (size_t plane = 0; plane < plane_count; plane++) /* as many zeros as rows are missing */
-            memcpy(to->planes + plane * to->stride + row, numbers + plane * DIAGONAL_ROWS,
-                   DIAGONAL_ROWS * sizeof(float));
+            memcpy(to->planes + plane * to->stride + row, tile.numbers[plane],
+                   sizeof *tile.numbers);
     }
 }
 
@@ -132,8 +134,9 @@ static void add_block(single_system *system, size_t entry, size_t row, const flo
     size_t stride = 1;
     if (diagonals->pattern) {
         if (diagonals->pattern->of_blocks[entry] == NO_DIAGONAL) return;
-        to = get_planes(diagonals, diagonals->pattern->of_blocks[entry]) + row;
         stride = diagonals->stride;
+        to = diagonals->planes + row +
+             stride * get_first_plane(diagonals->pattern, diagonals->pattern->of_blocks[entry]);
     }
     for (size_t k = 0; k < SINGLE_BLOCK; k++) to[k * stride] += block[k];
 }

@@ -36,7 +36,7 @@ tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_pro
                              contact_row *const *hard_rows, size_t hard_count, double *u,
                              conjugate_gradients_result *result) {
     const contact_scene *const scene = phases->scene;
-    const block_matrix *const matrix = phases->system->matrix;
+    const block_matrix *const matrix = phases->matrix;
     arena *const scratch = scene->scratch;
     arena_mark const mark = arena_get_mark(scratch);
     solve_run run = {.problem = *problem, .result = result, .limit = problem->max_iterations};

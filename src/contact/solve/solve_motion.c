@@ -522,6 +522,7 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                           .sums = ARENA_NEW(scratch, friction_sums, scene->set->surface_count),
                           .phases = {.scene = scene,
                                      .system = system,
+                                     .matrix = &solve.matrix,
                                      .residual = ARENA_NEW(scratch, double, 3 * count)}};
     double *const scalars = ARENA_NEW(scratch, double, system->matrix->scalar_count);
     if (!system->aggregates || scene->body_count > 0)
