@@ -43,13 +43,35 @@ tulle_status note_near_pairs(const contact_scene *scene, const pair_events *foun
     return TULLE_OK;
 }
 
-typedef struct fast_pick {
+/* A feature is fast if one of its vertices is. */
+typedef struct fast_features {
     const topology *topo;
-    const bool *is_fast; /* vertex_count */
-    feature_kind kind;
-    const feature_pair *pairs; /* of that kind */
-    feature_pair *picked;      /* PICK_CHUNK for each chunk */
-    uint32_t *counts;          /* of each chunk */
+    bool *vertices, *triangles, *edges;
+} fast_features;
+
+static void mark_triangles(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const fast_features *const fast = context;
+    for (size_t t = begin; t < end; t++) {
+        const uint32_t *const v = fast->topo->triangles + 3 * t;
+        fast->triangles[t] = fast->vertices[v[0]] | fast->vertices[v[1]] | fast->vertices[v[2]];
+    }
+}
+
+static void mark_edges(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const fast_features *const fast = context;
+    for (size_t e = begin; e < end; e++) {
+        const uint32_t *const v = fast->topo->edges + 2 * e;
+        fast->edges[e] = fast->vertices[v[0]] | fast->vertices[v[1]];
+    }
+}
+
+typedef struct fast_pick {
+    const bool *first, *second; /* marks of the features of a pair */
+    const feature_pair *pairs;
+    feature_pair *picked; /* PICK_CHUNK for each chunk */
+    uint32_t *counts;     /* of each chunk */
 } fast_pick;
 
 static void pick_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -59,7 +81,7 @@ static void pick_chunk(void *context, size_t begin, size_t end, size_t chunk, in
     uint32_t count = 0;
     for (size_t i = begin; i < end; i++) {
         picked[count] = pick->pairs[i];
-        count += pair_has_mark(pick->topo, pick->kind, pick->pairs[i], pick->is_fast);
+        count += pick->first[pick->pairs[i].first] | pick->second[pick->pairs[i].second];
     }
     pick->counts[chunk] = count;
 }
@@ -71,16 +93,19 @@ static tulle_status pick_fast(const contact_scene *scene, const pair_source *sou
     const near_pair_list *const list = source->near_pairs;
     double const reach = scene->largest_separation * (1.0 - 2.0 * LENGTH_ROUNDING) - limit -
                          compute_rounding_slack(scene, x1);
-    bool *const is_fast = ARENA_NEW(scene->scratch, bool, scene->vertex_count);
-    fast_pick pick = {.topo = scene->set->topo, .is_fast = is_fast};
-    if (!is_fast) return TULLE_ERROR_OUT_OF_MEMORY;
+    const topology *const topo = scene->set->topo;
+    fast_features fast = {.topo = topo,
+                          .vertices = ARENA_NEW(scene->scratch, bool, scene->vertex_count),
+                          .triangles = ARENA_NEW(scene->scratch, bool, topo->triangle_count),
+                          .edges = ARENA_NEW(scene->scratch, bool, topo->edge_count)};
+    if (!fast.vertices || !fast.triangles || !fast.edges) return TULLE_ERROR_OUT_OF_MEMORY;
     if (!(reach > 0.0)) return TULLE_OK;
     double const most = 0.5 * reach;
     size_t fast_count = 0;
     for (size_t i = 0; i < scene->vertex_count; i++) {
         double const way2 = vec3_norm2(vec3_sub(vec3_load(x1, i), vec3_load(scene->x0, i)));
-        is_fast[i] = !is_slot(scene, i) && !(way2 <= most * most);
-        fast_count += is_fast[i];
+        fast.vertices[i] = !is_slot(scene, i) && !(way2 <= most * most);
+        fast_count += fast.vertices[i];
     }
     if ((double)fast_count > MOST_FAST * (double)scene->vertex_count) return TULLE_OK;
 
@@ -88,6 +113,9 @@ static tulle_status pick_fast(const contact_scene *scene, const pair_source *sou
     const feature_pair *const pairs[2] = {source->pairs->vertex_triangle.data,
                                           source->pairs->edge_edge.data};
     size_t const counts[2] = {source->pairs->vertex_triangle.count, source->pairs->edge_edge.count};
+    parallel_for(topo->triangle_count, PICK_CHUNK, scene->threads, mark_triangles, &fast);
+    parallel_for(topo->edge_count, PICK_CHUNK, scene->threads, mark_edges, &fast);
+    fast_pick pick;
     feature_pair *found[2];
     size_t found_counts[2] = {0, 0};
     for (int kind = 0; kind < 2; kind++) {
@@ -96,15 +124,17 @@ static tulle_status pick_fast(const contact_scene *scene, const pair_source *sou
         found[kind] = ARENA_NEW(scene->scratch, feature_pair, room);
         pick.counts = ARENA_NEW(scene->scratch, uint32_t, chunk_count);
         if (!found[kind] || !pick.counts) return TULLE_ERROR_OUT_OF_MEMORY;
-        pick.kind = (feature_kind)kind;
+        bool const is_of_edges = kind == FEATURE_EDGE_EDGE;
+        pick.first = is_of_edges ? fast.edges : fast.vertices;
+        pick.second = is_of_edges ? fast.edges : fast.triangles;
         pick.pairs = pairs[kind];
         pick.picked = found[kind] + list->pairs.count;
         parallel_for(counts[kind], PICK_CHUNK, scene->threads, pick_chunk, &pick);
         size_t count = 0;
         for (size_t i = 0; i < list->pairs.count; i++) {
             const near_pair *const near = &list->pairs.data[i];
-            if (near->kind == pick.kind &&
-                !pair_has_mark(pick.topo, near->kind, near->pair, is_fast))
+            if (near->kind == (feature_kind)kind && !pick.first[near->pair.first] &&
+                !pick.second[near->pair.second])
                 found[kind][count++] = near->pair;
         }
         for (size_t chunk = 0; chunk < chunk_count; chunk++) {

@@ -9,10 +9,10 @@
 typedef struct phased_solve {
     const contact_scene *scene;
     const motion_system *system;
-    const block_matrix *matrix;  /* of the system, without hard rows */
-    double *residual;            /* 3 per vertex: b - A u after a solve, if has_residual */
-    int plain_iterations;        /* without aggregates, of all solves so far */
-    bool has_aggregates;         /* the aggregates have the numbers of this matrix */
+    const block_matrix *matrix; /* of the system, without hard rows */
+    double *residual;           /* 3 per vertex: b - A u after a solve, if has_residual */
+    int plain_iterations;       /* without aggregates, of all solves so far */
+    bool has_aggregates;        /* the aggregates have the numbers of this matrix */
     bool has_residual;
 } phased_solve;
 

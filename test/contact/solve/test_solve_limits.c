@@ -113,10 +113,8 @@ static tulle_status solve_large(large_system *large, arena *scratch, bool *is_do
                                                  .tolerance = 1e-9,
                                                  .max_iterations = 2000,
                                                  .threads = 1};
-    phased_solve phases = {.scene = &scene,
-                           .system = &system,
-                           .matrix = matrix.matrix,
-                           .residual = large->residual};
+    phased_solve phases = {
+        .scene = &scene, .system = &system, .matrix = matrix.matrix, .residual = large->residual};
     memset(large->u, 0, large->size * sizeof(double));
     tulle_status const status = solve_in_phases(&phases, &problem, NULL, 0, large->u, result);
     *is_double = phases.has_aggregates && !phases.has_residual;
