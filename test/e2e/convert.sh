@@ -285,6 +285,7 @@ code=$?
 grep -q 'nothing was written' err || { fault "interrupted: no word of it"; cat err; }
 [ "$(ls | grep -c 'many.pc2')" = 0 ] || fault "interrupted: left $(ls | grep many.pc2)"
 for ending in glb gltf usda npz mdd; do
+    rm -f err # of the one before, which would be waited for
     "$TULLE" convert many_%d.obj "stopped.$ending" --subdivide 3 --progress json >out 2>err &
     for _ in $(seq 600); do grep -q '"event":"frames"' err && break; sleep 0.02; done
     kill -INT $!
