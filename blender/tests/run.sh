@@ -13,7 +13,7 @@ export BLENDER_USER_RESOURCES="$home" HOME="$home" PYTHONDONTWRITEBYTECODE=1
 blender -b --factory-startup --python-exit-code 1 --python "$here/run.py" -- "$@"
 [ $# = 0 ] || exit 0
 if command -v xvfb-run >/dev/null && command -v xauth >/dev/null; then
-    xvfb-run -a -s "-screen 0 1280x800x24" \
+    xvfb-run -a -s "-screen 0 1280x940x24" \
         blender --factory-startup --enable-event-simulate --python-exit-code 1 --python "$here/window.py" -- "${TULLE_PICTURES:-}"
 else
     echo "not run: the test in a window; Debian's packages are xvfb and xauth"

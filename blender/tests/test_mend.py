@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from support import SceneTest
-from tulle_addon import mend
+from tulle_addon import bake, mend, meshes
 
 
 class Mends(SceneTest):
@@ -175,21 +175,180 @@ class Mends(SceneTest):
         for path in paths:
             self.assertTrue(os.path.isfile(path))
 
-    def test_cancelled_and_refused(self):
-        sheet, _ = self.add_pushed(), self.add_ball()
+    def begin(self, sheet, is_far):
+        """A mending that has come so far."""
         bpy.context.view_layer.objects.active = sheet
         job = mend.Mending(bpy.context, sheet)
+        while not job.is_over and not is_far(job):
+            job.advance(bpy.context)
+        self.assertFalse(job.is_over, self.scene.tulle.report)
+        return job
+
+    def go_on(self, job):
         while not job.is_over:
             job.advance(bpy.context)
-            if job.process is not None and not job.is_cancelled:
+
+    def list_files(self):
+        """Paths and bytes of all that lies in the folder of results."""
+        found = {}
+        for top, _, names in os.walk(self.path()):
+            for name in names:
+                with open(os.path.join(top, name), "rb") as file:
+                    found[os.path.join(top, name)] = file.read()
+        return found
+
+    STAGES = {
+        "reading": lambda job: job.reading is not None,
+        "running": lambda job: len(job.answers) > 0,
+        "writing": lambda job: job.result is not None,
+    }
+
+    def test_cancelled(self):
+        """Nothing is left where there was nothing, whenever it is cancelled."""
+        sheet, _ = self.add_pushed(), self.add_ball()
+        for stage, is_far in self.STAGES.items():
+            with self.subTest(stage):
+                job = self.begin(sheet, is_far)
+                self.assertTrue(os.listdir(self.path("mend", "sheet")))
                 job.cancel()
-        self.assertEqual((job.state, len(sheet.modifiers)), ("CANCELLED", 0))
-        for point in sheet.data.shape_keys.key_blocks["low"].data:
-            point.co.z = 0.0
-        bpy.ops.mesh.primitive_cube_add(size=3.0)
-        bpy.context.object.tulle.role = "OBSTACLE"
+                self.go_on(job)
+                self.assertEqual((job.state, len(sheet.modifiers)), ("CANCELLED", 0))
+                self.assertFalse(os.path.exists(self.path()))
+
+    def test_cancelled_over_a_result(self):
+        """The earlier result stays whole, also when Blender is closed or the file is left meanwhile."""
+        sheet, ball = self.add_pushed(), self.add_ball()
+        self.mend(sheet)
+        whole, seen = self.list_files(), self.see_all(sheet)
+        self.assertEqual(
+            sorted(os.path.relpath(path, self.path("mend", "sheet")) for path in whole),
+            ["blender.json", "cache/sheet.pc2", "meshes/sheet.obj"],
+        )
+        ball.scale = (1.3, 1.3, 1.3)
+        for stage, is_far in self.STAGES.items():
+            for is_closed in (False, True):
+                with self.subTest(stage, is_closed=is_closed):
+                    job = self.begin(sheet, is_far)
+                    if is_closed:
+                        bake.current = job
+                        bake.stop()
+                    else:
+                        job.cancel()
+                        self.go_on(job)
+                    self.assertEqual(self.list_files(), whole)
+                    self.assertEqual(os.listdir(self.path("mend", "sheet")).count("blender.json"), 1)
+        np.testing.assert_array_equal(self.see_all(sheet), seen)
+        self.mend(sheet)
+        self.assertNotEqual(self.list_files(), whole)
+        self.assertIn("No intersection", self.check(sheet, ball))
+
+    def test_killed(self):
+        """Where Blender was killed, the earlier result is whole, and the next mending and Free clear up."""
+        sheet, _ = self.add_pushed(), self.add_ball()
+        self.mend(sheet)
+        whole = self.list_files()
+        for clears in (lambda: self.mend(sheet), bpy.ops.tulle.free):
+            job = self.begin(sheet, self.STAGES["running"])
+            job.process._process.kill()
+            job.process.wait(10)
+            left = self.list_files()
+            self.assertGreater(len(left), len(whole))
+            self.assertEqual({path: left[path] for path in whole}, whole)
+            clears()
+            self.assertEqual(self.list_files(), whole if os.path.exists(self.path()) else {})
+        self.assertFalse(os.path.exists(self.path()))
+
+    def test_full_disk(self):
+        """A result that cannot be written leaves the earlier one."""
+        sheet, ball = self.add_pushed(), self.add_ball()
+        self.mend(sheet)
+        whole = self.list_files()
+        ball.scale = (1.3, 1.3, 1.3)
+        usual = meshes.Pc2Writer.append
+
+        def append(writer, positions):
+            if os.path.basename(writer.path) == mend.CACHE_FILE and writer.frame_count == 2:
+                raise OSError(28, "No space left on device")
+            usual(writer, positions)
+
+        meshes.Pc2Writer.append = append
+        try:
+            with self.assertRaisesRegex(RuntimeError, "No space left"):
+                self.mend(sheet)
+        finally:
+            meshes.Pc2Writer.append = usual
+        self.assertEqual(self.list_files(), whole)
+
+    def refuse(self, sheet, *words):
         bpy.context.view_layer.objects.active = sheet
-        with self.assertRaisesRegex(RuntimeError, "Not mended"):
-            bpy.ops.tulle.mend()
-        self.assertEqual((self.scene.tulle.state, len(sheet.modifiers)), ("FAILED", 0))
-        self.assertIn("inside", self.scene.tulle.report)
+        self.assertRaisesRegex(RuntimeError, "Not mended", bpy.ops.tulle.mend)
+        self.assertEqual(self.scene.tulle.state, "FAILED")
+        for word in words:
+            self.assertIn(word, self.scene.tulle.report)
+        self.assertFalse(os.path.exists(self.path()))
+
+    def test_inside_a_body(self):
+        """The vertex that the program names is selected, behind a loose one and below a modifier."""
+        sheet = self.add_mesh(
+            "a sheet", [(9, 9, 9), (0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(1, 2, 3, 4)], role="NONE"
+        )
+        sheet.modifiers.new("Wave", "WAVE").height = 0.01
+        sheet.modifiers.new("Subdivision", "SUBSURF")
+        bpy.ops.mesh.primitive_cube_add(size=8.0)
+        bpy.context.object.tulle.role = "OBSTACLE"
+        self.refuse(sheet, "frame 10: 'a_sheet' lies inside 'Cube' at the start (vertex 0")
+        self.assertEqual((sheet.mode, self.scene.frame_current), ("EDIT", 10))
+        self.assertEqual(self.get_selected(sheet, "vertices"), [1])
+        self.assertEqual([each.name for each in sheet.data.attributes if "tulle" in each.name], [])
+
+    def test_zero_area(self):
+        """The face is selected that the program names, through a modifier that mirrors."""
+        sheet = self.add_mesh(
+            "flat", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0), (3, 0, 0)], [(0, 1, 2), (1, 3, 4)], role="NONE"
+        )
+        mirror = sheet.modifiers.new("Mirror", "MIRROR")
+        mirror.use_axis[0], mirror.use_axis[1], mirror.use_mirror_merge = False, True, False
+        self.add_ball(place=(0, 0, 4))
+        self.refuse(sheet, "'flat': frame 10: triangle", "zero area")
+        self.assertEqual((sheet.mode, self.get_selected(sheet)), ("EDIT", [1]))
+
+    def test_turned_face(self):
+        sheet = self.add_mesh(
+            "turned", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (2, 0, 0)], [(0, 1, 2), (1, 2, 3), (1, 4, 3)], role="NONE"
+        )
+        self.refuse(sheet, "oriented in opposite ways")
+        self.assertEqual((sheet.mode, self.get_selected(sheet)), ("EDIT", [0, 1]))
+
+    def test_body_that_changes_its_vertices(self):
+        sheet, ball = self.add_pushed(), self.add_ball(place=(0, 0, -3))
+        build = ball.modifiers.new("Build", "BUILD")
+        build.frame_start, build.frame_duration = 5, 20
+        self.refuse(sheet, "'ball' has", "vertices in frame")
+        self.assertTrue(ball.select_get())
+
+    def test_words(self):
+        """Files and frames of the cache are named as in the scene."""
+        sheet, _ = self.add_pushed(), self.add_ball()
+        job = self.begin(sheet, self.STAGES["reading"])
+        names = {"sheet", "ball"}
+        for said, told, frame in (
+            ("meshes/sheet.pc2: frame 2: the cloth finds no way to where it is given in 32 solves",
+             "'sheet': frame 12: the cloth finds no way to where it is given in 32 solves", 12),
+            ("meshes/sheet.pc2: frame 0: meshes/ball.obj: triangle 12 has the same three vertices as triangle 0",
+             "frame 10: 'ball': triangle 12 has the same three vertices as triangle 0", 10),
+            ("meshes/sheet.pc2: frame 3: 'the cloth' lies inside 'meshes/ball.obj' (vertex 0)",
+             "frame 13: 'sheet' lies inside 'ball' (vertex 0)", 13),
+            ("mended.pc2: cannot be written: No space left on device",
+             "mended.pc2: cannot be written: No space left on device", 10),
+        ):  # fmt: skip
+            self.assertEqual(job.translate(said, names), (told, frame))
+        job.end()
+
+    def test_no_way(self):
+        """A frame that cannot be mended is shown, with the cloth selected."""
+        sheet, ball = self.add_pushed(), self.add_ball()
+        job = self.begin(sheet, self.STAGES["running"])
+        job.fail(bpy.context, "meshes/sheet.pc2: frame 4: the cloth finds no way to where it is given in 32 solves", [], 3)
+        job.clear()
+        self.assertEqual((job.state, self.scene.frame_current), ("FAILED", 14))
+        self.assertEqual((sheet.select_get(), ball.select_get(), sheet.mode), (True, False, "OBJECT"))

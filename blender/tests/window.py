@@ -5,6 +5,7 @@ A generator says what to wait for; a timer of Blender goes on with it.
 """
 import os
 import shutil
+import signal
 import sys
 import tempfile
 import traceback
@@ -35,7 +36,7 @@ def prepare() -> None:
     sheet.name, sheet.tulle.role, sheet.tulle.fabric = "Sheet", "CLOTH", "silk"
     sheet.modifiers.new("Subdivision", "SUBSURF")
     bpy.ops.object.shade_smooth()
-    bpy.context.scene.frame_end = 30
+    bpy.context.scene.frame_end = 45
 
 
 def show_sidebar():
@@ -70,11 +71,13 @@ def go():
     yield from show_sidebar()
     yield 0.5
     assert bpy.ops.tulle.bake("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
-    yield from wait_for(lambda: bake.current and bake.current.caches and bake.current.caches.frame_count >= 5, 300)
+    yield from wait_for(lambda: bake.current and bake.current.caches and bake.current.caches.frame_count >= 16, 300)
+    bake.current.process._process.send_signal(signal.SIGSTOP)  # it waits while it is looked at, however slow the window is
     assert 0 < settings.progress < 100 and "Frame" in settings.status, settings.status
-    yield from wait_for(lambda: bpy.context.scene.frame_current >= 14 or not bake.current, 300)
+    yield from wait_for(lambda: bpy.context.scene.frame_current >= 16, 300)
     keep_picture("panel_running.png")
     bpy.ops.tulle.cancel()
+    bake.current.process._process.send_signal(signal.SIGCONT)
     yield from wait_for(lambda: bake.current is None, 300)
     assert settings.state == "CANCELLED", settings.state
     assert bpy.context.scene.frame_current == 1
@@ -125,6 +128,19 @@ def go():
     assert "0 after" in settings.report and "departure" in sheet.data.color_attributes, settings.report
     yield 0.3
     keep_picture("panel_mended.png")
+    # Cloth inside a body is refused, and the view goes to the vertex that the program names.
+    ball.scale = (9, 9, 9)
+    view = next(area for area in bpy.context.window.screen.areas if area.type == "VIEW_3D").spaces.active.region_3d
+    distance = view.view_distance
+    assert bpy.ops.tulle.mend("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
+    yield from wait_for(lambda: bake.current is None, 300)
+    assert settings.state == "FAILED" and "lies inside 'Ball'" in settings.report, (settings.state, settings.report)
+    sheet.update_from_editmode()
+    assert sheet.mode == "EDIT" and sum(vertex.select for vertex in sheet.data.vertices) == 1, sheet.mode
+    yield from wait_for(lambda: view.view_distance < 0.5 * distance, 10)
+    keep_picture("panel_mend_refused.png")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    ball.scale = (1, 1, 1)
     sheet.location.z, bpy.context.scene.frame_end = 0.4, 30
     # Blender's window closes while a bake is under way: the program ends in good order.
     sheet.tulle.role = "CLOTH"

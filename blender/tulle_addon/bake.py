@@ -14,7 +14,8 @@ from .meshes import Refusal
 LEFT_FILE = "left.csv"
 LOCKED = "is locked: another process"
 CHANGED = "cannot be resumed: "
-NO_VELOCITIES = "keeps no velocities"
+NO_VELOCITIES, OTHER_BODY = "keeps no velocities", "no rigid body '"
+SAME_RATE = 1e-9  # part of a frame's length by which that of the run may differ, since both are rounded
 
 current: Optional[Job] = None  # a bake or a mending
 
@@ -48,6 +49,17 @@ class Bake(Job):
         links = caches.read_json(os.path.join(self.folder, export.LINK_FILE)) or {}
         if links.get("frame_start") != self.first:
             raise Refusal("The frames that are there start at another frame than the scene: bake anew")
+        interval = (caches.read_json(os.path.join(self.folder, export.RUN_FOLDER, "run.json")) or {}).get("frame_interval", 0.0)
+        if abs(interval * export.get_fps(scene) - 1) > SAME_RATE:
+            raise Refusal("The frames that are there have another frame rate than the scene: bake anew")
+        lagging = caches.list_lagging(self.folder)
+        free = [self.first + number for number, lags in enumerate(lagging) if not lags and self.first + number <= last]
+        if frame not in free:
+            nearest = min(free, key=lambda each: abs(each - frame))
+            raise Refusal(
+                "An obstacle lags behind in frame %d, and cannot be gone on from there: choose another one, as frame %d"
+                % (frame, nearest)
+            )
 
     def end(self) -> None:
         super().end()
@@ -129,6 +141,9 @@ class Bake(Job):
         caches.settle(self.folder)
         if any(NO_VELOCITIES in line for line in words):
             words = ["The frames that are there were baked without velocities: bake anew once, then from any frame"]
+        other = next((line.split(OTHER_BODY)[1].split("'")[0] for line in words if OTHER_BODY in line), None)
+        if other:
+            words = ["'%s' is no longer the rigid body that it was in the first frame, or is elsewhere there: bake anew" % other]
         if code == 2 and any(CHANGED in line for line in words):
             self.tell(
                 "CHANGED", None, "The scene has changed since it was baked", "Bake anew to replace the frames that are there."

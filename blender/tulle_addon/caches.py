@@ -3,6 +3,7 @@
 A run holds frames in world space and metres. The cache of an object holds them in the object's own space, with its loose
 vertices, and grows with the run; it is whole up to the count in its head at any moment.
 """
+import csv
 import json
 import os
 from typing import Any, Dict, List, Optional
@@ -30,6 +31,12 @@ def count_whole_frames(folder: str) -> int:
             return max(0, file.read().count(b"\n") - 1)
     except OSError:
         return 0
+
+
+def list_lagging(folder: str) -> List[bool]:
+    """Of each whole frame of the run whether an obstacle lags behind its frames there; the first never does."""
+    with open(os.path.join(folder, RUN_FOLDER, "frames.csv"), encoding="utf-8", newline="") as file:
+        return [bool(row.get("lags")) for row in csv.DictReader(file)]
 
 
 class BodyCache:
@@ -117,7 +124,8 @@ def set_modifier(obj, path: str, frame_start: int, is_mended: bool = False) -> N
         move_modifier(obj, modifier, stack.find_tail([each for each in obj.modifiers if each != modifier]))
     modifier.cache_format, modifier.deform_mode, modifier.interpolation = "PC2", "OVERWRITE", "LINEAR"
     modifier.play_mode, modifier.time_mode = "SCENE", "FRAME"
-    modifier.forward_axis, modifier.up_axis, modifier.flip_axis = "POS_Y", "POS_Z", set()
+    modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
+    modifier.flip_axis = set() if isinstance(modifier.flip_axis, set) else (False, False, False)  # as before and in Blender 5
     modifier.frame_start, modifier.frame_scale, modifier.factor = frame_start, 1.0, 1.0
     modifier.filepath = make_relative(path)
     muted: List[str] = []

@@ -1,10 +1,14 @@
 """Mends the animation of a mesh, whatever moves it, until it passes through nothing.
 
-The folder of a mended object, mend/NAME, is laid out as that of a bake: blender.json, meshes, and the cache that is shown.
+The folder of a mended object, mend/NAME, is laid out as that of a bake: blender.json, its mesh, and the cache that is shown. All
+is made in a folder within it, work.*, and moves from there once the result is whole. So what ends early leaves nothing.
 """
 import os
+import re
+import shutil
+import tempfile
 import time
-from typing import Any, Dict, Iterator, List, Optional
+from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
 import bpy
 import numpy as np
@@ -15,7 +19,7 @@ from .meshes import Refusal
 from .parts import MESH_FOLDER, Part, Reader, is_in_all, make_name
 from .program import Process
 
-FOLDER, RESULT_FILE, GIVEN_FILE = "mend", "mended.pc2", "given.pc2"
+FOLDER, WORK_PREFIX, RESULT_FILE, GIVEN_FILE, CACHE_FILE = "mend", "work.", "mended.pc2", "given.pc2", "cache.pc2"
 ROLE = "MENDED"
 COLORS = "departure"
 
@@ -31,9 +35,9 @@ def is_met(scene, obj) -> bool:
 class Recording(Reader):
     """The cloth as it is given, and the bodies, as meshes and point caches."""
 
-    def __init__(self, context, obj, folder: str):
+    def __init__(self, context, obj, folder: str, name: str):
         super().__init__(context, folder)
-        self.cloth = Part(obj, ROLE, os.path.basename(folder))
+        self.cloth = Part(obj, ROLE, name)
         self.given: Optional[meshes.Pc2Writer] = None
 
     def choose_parts(self) -> None:
@@ -88,6 +92,7 @@ class Recording(Reader):
     def begin_part(self, part: Part, pieces) -> None:
         super().begin_part(part, pieces)
         if part is self.cloth:
+            part.thin = np.empty(0, np.int64)  # all its triangles are written
             self.given = meshes.Pc2Writer(os.path.join(self.folder, GIVEN_FILE), sum(part.counts))
             self.keep_given(pieces)
 
@@ -134,22 +139,38 @@ class Mending(Job):
     def __init__(self, context, obj, in_window: bool = False):
         folder = choose_folder(context.scene, obj)
         super().__init__(context, folder, in_window)
+        remove_work(folder)  # what Blender left where it was killed
+        os.makedirs(folder, exist_ok=True)
+        self.work = tempfile.mkdtemp(prefix=WORK_PREFIX, dir=folder)
         self.object_name = obj.name
         self.answers: List[Dict[str, Any]] = []
         self.summary: Dict[str, Any] = {}
         self.result: Optional[Iterator[None]] = None
         self.code = 0
         self.began = 0.0
-        self.recording = Recording(context, obj, folder)
+        self.recording = Recording(context, obj, self.work, os.path.basename(folder))
         self.begin_reading(self.recording.run())
+
+    def advance(self, context) -> None:
+        super().advance(context)
+        if self.is_over:
+            self.clear()
+
+    def end(self) -> None:
+        super().end()
+        self.clear()
+
+    def clear(self) -> None:
+        """Nothing but a whole result stays."""
+        remove_work(self.folder)
+        top = os.path.dirname(self.folder)
+        for folder in (self.folder, top, os.path.dirname(top)):
+            caches.remove_all(folder, [], [""])
 
     def start(self) -> None:
         arguments = self.recording.make_arguments()
-        result = os.path.join(self.folder, RESULT_FILE)
-        if os.path.exists(result):
-            os.remove(result)
         self.words = list(self.recording.notes)
-        self.process, self.began = Process(arguments, self.folder), time.monotonic()
+        self.process, self.began = Process(arguments, self.work), time.monotonic()
         self.tell("MENDING", 0.1, "Starting")
 
     def advance_run(self, context) -> None:
@@ -184,23 +205,28 @@ class Mending(Job):
             self.fail(context, "\n".join(said) or "tulle ended with code %d" % code, [], code)
 
     def write_result(self) -> Iterator[None]:
-        """The cache in the space of the object; it replaces an older one when it is whole."""
+        """The cache in the space of the object."""
         cloth, scale = self.recording.cloth, self.recording.scale
-        given = meshes.Pc2Reader(os.path.join(self.folder, GIVEN_FILE))
+        given = meshes.Pc2Reader(os.path.join(self.work, GIVEN_FILE))
         before = meshes.Pc2Reader(cloth.writer.path)
-        after = meshes.Pc2Reader(os.path.join(self.folder, RESULT_FILE))
-        os.makedirs(os.path.join(self.folder, export.CACHE_FOLDER), exist_ok=True)
-        writer = meshes.Pc2Writer(self.get_cache() + ".new", given.vertex_count)
+        after = meshes.Pc2Reader(os.path.join(self.work, RESULT_FILE))
+        writer = meshes.Pc2Writer(os.path.join(self.work, CACHE_FILE), given.vertex_count)
         for frame, matrix in enumerate(cloth.matrices):
             places, mended = given.read(frame).astype(np.float64), after.read(frame)
             is_away = np.any(mended != before.read(frame), axis=1)
             places[cloth.used[is_away]] = meshes.to_local(mended[is_away], matrix, scale)
             writer.append(places)
             yield
-        os.replace(writer.path, self.get_cache())
 
-    def get_cache(self) -> str:
-        return os.path.join(self.folder, export.CACHE_FOLDER, self.recording.cloth.name + ".pc2")
+    def keep_result(self) -> str:
+        """Moves the cache and what `check` reads of it to where they stay; the path of the cache."""
+        name = self.recording.cloth.name
+        cache = os.path.join(export.CACHE_FOLDER, name + ".pc2")
+        mesh = os.path.join(MESH_FOLDER, name + ".obj")
+        for source, path in ((mesh, mesh), (export.LINK_FILE, export.LINK_FILE), (CACHE_FILE, cache)):
+            os.makedirs(os.path.dirname(os.path.join(self.folder, path)), exist_ok=True)
+            os.replace(os.path.join(self.work, source), os.path.join(self.folder, path))
+        return os.path.join(self.folder, cache)
 
     def advance_result(self, context) -> None:
         assert self.result is not None
@@ -221,9 +247,9 @@ class Mending(Job):
         obj = scene.objects.get(self.object_name) if scene is not None else None
         if obj is None:
             raise Refusal("'%s' is not there any more" % self.object_name)
-        caches.set_modifier(obj, self.get_cache(), self.recording.first, is_mended=True)
-        color(context, obj, self.recording.cloth, self.measure_worst())
-        caches.remove_all(self.folder, [GIVEN_FILE, RESULT_FILE], [])
+        departures = self.measure_worst()
+        caches.set_modifier(obj, self.keep_result(), self.recording.first, is_mended=True)
+        color(context, obj, self.recording.cloth, departures)
         words = "Mended" if self.summary["frames_away"] else "As it was: nothing intersects"
         self.tell("FINISHED", 1.0, words, "\n".join(self.list_words(scene) + self.words))
 
@@ -233,7 +259,7 @@ class Mending(Job):
         if not self.summary["frames_away"] or frame is None:
             return np.zeros(len(self.recording.cloth.used))
         before = meshes.Pc2Reader(self.recording.cloth.writer.path).read(frame)
-        after = meshes.Pc2Reader(os.path.join(self.folder, RESULT_FILE)).read(frame)
+        after = meshes.Pc2Reader(os.path.join(self.work, RESULT_FILE)).read(frame)
         return np.linalg.norm(after.astype(np.float64) - before, axis=1)
 
     def list_words(self, scene) -> List[str]:
@@ -263,10 +289,33 @@ class Mending(Job):
         return words
 
     def fail(self, context, words: str, objects: List[str], code: int = 0) -> None:
+        """Tells why, and selects what the words name."""
         self.stop_process()
-        if objects:
+        links = caches.read_json(os.path.join(self.work, export.LINK_FILE))
+        if code and links:
+            words, frame = self.translate(words, {link["name"] for link in links["bodies"]})
+            picks = selection.Picks()
+            selection.read_words(words, links, picks)
+            if picks.list_bodies():
+                selection.select_bodies(context, links, picks, frame)
+            elif self.object_name in context.view_layer.objects:
+                context.scene.frame_set(frame)
+                selection.select(context, {self.object_name: (set(), set())})
+        elif objects:
             selection.select(context, {name: (set(), set()) for name in objects if name in context.view_layer.objects})
         self.tell("FAILED", None, "Not mended", words)
+
+    def translate(self, words: str, names: Set[str]) -> Tuple[str, int]:
+        """The program's words with names in place of files, and frames of the scene in place of those of the cache; the first
+        of these frames."""
+        first, frames = self.recording.first, [int(frame) for frame in re.findall(r"\bframe (\d+)", words)]
+        words = words.replace("'the cloth'", "'%s'" % self.recording.cloth.name)
+        words = re.sub(r"'?\b%s/([A-Za-z0-9._-]+)\.(?:obj|pc2)\b'?" % MESH_FOLDER, r"'\1'", words)
+        words = re.sub(r"\bframe (\d+)", lambda found: "frame %d" % (first + int(found[1])), words)
+        said = re.match(r"'[^']+': (frame \d+: (.*))", words, re.DOTALL)
+        if said and any("'%s'" % name in said[2] for name in names):  # what follows says whose it is
+            words = said[1]
+        return words, first + (frames[0] if frames else 0)
 
 
 def color(context, obj, cloth: Part, departures: np.ndarray) -> None:
@@ -302,16 +351,22 @@ def choose_folder(scene, obj) -> str:
             return folder
 
 
+def remove_work(folder: str) -> None:
+    """What ended before its result was whole."""
+    for name in os.listdir(folder) if os.path.isdir(folder) else []:
+        if name.startswith(WORK_PREFIX):
+            shutil.rmtree(os.path.join(folder, name), ignore_errors=True)
+
+
 def remove_files(folder: str) -> None:
     """Removes what was written of mended objects, and nothing else."""
     top = os.path.join(folder, FOLDER)
     if not os.path.isdir(top):
         return
     for name in sorted(os.listdir(top)):
-        if os.path.isfile(os.path.join(top, name, export.LINK_FILE)):
-            unfinished = os.path.join(export.CACHE_FOLDER, name + ".pc2.new")
-            caches.remove_all(os.path.join(top, name), [GIVEN_FILE, RESULT_FILE, unfinished], [])
-            caches.remove_files(os.path.join(top, name))
+        remove_work(os.path.join(top, name))
+        caches.remove_files(os.path.join(top, name))
+        caches.remove_all(top, [], [name])
     caches.remove_all(folder, [], [FOLDER, ""])
 
 

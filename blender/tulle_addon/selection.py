@@ -2,7 +2,7 @@
 import csv
 import os
 import re
-from typing import Any, Dict, List, Optional, Set, Tuple
+from typing import Any, Callable, Dict, List, Optional, Set, Tuple
 
 import bpy
 import numpy as np
@@ -42,8 +42,8 @@ def read_words(words: str, links: Dict[str, Any], picks: Picks) -> None:
     """Triangles and vertices that a message names. It says whose they are: `triangle 3 of 'NAME'`, or the mesh that was
     read."""
     names = {link["name"] for link in links["bodies"]}
-    cloths = [link["name"] for link in links["bodies"] if link["role"] == "CLOTH"]
-    others = [link["name"] for link in links["bodies"] if link["role"] != "CLOTH"]
+    cloths = [link["name"] for link in links["bodies"] if link["role"] in ("CLOTH", "MENDED")]
+    others = [link["name"] for link in links["bodies"] if link["role"] not in ("CLOTH", "MENDED")]
     found = re.search(r"\b(cloth|obstacles)\[(\d+)\]", words)
     subject: Optional[str] = None
     if found:
@@ -62,12 +62,15 @@ def read_words(words: str, links: Dict[str, Any], picks: Picks) -> None:
                 picks.add("triangle" if found[1].startswith("triangle") else "vertex", body, int(number))
 
 
-def find_originals(context, obj, frame: Optional[int], is_shown: bool = False) -> Tuple[np.ndarray, np.ndarray]:
+def find_originals(
+    context, obj, frame: Optional[int], is_shown: bool = False, hide: Callable[[Any], List] = stack.list_hidden
+) -> Tuple[np.ndarray, np.ndarray]:
     """The faces of the object's own mesh that its triangles come of, and the vertices that its vertices come of; -1: none.
 
-    Numbers travel through the modifiers as attributes of the mesh, which are taken off again."""
+    Numbers travel through the modifiers as attributes of the mesh, which are taken off again. What `hide` lists is off, unless
+    the object is taken as it is shown."""
     mesh = obj.data
-    with stack.reading(context, [] if is_shown else [obj]):
+    with stack.reading(context, [] if is_shown else [obj], hide=hide):
         faces = mesh.attributes.new(FACE_MARK, "INT", "FACE")
         faces.data.foreach_set("value", np.arange(1, len(mesh.polygons) + 1, dtype=np.int32))
         points = mesh.attributes.new(VERTEX_MARK, "INT", "POINT")
@@ -91,8 +94,9 @@ def find_originals(context, obj, frame: Optional[int], is_shown: bool = False) -
     )
 
 
-def select_bodies(context, links: Dict[str, Any], picks: Picks) -> List[str]:
-    """Selects what was picked in the objects that the bodies are; names of these objects."""
+def select_bodies(context, links: Dict[str, Any], picks: Picks, frame: Optional[int] = None) -> List[str]:
+    """Selects what was picked in the objects that the bodies are, and goes to the frame, or to the first one; names of these
+    objects."""
     chosen: Dict[str, Tuple[Set[int], Set[int]]] = {}
     for link in links["bodies"]:
         if link["name"] not in picks.list_bodies() or link["object"] not in context.view_layer.objects:
@@ -101,7 +105,10 @@ def select_bodies(context, links: Dict[str, Any], picks: Picks) -> List[str]:
         faces: Set[int] = set()
         vertices: Set[int] = set()
         if obj.type == "MESH" and obj.library is None and obj.data.library is None:
-            of_triangles, of_vertices = find_originals(context, obj, links["frame_start"], is_shown=link["role"] == "OBSTACLE")
+            of_triangles, of_vertices = find_originals(
+                context, obj, links["frame_start"], is_shown=link["role"] == "OBSTACLE",
+                hide=stack.list_behind if link["role"] == "MENDED" else stack.list_hidden,
+            )  # fmt: skip
             used = np.setdiff1d(np.arange(link["vertices"]), np.array(link["loose"], np.int64))
             of_triangles = np.delete(
                 of_triangles[: link["own_triangles"]], [t for t in link["thin"] if t < link["own_triangles"]]
@@ -113,7 +120,7 @@ def select_bodies(context, links: Dict[str, Any], picks: Picks) -> List[str]:
                 if v < len(used) and used[v] < len(of_vertices)
             }
         chosen[obj.name] = (faces - {-1}, vertices - {-1})
-    context.scene.frame_set(links["frame_start"])
+    context.scene.frame_set(links["frame_start"] if frame is None else frame)
     select(context, chosen)
     return list(chosen)
 

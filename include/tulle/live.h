@@ -128,23 +128,28 @@ TULLE_API tulle_status tulle_cloth_wake(tulle_world *world, tulle_cloth_id id, t
 
 /* ---- starts amid a motion ---- */
 
-/* Where the cloth of a world is at a time, as a frame of another run has it. */
+/* Where what moves in a world is at a time, as a frame of another run has it. */
 typedef struct tulle_moment {
     double time;              /* [s] >= 0 */
     uint64_t step_count;      /* steps that led there; tulle_world_get_step_count goes on from it */
     const double *positions;  /* [m] 3 * vertex_count: of all cloths in the order of adding */
     const double *velocities; /* [m/s] 3 * vertex_count, in the same order */
     size_t vertex_count;      /* of all cloths together */
+    const tulle_transform *bodies; /* position, rotation and velocities of each rigid body, in the
+                                    * order of adding; the rest of it is not read; null: there is
+                                    * none */
+    size_t body_count;             /* of all rigid bodies of the world */
 } tulle_moment;
-/* Starts the world as tulle_world_start does, but at a later time: cloth is where `moment` has it,
- * obstacles are where their scripts have them then, and that is judged. What holds at the start
+/* Starts the world as tulle_world_start does, but at a later time: cloth and rigid bodies are where
+ * `moment` has them, obstacles are where their scripts have them then, as bodies before their start
+ * time and such as are absent, and that is judged. What holds at the start
  * holds still: rest shapes, pins by their motion, and attachments, which hold the places that they
  * take where the defs have the objects. Nothing else is carried over: contacts begin anew, so
  * friction knows no rest; hysteresis is that of cloth that was brought there from its rest shape;
  * all is awake; nothing has broken. Pins without keyframes hold vertices where `moment` has them.
  * Errors as of tulle_world_start; TULLE_ERROR_INVALID_ARGUMENT also for null, numbers that are not
- * finite, another vertex_count, a world that has started, and one with rigid bodies. The world can
- * be started in another way then. */
+ * finite, another vertex_count or body_count, a rotation that is no unit quaternion to 1e-6, and a
+ * world that has started. The world can be started in another way then. */
 TULLE_API tulle_status tulle_world_start_at(tulle_world *world, const tulle_moment *moment,
                                             tulle_error *error);
 

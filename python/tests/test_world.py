@@ -58,6 +58,17 @@ def test_a_start_amid_a_motion(sheet: tulle.Mesh, ball: tulle.Mesh) -> None:
     for world in worlds:
         drop(world, 5)
     assert np.allclose(second.cloths[0].positions, first.cloths[0].positions, atol=1e-4)
+    thrown = [tulle.World(threads=1) for _ in range(2)]
+    cube = tulle.make_shape("box", size=(0.1, 0.1, 0.1))
+    boxes = [world.add_obstacle(cube, body={"density": 100, "angular_velocity": (3, 0, 1)}) for world in thrown]
+    for _ in range(4):
+        thrown[0].step(STEP)
+    nothing = np.empty((0, 3))
+    with pytest.raises(tulle.InvalidArgumentError):
+        thrown[1].start_at(thrown[0].time, nothing, nothing)
+    thrown[1].start_at(thrown[0].time, nothing, nothing, 4, [boxes[0].transform])
+    assert np.allclose(boxes[1].positions, boxes[0].positions, atol=1e-14)
+    assert boxes[1].transform.angular_velocity == boxes[0].transform.angular_velocity
     fresh = tulle.World(threads=1)
     fresh.add_cloth(sheet)
     with pytest.raises(tulle.InvalidArgumentError):

@@ -404,17 +404,24 @@ class World(Unique):
         self._change(core.tulle_world_start)
         self._is_started = True
 
-    def start_at(self, time: float, positions: ArrayLike, velocities: ArrayLike, step_count: int = 0) -> None:
+    def start_at(
+        self, time: float, positions: ArrayLike, velocities: ArrayLike, step_count: int = 0, bodies: Sequence[structs.Transform] = ()
+    ) -> None:
         """Starts at a later time [s], with all cloth, in the order of adding, at these places [m] and velocities [m/s]: (vertices, 3).
 
-        Rest shapes, pins and attachments are those of a start at time 0; contacts begin anew. `step_count` goes on from there. Raises
-        InvalidArgumentError for other shapes and with rigid bodies, IntersectingStartError as `start` does.
+        `bodies` tells place, rotation and velocities of each rigid body, in the order of adding, as its `transform` does. Rest shapes,
+        pins and attachments are those of a start at time 0; contacts begin anew. `step_count` goes on from there. Raises
+        InvalidArgumentError for other shapes and numbers of bodies, IntersectingStartError as `start` does.
         """
         places, speeds = to_doubles(positions, 3, "positions"), to_doubles(velocities, 3, "velocities")
         if places.shape != speeds.shape:
             raise InvalidArgumentError(f"positions have {len(places)} rows, velocities {len(speeds)}")
         moment = ffi.new("tulle_moment *", {"time": time, "step_count": step_count, "vertex_count": len(places)})
         moment.positions, moment.velocities = point_to(places, "double *"), point_to(speeds, "double *")
+        transforms = ffi.new("tulle_transform[]", len(bodies))
+        for i, body in enumerate(bodies):
+            transforms[i] = body._c[0]
+        moment.bodies, moment.body_count = transforms, len(bodies)
         self._change(core.tulle_world_start_at, moment)
         self._is_started = True
 

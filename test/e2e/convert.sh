@@ -239,6 +239,33 @@ refuse 'q_1.obj.*vertices or triangles' q_%d.obj x.pc2
 expect 2 'whole and there: w_0.ply' q_%d.obj w_%d.ply
 [ "$(echo w_*)" = w_0.ply ] || fault "left: $(echo w_*)"
 
+# ---- progress ----
+# JSON for programs: how many readings of frames there are, how far it is, and the end. Without it nothing is said in a short time.
+has_python=1
+command -v python3 >/dev/null || { has_python=0; echo "not tested: the lines of --progress json; there is no python3"; }
+for ending in pc2 glb usda npz; do
+    convert run "told.$ending" --body sheet --progress json
+    [ $has_python = 0 ] || python3 - <<'END' || fault "progress of $ending: $(cat err)"
+import json
+lines = [json.loads(line) for line in open("err")]
+events = [line["event"] for line in lines]
+count = lines[0]["count"]
+done = [line["done"] for line in lines if line["event"] == "frames"]
+assert events[0] == "begin" and events[-1] == "end" and lines[-1] == {"event": "end", "state": "finished"}, events
+assert set(events) == {"begin", "frames", "end"} and count > 1 and done == sorted(done) and done[-1] == count, lines
+assert all(line["rest_seconds"] >= 0 and line["count"] == count for line in lines[1:-1])
+END
+    for kind in auto none; do
+        convert run "told.$ending" --body sheet --progress $kind
+        [ -s err ] && fault "--progress $kind: $(cat err)"
+    done
+done
+convert run "told.pc2" --body sheet --progress json --subdivide 1
+tail -1 err | grep -qx '{"event":"end","state":"finished"}' || fault "progress of a subdivided one: $(cat err)"
+refuse '"bar" should be' run x.pc2 --progress bar
+expect 2 '{"event":"end","state":"failed"}' q_%d.obj w_%d.ply --progress json
+rm w_*
+
 # ---- interrupts, full disks ----
 # wait_for PATTERN: until such a file is there, so that the work has begun.
 wait_for() {
@@ -257,6 +284,17 @@ code=$?
 [ $code = 130 ] || fault "interrupted: exit $code"
 grep -q 'nothing was written' err || { fault "interrupted: no word of it"; cat err; }
 [ "$(ls | grep -c 'many.pc2')" = 0 ] || fault "interrupted: left $(ls | grep many.pc2)"
+for ending in glb gltf usda npz mdd; do
+    rm -f err # of the one before, which would be waited for
+    "$TULLE" convert many_%d.obj "stopped.$ending" --subdivide 3 --progress json >out 2>err &
+    for _ in $(seq 600); do grep -q '"event":"frames"' err && break; sleep 0.02; done
+    kill -INT $!
+    wait $!
+    code=$?
+    [ $code = 130 ] || fault "interrupted, $ending: exit $code"
+    [ -z "$(compgen -G 'stopped.*')" ] || { fault "interrupted, $ending: left $(echo stopped.*)"; rm -f stopped.*; }
+    tail -3 err | grep -qx '{"event":"end","state":"interrupted"}' || { fault "interrupted, $ending: progress does not end"; cat err; }
+done
 "$TULLE" convert many_%d.obj n_%d.vtp --subdivide 3 >out 2>err &
 wait_for 'n_0.vtp'
 kill -TERM $!

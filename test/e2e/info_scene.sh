@@ -71,7 +71,7 @@ expect 0 '^0 intersections in 3 frames$' check out.run --frames 1:5:2
 expect 0 '"frame":6,.*"intersections":0' check out.run -n 6 --json --threads 1
 [ "$(wc -l <out)" = 2 ] || { fail "more than one frame and the sums:"; cat out; }
 expect 2 'there are frames 0 to 6' check out.run --frames 7
-expect 2 '--frames goes with run directories' check out.run/sheet.obj --frames 1
+expect 2 '--frames goes with run directories and animations' check out.run/sheet.obj --frames 1
 
 [ $faults = 0 ] && echo "scenes and frames: all as expected"
 exit $faults

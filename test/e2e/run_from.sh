@@ -60,6 +60,39 @@ head -c 4000 debug/debug.bin | cmp -s - <(head -c 4000 on/debug.bin) || fault "d
 "$TULLE" check on >check.out || fault "it is not clean: $(tail -1 check.out)"
 "$TULLE" render on --frame 3 --color contacts --size 64x48 --samples 1 -o on.png >/dev/null 2>render.err || grep -q 'png' render.err || fault "contacts of a copied frame: $(cat render.err)"
 
+# Rigid bodies go on with their places and velocities.
+sed 's/  - {name: bar.*/  - {name: crate, mesh: {shape: box, size: [0.08, 0.08, 0.08]}, translate: [0.05, 0, 0.5], dynamic: {mass: 50 g, spin: [2, 1, 0]}}\n  - {name: slab, mesh: {shape: box, size: [0.1, 0.1, 0.05]}, translate: [-0.7, 0, 0.5], dynamic: {mass: 100 g}}/' scene.yaml >bodies.yaml
+run bodies.yaml -o thrown --record velocities >/dev/null || fault "a run with bodies: exit $?"
+run bodies.yaml --from thrown:10 -o caught --record velocities --set 'cloth[0].material.preset=silk' >/dev/null || fault "from bodies: exit $?"
+# rows FILE: bodies.csv up to the frame, of places and motions
+cmp -s <(awk -F, 'NR == 1 || $1 <= 10' thrown/bodies.csv) <(awk -F, 'NR == 1 || $1 <= 10' caught/bodies.csv) || fault "the first frames of the bodies differ"
+cmp -s thrown/bodies.csv caught/bodies.csv && fault "no later frame of the bodies differs"
+[ "$(wc -l <thrown/bodies.csv)" = "$(wc -l <caught/bodies.csv)" ] || fault "bodies.csv has another number of lines"
+cmp -s <(frames thrown/crate.pc2 8) <(frames caught/crate.pc2 8) || fault "crate: the first frames differ"
+awk -F, 'FNR > 1 && $2 == 4 { if (FNR == NR) fall[$1] = $5; else { n++; if (($5 - fall[$1]) ^ 2 > 1e-8) bad = 1 } } END { exit bad || n != 25 }' \
+    thrown/bodies.csv caught/bodies.csv || fault "what meets nothing falls otherwise"
+"$TULLE" check caught >check.out || fault "it is not clean: $(tail -1 check.out)"
+run bodies.yaml --from thrown:10 -o short --record velocities --set 'cloth[0].material.preset=silk' -n 15 >/dev/null || fault "a shorter run with bodies: exit $?"
+run bodies.yaml --from thrown:10 -o short --record velocities --set 'cloth[0].material.preset=silk' --resume >/dev/null || fault "resumed with bodies: exit $?"
+cmp -s caught/bodies.csv short/bodies.csv || fault "resumed bodies differ"
+
+# Other steps, as many frames a second: frames are taken over, steps counted anew; on from there it is resumed.
+finer=(--set time.step=1/225 --set time.steps_per_frame=5 --set 'cloth[0].material.preset=silk')
+run bodies.yaml --from thrown:10 -o finer --record velocities "${finer[@]}" >finer.out || fault "finer steps: exit $?"
+cmp -s <(frames thrown/sheet.pc2 169) <(frames finer/sheet.pc2 169) || fault "finer steps: the first frames differ"
+cmp -s <(head -12 thrown/frames.csv | cut -d, -f2,4) <(head -12 finer/frames.csv | cut -d, -f2,4) || fault "finer steps: other times or hashes"
+[ "$(tail -n +2 finer/frames.csv | cut -d, -f3 | tr '\n' ' ')" = "$(seq -s ' ' 0 5 120) " ] || fault "finer steps: they are counted $(cut -d, -f3 finer/frames.csv | tr '\n' ' ')"
+[ "$(sed -n '2p;$p' finer/report.csv | cut -d, -f1 | tr '\n' ' ')" = "50 119 " ] || fault "finer steps: reports of others"
+[ "$(wc -l <finer/frames.csv)" = 26 ] || fault "finer steps: $(wc -l <finer/frames.csv) lines"
+awk -F, 'NR > 1 && ($2 - ($1 * 2 / 90)) ^ 2 > 1e-24 { bad = 1 } END { exit bad }' finer/frames.csv || fault "finer steps: frames at other times"
+"$TULLE" check finer >check.out || fault "finer steps: not clean: $(tail -1 check.out)"
+run bodies.yaml --from thrown:10 -o again --record velocities "${finer[@]}" -n 15 >/dev/null || fault "finer steps, shorter: exit $?"
+run bodies.yaml --from thrown:10 -o again --record velocities "${finer[@]}" --resume >again.out || fault "finer steps, resumed: exit $?"
+cmp -s finer/sheet.pc2 again/sheet.pc2 || fault "finer steps: what is resumed differs"
+[ "$(tail -1 finer.out)" = "$(tail -1 again.out)" ] || fault "finer steps: it ends in another state"
+"$TULLE" info again | grep -q 'files  *as the run wrote them' || fault "finer steps: its files are not sound"
+"$TULLE" convert finer finer.glb >/dev/null || fault "finer steps: cannot be converted"
+
 refuse() { # WORDS ARGUMENTS...
     local words=$1
     shift
@@ -74,10 +107,12 @@ run scene.yaml -o plain -n 3 >/dev/null
 refuse 'keeps no velocities' scene.yaml --from plain
 refuse 'has 25 frames' scene.yaml --from first:99
 refuse 'no frame of the scene is left' scene.yaml --from first
-refuse 'steps of' scene.yaml --from first:3 --set time.steps_per_frame=3
+refuse 'frames are 0.0222222222 s apart, those of the scene 0.0333333333 s' scene.yaml --from first:3 --set time.steps_per_frame=3
 refuse "no cloth 'other'" scene.yaml --from first:3 --set 'cloth[0].name=other'
 refuse "no cloth 'sheet'" scene.yaml --from first:3 --set 'cloth[0].mesh.resolution=[12, 13]'
-refuse 'rigid bodies' scene.yaml --from first:3 --set 'obstacles[1].dynamic={mass: 1 kg}'
+refuse "no rigid body 'bar' of the same mesh" scene.yaml --from first:3 --set 'obstacles[1].dynamic={mass: 1 kg}'
+refuse "no rigid body 'crate' of the same mesh in the same place" bodies.yaml --from thrown:3 --set 'obstacles[1].translate=[0.05, 0, 0.6]'
+refuse "no rigid body 'slab'" bodies.yaml --from thrown:3 --set 'obstacles[2].mesh.size=[0.1, 0.1, 0.06]'
 refuse 'missing' scene.yaml --from missing
 refuse 'intersect' scene.yaml --from first:12 --set 'obstacles[0].mesh.radius=0.2'
 "$TULLE" run scene.yaml --from first:3 -o first --force >/dev/null 2>stderr && fault "it replaced its own source"

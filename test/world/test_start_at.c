@@ -5,6 +5,7 @@
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
@@ -316,8 +317,169 @@ static void bad_moments_are_refused(void **state) {
     tulle_world_destroy(world);
 }
 
+/* ---- rigid bodies ---- */
+
+enum { THROWN, WAITING, LATE, BODIES, CORNERS = 8 };
+static const char *const body_names[BODIES] = {"thrown", "waiting", "late"};
+
+static tulle_obstacle_id get_body_id(size_t body) {
+    return (tulle_obstacle_id){(uint32_t)(body + 1), 1}; /* behind the door */
+}
+
+/* A body that flies and turns, one that follows a script until 0.3 s, one that comes at 0.35 s. */
+static tulle_world *make_world_with_bodies(tape_bytes *to) {
+    tulle_world *const world = make_recorded(plain, to);
+    tulle_keyframe const keys[2] = {
+        {.rotation = {1, 0, 0, 0}},
+        {.time = 1.0, .translation = {1.0, 0.0, 0.0}, .rotation = {0.8, 0, 0.6, 0}}};
+    for (size_t b = 0; b < BODIES; b++) {
+        tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
+        shape.size[0] = 0.1, shape.size[1] = 0.2, shape.size[2] = 0.3;
+        tulle_mesh box = small_shape(shape, 2.0 + (double)b, 0.1, 5.0);
+        tulle_obstacle_def def = tulle_obstacle_def_default();
+        def.name = body_names[b];
+        def.mesh = tulle_mesh_get_view(&box);
+        def.body.is_dynamic = 1;
+        def.body.mass = 1.0;
+        def.body.velocity[1] = 0.7;
+        def.body.angular_velocity[0] = 3.0;
+        def.body.angular_velocity[2] = 1.0;
+        if (b == WAITING) {
+            def.motion = (tulle_motion){.keys = keys, .key_count = 2};
+            def.body.start_time = 0.3;
+        }
+        if (b == LATE) def.appear_time = 0.35;
+        FINE(tulle_world_add_obstacle(world, &def, NULL, &error));
+        tulle_mesh_destroy(&box);
+    }
+    return world;
+}
+
+static void look_at_bodies(const tulle_world *world, tulle_moment *moment,
+                           tulle_transform bodies[BODIES]) {
+    *moment = look(world);
+    for (size_t b = 0; b < BODIES; b++)
+        FINE(tulle_obstacle_get_transform(world, get_body_id(b), &bodies[b], &error));
+    moment->bodies = bodies;
+    moment->body_count = BODIES;
+}
+
+static double measure_distance_of_body(const tulle_world *a, const tulle_world *b, size_t body) {
+    const double *const x = tulle_obstacle_get_positions(a, get_body_id(body), NULL);
+    const double *const y = tulle_obstacle_get_positions(b, get_body_id(body), NULL);
+    double most = 0.0;
+    for (size_t i = 0; i < 3 * (size_t)CORNERS; i++) most = fmax(most, fabs(x[i] - y[i]));
+    return most;
+}
+
+/* Bodies are where they were and fly on, whether they were free, scripted or absent. */
+static void bodies_go_on(void **state) {
+    (void)state;
+    static const int counts[] = {10, 29, 40};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        tulle_world *const before = make_world_with_bodies(NULL);
+        tulle_world *const after = make_world_with_bodies(NULL);
+        tulle_transform bodies[BODIES], there;
+        tulle_moment moment;
+        step(before, counts[i]);
+        look_at_bodies(before, &moment, bodies);
+        FINE(tulle_world_start_at(after, &moment, &error));
+        for (size_t b = 0; b < BODIES; b++) {
+            bool const is_free = b == THROWN || (b == WAITING && moment.time >= 0.3) ||
+                                 (b == LATE && moment.time >= 0.35);
+            FINE(tulle_obstacle_get_transform(after, get_body_id(b), &there, &error));
+            assert_true(!is_free ||
+                        memcmp(there.position, bodies[b].position, sizeof there.position) == 0);
+            assert_true(!is_free ||
+                        memcmp(there.velocity, bodies[b].velocity, sizeof there.velocity) == 0);
+            assert_true(measure_distance_of_body(before, after, b) < 1e-14);
+        }
+        assert_true(measure_distance_of_body(before, after, THROWN) < 1e-14);
+        step(before, 30);
+        step(after, 30);
+        for (size_t b = 0; b < BODIES; b++) {
+            double const distance = measure_distance_of_body(before, after, b);
+            if (!(distance < 1e-11))
+                fail_msg("after %d steps '%s' is %g m apart", counts[i], body_names[b], distance);
+        }
+        tulle_world_destroy(before);
+        tulle_world_destroy(after);
+    }
+}
+
+static void recordings_repeat_bodies(void **state) {
+    (void)state;
+    tape_bytes tape = {0};
+    tulle_world *const before = make_world_with_bodies(NULL);
+    tulle_world *const world = make_world_with_bodies(&tape);
+    tulle_transform bodies[BODIES];
+    tulle_moment moment;
+    step(before, 40);
+    look_at_bodies(before, &moment, bodies);
+    FINE(tulle_world_start_at(world, &moment, &error));
+    step(world, 3);
+    uint64_t const hash = tulle_world_get_state_hash(world);
+    FINE(tulle_world_record(world, NULL, &error));
+    tulle_replay_report report;
+    FINE(tulle_replay(tape.bytes, tape.count, NULL, &report, &error));
+    assert_true(report.is_whole && !report.is_different);
+    assert_true(report.hash == hash);
+    free(tape.bytes);
+    tulle_world_destroy(before);
+    tulle_world_destroy(world);
+}
+
+static void bad_bodies_are_refused(void **state) {
+    (void)state;
+    tulle_world *const before = make_world_with_bodies(NULL);
+    tulle_world *const world = make_world_with_bodies(NULL);
+    tulle_transform bodies[BODIES], bad[BODIES];
+    tulle_moment moment;
+    step(before, 3);
+    look_at_bodies(before, &moment, bodies);
+    tulle_moment fewer = moment, none = moment;
+    fewer.body_count--;
+    none.bodies = NULL;
+    REFUSED(tulle_world_start_at(world, &fewer, &error));
+    REFUSED(tulle_world_start_at(world, &none, &error));
+    double *const numbers[] = {bad[1].position, bad[1].velocity + 2, bad[1].angular_velocity + 1,
+                               bad[1].rotation + 3};
+    moment.bodies = bad;
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+        memcpy(bad, bodies, sizeof bad);
+        *numbers[i] = (double)NAN;
+        REFUSED(tulle_world_start_at(world, &moment, &error));
+    }
+    memcpy(bad, bodies, sizeof bad);
+    bad[2].rotation[0] += 1e-3;
+    REFUSED(tulle_world_start_at(world, &moment, &error));
+    moment.bodies = bodies;
+    FINE(tulle_world_start_at(world, &moment, &error));
+    tulle_world_destroy(before);
+    tulle_world_destroy(world);
+}
+
+/* A body that is where cloth is refuses the start. */
+static void a_body_in_cloth_is_refused(void **state) {
+    (void)state;
+    tulle_world *const before = make_world_with_bodies(NULL);
+    tulle_world *const world = make_world_with_bodies(NULL);
+    tulle_transform bodies[BODIES];
+    tulle_moment moment;
+    step(before, 3);
+    look_at_bodies(before, &moment, bodies);
+    memcpy(bodies[THROWN].position, moment.positions, sizeof bodies[THROWN].position);
+    expect(TULLE_ERROR_INTERSECTING_START, tulle_world_start_at(world, &moment, &error), __LINE__);
+    tulle_world_destroy(before);
+    tulle_world_destroy(world);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bodies_go_on),
+        cmocka_unit_test(recordings_repeat_bodies),
+        cmocka_unit_test(bad_bodies_are_refused),
+        cmocka_unit_test(a_body_in_cloth_is_refused),
         cmocka_unit_test(the_motion_goes_on),
         cmocka_unit_test(other_values_count_from_there_on),
         cmocka_unit_test(obstacles_are_there_by_their_times),

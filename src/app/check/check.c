@@ -1,29 +1,35 @@
 /* app/check/check.c - `tulle check`: exact intersection test of mesh files and of every frame of
- * runs.
+ * runs and animations.
  *
- * Input: mesh files, each a frame of its own (or, with --together, the cloths of one frame), and
- * run directories. Output: a line a frame, a line an intersecting pair, a closing line with the
- * sums; the exit code says whether there was any intersection. */
+ * Input: mesh files, each a frame of its own (or, with --together, the cloths of one frame),
+ * animations, and run directories. Output: a line a frame, a line an intersecting pair, a closing
+ * line with the sums; the exit code says whether there was any intersection. */
 #define _POSIX_C_SOURCE 200809L
+#include "app/check/animation.h"
 #include "app/check/run.h"
 #include "app/cli/frame_range.h"
 #include "app/cli/mesh_file.h"
 #include "app/cli/options.h"
 #include "app/commands.h"
+#include "app/convert/names.h"
 #include "base/arena.h"
 #include "base/error.h"
 #include "base/parallel.h"
 #include "tulle_io/run.h"
 
+#include <stdlib.h>
+#include <string.h>
 #include <sys/stat.h>
 
 enum { THREAD_MAX = 256, LIST_MAX = 1000000000, OPERAND_MAX = 100000 };
 
 typedef struct check_options {
     long threads;
-    int is_together;
-    option_list obstacles;
-    const char *frames; /* of run directories; null: all */
+    int is_together, welds;
+    option_list obstacles, meshes; /* meshes: of point caches, in the order of these */
+    const char *frames;            /* of run directories and animations; null: all */
+    check_file *files;             /* operands, then obstacles */
+    size_t operand_count;
     check_report report;
     mesh_file_notes *notes; /* count up while files are read */
 } check_options;
@@ -85,6 +91,58 @@ static tulle_status check_files(const check_options *options, char **files, size
     return status;
 }
 
+/* The mesh of each point cache: of operands, then of obstacles. */
+static tulle_status match_meshes(const check_options *options, char **operands, size_t count,
+                                 check_file *files, tulle_error *error) {
+    size_t mesh_count = 0;
+    for (size_t i = 0; i < count + options->obstacles.count; i++) {
+        const char *const path = i < count ? operands[i] : options->obstacles.items[i - count];
+        bool const is_cache = !is_directory(path) && convert_is_cache(convert_get_format(path));
+        bool const has_mesh = is_cache && mesh_count < options->meshes.count;
+        files[i] = (check_file){path, has_mesh ? options->meshes.items[mesh_count++] : NULL};
+    }
+    if (mesh_count == options->meshes.count) return TULLE_OK;
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "--mesh is given %zu times, but there are %zu point caches (.pc2, .mdd)",
+                     options->meshes.count, mesh_count);
+}
+
+/* Judges `count` operands from `first` on together, with the obstacles. files: of all operands,
+ * then the obstacles. */
+static tulle_status check_group(const check_options *options, char **operands, size_t first,
+                                size_t count, check_totals *totals, tulle_error *error) {
+    const check_file *const files = options->files;
+    size_t const obstacle_count = options->obstacles.count;
+    bool is_animation = false;
+    check_file *const group = calloc(count + obstacle_count, sizeof *group);
+    if (!group)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for %zu files", count);
+    memcpy(group, files + first, count * sizeof *group);
+    memcpy(group + count, files + options->operand_count, obstacle_count * sizeof *group);
+    for (size_t i = 0; i < count + obstacle_count; i++)
+        is_animation |= check_is_animation(group[i].path);
+    check_animation_choice const choice = {.files = group,
+                                           .cloth_count = count,
+                                           .file_count = count + obstacle_count,
+                                           .frames = options->frames,
+                                           .threads = (int)options->threads,
+                                           .welds = options->welds != 0};
+    tulle_status status = TULLE_OK;
+    if (is_animation)
+        status = check_animations(&choice, &options->report, totals, error);
+    else if (options->frames)
+        status = error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, group[0].path, 0, 0,
+                              "--frames goes with run directories and animations; a mesh file is "
+                              "one frame");
+    else if (options->welds)
+        status = error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, group[0].path, 0, 0,
+                              "--weld goes with animations");
+    else
+        status = check_files(options, operands + first, count, totals, error);
+    free(group);
+    return status;
+}
+
 static tulle_status check_directory(const check_options *options, const char *path,
                                     check_totals *totals, tulle_error *error) {
     if (!tulle_run_is_directory(path))
@@ -101,19 +159,15 @@ static tulle_status check_directory(const check_options *options, const char *pa
 static tulle_status check_operands(const check_options *options, char **operands, size_t count,
                                    check_totals *totals, tulle_error *error) {
     tulle_status status = TULLE_OK;
-    for (size_t i = 0; options->frames && i < count; i++)
-        if (!is_directory(operands[i]))
-            return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, operands[i], 0, 0,
-                                "--frames goes with run directories; a file is one frame");
     if (options->is_together) {
         for (size_t i = 0; i < count; i++)
             if (is_directory(operands[i]))
                 return check_directory(options, operands[i], totals, error);
-        return check_files(options, operands, count, totals, error);
+        return check_group(options, operands, 0, count, totals, error);
     }
     for (size_t i = 0; i < count && status == TULLE_OK; i++)
         status = is_directory(operands[i]) ? check_directory(options, operands[i], totals, error)
-                                           : check_files(options, &operands[i], 1, totals, error);
+                                           : check_group(options, operands, i, 1, totals, error);
     return status;
 }
 
@@ -123,7 +177,13 @@ int app_check(int argc, char **argv) {
     const option_spec specs[] = {
         {"threads", 't', OPTION_INTEGER, &options.threads, "N",
          "threads; 0: one for each processor (default)", 0, THREAD_MAX, NULL},
-        {"frames", 'n', OPTION_TEXT, &options.frames, "RANGE", "of runs: " FRAME_RANGE_HELP, 0, 0,
+        {"frames", 'n', OPTION_TEXT, &options.frames, "RANGE",
+         "of runs and animations: " FRAME_RANGE_HELP, 0, 0, NULL},
+        {"mesh", 'm', OPTION_LIST, &options.meshes, "FILE",
+         "the mesh whose points a point cache (.pc2, .mdd) moves; again for the next one", 0, 0,
+         NULL},
+        {"weld", 0, OPTION_FLAG, &options.welds, NULL,
+         "of animations: vertices in the same place in all frames are one, as along seams", 0, 0,
          NULL},
         {"json", 0, OPTION_FLAG, &options.report.is_json, NULL,
          "one JSON object a line instead of text", 0, 0, NULL},
@@ -132,15 +192,17 @@ int app_check(int argc, char **argv) {
         {"together", 0, OPTION_FLAG, &options.is_together, NULL,
          "judge all files as the cloths of one frame", 0, 0, NULL},
         {"obstacle", 0, OPTION_LIST, &options.obstacles, "FILE",
-         "a mesh file to judge every file against; may be repeated", 0, 0, NULL},
+         "a file to judge every file against; may be repeated", 0, 0, NULL},
     };
     const command_spec command = {
         .name = "check",
         .operands = "FILE|DIR ...",
         .summary = "Judges with exact arithmetic whether triangles intersect: in mesh files (OBJ, "
-                   "PLY, STL, VTP)\n"
-                   "and in every frame of run directories, cloth with cloth, with itself and with\n"
-                   "obstacles. Exit code 0: nowhere, 1: somewhere, 2: input that cannot be judged.",
+                   "PLY, STL, VTP),\n"
+                   "in every frame of animations (.pc2, .mdd, .glb, .gltf, .usda, .npz, "
+                   "'frame_%04d.obj')\n"
+                   "and of run directories, cloth with cloth, with itself and with obstacles.\n"
+                   "Exit code 0: nowhere, 1: somewhere, 2: input that cannot be judged.",
         .options = specs,
         .option_count = sizeof specs / sizeof specs[0],
         .operand_minimum = 1,
@@ -151,7 +213,14 @@ int app_check(int argc, char **argv) {
 
     check_totals totals = {0};
     tulle_error error = {0};
-    tulle_status const status = check_operands(&options, argv, operand_count, &totals, &error);
+    options.operand_count = operand_count;
+    options.files = calloc(operand_count + options.obstacles.count, sizeof *options.files);
+    tulle_status status = options.files
+                              ? match_meshes(&options, argv, operand_count, options.files, &error)
+                              : error_set(&error, TULLE_ERROR_OUT_OF_MEMORY,
+                                          "no memory for %zu files", operand_count);
+    if (status == TULLE_OK) status = check_operands(&options, argv, operand_count, &totals, &error);
+    free(options.files);
     mesh_file_finish_notes(&notes);
     if (status != TULLE_OK) {
         int const written = app_finish_output("check");

@@ -10,8 +10,8 @@ enum { CHECK_FRAME_OF_FILE = -1 }; /* `number` of a frame that is a mesh file */
 /* One body of the frame has index i in bodies and names. All arrays are borrowed. */
 typedef struct check_frame {
     const char *source; /* file or directory, as the user gave it */
-    long number;        /* of the frame in a run, CHECK_FRAME_OF_FILE otherwise */
-    double time;        /* [s] of a frame in a run */
+    long number;        /* of the frame in a run or an animation, CHECK_FRAME_OF_FILE otherwise */
+    double time;        /* [s] of such a frame; NaN: it has none */
     tulle_check_body *bodies;
     const char **names;
     size_t body_count;

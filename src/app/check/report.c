@@ -6,6 +6,7 @@
 #include "base/parallel.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 
 typedef struct judge_context {
@@ -132,6 +133,8 @@ static void print_frame_text(const check_report *report, const check_frame *fram
     size_t const count = frame->result.pair_count, listed = get_listed_count(report, frame);
     if (frame->number == CHECK_FRAME_OF_FILE)
         app_print_names(stdout, "%s: ", frame->source);
+    else if (isnan(frame->time))
+        app_print_names(stdout, "%s frame %ld: ", frame->source, frame->number);
     else
         app_print_names(stdout, "%s frame %ld (%.6g s): ", frame->source, frame->number,
                         frame->time);

@@ -1,9 +1,7 @@
-/* app/check/run.c - see run.h. Frames are read one after the other into slots, one for each
- * thread, judged side by side, and printed in order. */
+/* app/check/run.c - see run.h. */
 #include "app/check/run.h"
 
-#include "app/cli/frame_range.h"
-#include "app/cli/progress_bar.h"
+#include "app/check/slots.h"
 #include "app/cli/run_damage.h"
 #include "app/commands.h"
 #include "base/arena.h"
@@ -19,21 +17,18 @@ typedef struct run_check {
     const tulle_run_info *info;
     frame_range range;       /* the frames that are judged */
     tulle_mesh_view *meshes; /* of every body, as its OBJ file holds it */
-    check_frame *slots;      /* slot_count frames being judged side by side */
-    double **positions;      /* slot_count times body_count; null for static bodies */
-    size_t slot_count;
-    int threads;
-    progress_bar bar;
+    check_slots slots;
+    double **positions; /* of each slot and body; null for static bodies */
 } run_check;
 
 static tulle_status report_memory(const run_check *self, tulle_error *error) {
     return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, self->directory, 0, 0,
-                        "no memory for %zu frames; use fewer threads", self->slot_count);
+                        "no memory for %zu frames; use fewer threads", self->slots.count);
 }
 
 static bool allocate_slot(run_check *self, arena *scratch, size_t slot) {
     size_t const body_count = self->info->body_count;
-    check_frame *const frame = &self->slots[slot];
+    check_frame *const frame = &self->slots.frames[slot];
     frame->bodies = ARENA_NEW_ZEROED(scratch, tulle_check_body, body_count);
     frame->names = ARENA_NEW_ZEROED(scratch, const char *, body_count);
     if (!frame->bodies || !frame->names) return false;
@@ -55,24 +50,25 @@ static tulle_status open_run(run_check *self, const char *frames, arena *scratch
     tulle_status status = frame_range_read(NULL, frames, frame_range_make(self->info->frame_count),
                                            &self->range, error);
     if (status != TULLE_OK) return status;
-    size_t const frame_count = frame_range_get_count(self->range);
-    self->slot_count = (size_t)self->threads < frame_count ? (size_t)self->threads : frame_count;
+    size_t const slot_count = check_slots_count(self->range, self->slots.threads);
+    self->slots.count = slot_count;
     self->meshes = ARENA_NEW_ZEROED(scratch, tulle_mesh_view, body_count);
-    self->slots = ARENA_NEW_ZEROED(scratch, check_frame, self->slot_count);
-    self->positions = ARENA_NEW_ZEROED(scratch, double *, self->slot_count *body_count);
-    if (!self->meshes || !self->slots || !self->positions) return report_memory(self, error);
+    self->slots.frames = ARENA_NEW_ZEROED(scratch, check_frame, slot_count);
+    self->positions = ARENA_NEW_ZEROED(scratch, double *, slot_count *body_count);
+    if (!self->meshes || !self->slots.frames || !self->positions) return report_memory(self, error);
     for (size_t body = 0; body < body_count; body++) {
         status = tulle_run_reader_get_mesh(self->reader, body, &self->meshes[body], error);
         if (status != TULLE_OK) return status;
     }
-    for (size_t slot = 0; slot < self->slot_count; slot++)
+    for (size_t slot = 0; slot < slot_count; slot++)
         if (!allocate_slot(self, scratch, slot)) return report_memory(self, error);
     return TULLE_OK;
 }
 
 /* Fills slot number `slot` with the frame. */
-static tulle_status read_frame(run_check *self, size_t slot, uint32_t number, tulle_error *error) {
-    check_frame *const frame = &self->slots[slot];
+static tulle_status read_frame(void *context, size_t slot, uint32_t number, tulle_error *error) {
+    run_check *const self = context;
+    check_frame *const frame = &self->slots.frames[slot];
     frame->source = self->directory;
     frame->number = (long)number;
     frame->body_count = 0;
@@ -100,53 +96,14 @@ static tulle_status read_frame(run_check *self, size_t slot, uint32_t number, tu
     return TULLE_OK;
 }
 
-/* Prints the judged slots in order up to the first that failed. */
-static tulle_status report_slots(run_check *self, size_t count, const check_report *report,
-                                 check_totals *totals, tulle_error *error) {
-    tulle_status status = TULLE_OK;
-    progress_bar_clear(&self->bar);
-    for (size_t slot = 0; slot < count; slot++) {
-        check_frame *const frame = &self->slots[slot];
-        if (status == TULLE_OK && frame->status != TULLE_OK)
-            status = error_set_at(error, frame->status, self->directory, 0, 0, "frame %ld: %s",
-                                  frame->number, frame->error.message);
-        else if (status == TULLE_OK)
-            check_report_frame(report, frame, totals);
-        tulle_check_result_destroy(&frame->result);
-    }
-    if (report->is_json) fflush(stdout); /* programs read the lines while frames are judged */
-    return status;
-}
-
-static tulle_status judge_run(run_check *self, const check_report *report, check_totals *totals,
-                              tulle_error *error) {
-    uint32_t const frame_count = frame_range_get_count(self->range);
-    tulle_status status = TULLE_OK;
-    for (uint32_t first = 0; first < frame_count && status == TULLE_OK;) {
-        size_t count = 0;
-        while (count < self->slot_count && first + count < frame_count && status == TULLE_OK) {
-            status = read_frame(self, count, frame_range_get(self->range, first + (uint32_t)count),
-                                error);
-            if (status == TULLE_OK) count++;
-        }
-        check_frames_judge(self->slots, count, self->threads);
-        tulle_status const judged = report_slots(self, count, report, totals, error);
-        if (judged != TULLE_OK) status = judged;
-        first += (uint32_t)count;
-        progress_bar_show(&self->bar, first, frame_count,
-                          "%u of %u frames judged, %llu intersections", first, frame_count,
-                          (unsigned long long)totals->intersection_count);
-    }
-    progress_bar_clear(&self->bar);
-    return status;
-}
-
 tulle_status check_run_directory(const char *directory, check_run_choice choice,
                                  const check_report *report, check_totals *totals,
                                  tulle_error *error) {
     run_check self = {.directory = directory,
-                      .threads = parallel_resolve_threads(choice.threads),
-                      .bar = progress_bar_begin()};
+                      .slots = {.source = directory,
+                                .threads = parallel_resolve_threads(choice.threads),
+                                .read = read_frame,
+                                .context = &self}};
     tulle_status status = tulle_run_reader_open(directory, &self.reader, error);
     if (status != TULLE_OK) return status;
     self.info = tulle_run_reader_get_info(self.reader);
@@ -159,7 +116,8 @@ tulle_status check_run_directory(const char *directory, check_run_choice choice,
     /* Some frames alone are compared with their checksums as they are read. */
     if (!choice.frames) status = run_damage_report("check", directory, self.reader, error);
     if (status == TULLE_OK) status = open_run(&self, choice.frames, &scratch, error);
-    if (status == TULLE_OK) status = judge_run(&self, report, totals, error);
+    if (status == TULLE_OK)
+        status = check_slots_judge(&self.slots, self.range, report, totals, error);
     arena_destroy(&scratch);
     tulle_run_reader_close(self.reader);
     return status;

@@ -17,6 +17,14 @@ progress_bar progress_bar_begin(void) {
     return (progress_bar){.begin = timer_now(), .is_terminal = isatty(STDERR_FILENO) != 0};
 }
 
+const char *const progress_choices[] = {"auto", "json", "none", NULL};
+
+progress_kind progress_choose_kind(const char *choice, const progress_bar *bar) {
+    if (choice && strcmp(choice, "json") == 0) return PROGRESS_JSON;
+    if (choice && strcmp(choice, "none") == 0) return PROGRESS_NONE;
+    return bar->is_terminal ? PROGRESS_BAR : PROGRESS_LINES;
+}
+
 void progress_bar_show(progress_bar *bar, uint64_t done, uint64_t count, const char *format, ...) {
     double const now = timer_now();
     if (!bar->is_terminal || (done < count && bar->is_drawn && now - bar->drawn < BAR_INTERVAL))

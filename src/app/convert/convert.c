@@ -5,9 +5,9 @@
  * first file is written. Frames go through one by one: read, subdivided and judged, turned and
  * scaled, written. */
 #include "app/cli/axes.h"
+#include "app/cli/frame_progress.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/options.h"
-#include "app/cli/progress_bar.h"
 #include "app/commands.h"
 #include "app/convert/judge.h"
 #include "app/convert/scene.h"
@@ -30,7 +30,7 @@ enum { FILES_SIZE = 2 * NUMBERED_PATH_SIZE + 64 /* [bytes] of a text that names 
 typedef struct convert_words {
     const char *mesh, *body, *frame, *frames, *pvd;
     const char *from_up, *up, *from_unit, *unit; /* ups null: as FROM and TO have it */
-    const char *fps, *interpolation;
+    const char *fps, *interpolation, *progress;
     int is_double;
     long levels;
 } convert_words;
@@ -49,6 +49,7 @@ typedef struct convert_session {
     double *read, *written;              /* positions; the same where there is no subdivision */
     size_t vertex_count, triangle_count; /* of what is written */
     const uint32_t *triangles;
+    frame_progress progress;
     bool is_writing; /* a failure is one of the output */
 } convert_session;
 
@@ -88,6 +89,8 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
          0, 0, interpolation_choices},
         {"double", 0, OPTION_FLAG, &words->is_double, NULL,
          "positions of .npz as float64 (default: float32)", 0, 0, NULL},
+        {"progress", 0, OPTION_CHOICE, &words->progress, "auto|json|none",
+         "how progress is shown on standard error (default: auto)", 0, 0, progress_choices},
         {"pvd", 0, OPTION_TEXT, &words->pvd, "FILE.pvd",
          "also write a ParaView collection of the numbered VTP files with their times", 0, 0, NULL},
     };
@@ -255,8 +258,7 @@ static tulle_mesh_view view_written(const convert_session *session) {
 
 /* A frame may be read several times, but its first reading comes after those of all before; then it
  * is judged. */
-static tulle_status subdivide(convert_session *session, uint32_t frame, progress_bar *bar,
-                              tulle_error *error) {
+static tulle_status subdivide(convert_session *session, uint32_t frame, tulle_error *error) {
     tulle_status status =
         tulle_subdivision_apply(session->subdivision, session->read, 3, session->written, error);
     if (status != TULLE_OK) return status;
@@ -268,10 +270,8 @@ static tulle_status subdivide(convert_session *session, uint32_t frame, progress
     subdivided_verdict verdict;
     status = convert_judge_frame(&session->judge, frame, simulated, view_written(session), &verdict,
                                  error);
-    if (status == TULLE_OK && verdict.pair_count > 0) {
-        progress_bar_clear(bar);
-        app_print_message("convert", "%s", verdict.text);
-    }
+    if (status == TULLE_OK && verdict.pair_count > 0)
+        frame_progress_say(&session->progress, verdict.text);
     return status;
 }
 
@@ -286,10 +286,9 @@ static tulle_status check_finite(const convert_session *session, uint32_t frame,
 }
 
 /* Makes the positions of a frame as they are to be written. */
-static tulle_status make_frame(convert_session *session, uint32_t frame, progress_bar *bar,
-                               tulle_error *error) {
+static tulle_status make_frame(convert_session *session, uint32_t frame, tulle_error *error) {
     tulle_status status = convert_source_read(&session->source, frame, session->read, error);
-    if (status == TULLE_OK && session->subdivision) status = subdivide(session, frame, bar, error);
+    if (status == TULLE_OK && session->subdivision) status = subdivide(session, frame, error);
     if (status != TULLE_OK) return status;
     axes_apply(&session->change, session->written, session->vertex_count);
     return check_finite(session, frame, error);
@@ -298,14 +297,13 @@ static tulle_status make_frame(convert_session *session, uint32_t frame, progres
 static tulle_status read_animated(void *context, uint32_t frame, double *positions,
                                   tulle_error *error) {
     convert_session *const session = context;
-    tulle_status const status = make_frame(session, frame, &session->scene.bar, error);
+    tulle_status const status = make_frame(session, frame, error);
     if (status == TULLE_OK)
         memcpy(positions, session->written, 3 * session->vertex_count * sizeof(double));
     return status;
 }
 
-static tulle_status convert_frame(convert_session *session, uint32_t frame, progress_bar *bar,
-                                  tulle_error *error) {
+static tulle_status convert_frame(convert_session *session, uint32_t frame, tulle_error *error) {
     session->is_writing = false;
     if (convert_is_animation(session->target.format)) {
         tulle_status const status =
@@ -313,7 +311,7 @@ static tulle_status convert_frame(convert_session *session, uint32_t frame, prog
         session->is_writing = !session->scene.is_reading;
         return status;
     }
-    tulle_status const status = make_frame(session, frame, bar, error);
+    tulle_status const status = make_frame(session, frame, error);
     if (status != TULLE_OK) return status;
     if (interrupt_is_pending()) return error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
     session->is_writing = true;
@@ -322,21 +320,17 @@ static tulle_status convert_frame(convert_session *session, uint32_t frame, prog
 
 static tulle_status convert_frames(convert_session *session, tulle_error *error) {
     uint32_t const count = frame_range_get_count(session->frames);
-    progress_bar bar = progress_bar_begin();
     tulle_status status = TULLE_OK;
     if (convert_is_animation(session->target.format) && !session->target.is_numbered) {
+        session->scene.progress = &session->progress;
         status = convert_scene_write(&session->scene, session->frames, error);
         session->is_writing = !session->scene.is_reading;
         return status;
     }
     for (uint32_t i = 0; i < count && status == TULLE_OK; i++) {
-        status = convert_frame(session, frame_range_get(session->frames, i), &bar, error);
-        char rest[PROGRESS_DURATION_SIZE];
-        progress_format_duration(progress_bar_estimate_rest(&bar, i + 1, count), rest);
-        if (count > 1)
-            progress_bar_show(&bar, i + 1, count, "frame %u of %u  rest %s", i + 1, count, rest);
+        status = convert_frame(session, frame_range_get(session->frames, i), error);
+        if (status == TULLE_OK) frame_progress_show(&session->progress, i + 1, count);
     }
-    progress_bar_clear(&bar);
     if (status != TULLE_OK) return status;
     if (interrupt_is_pending()) return error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
     session->is_writing = true;
@@ -491,7 +485,9 @@ int app_convert(int argc, char **argv) {
     tulle_error error = {0};
     interrupt_catch();
     tulle_status status = prepare(session, argv, &words, &error);
+    session->progress = frame_progress_begin("convert", words.progress);
     if (status == TULLE_OK) status = convert_frames(session, &error);
+    frame_progress_end(&session->progress, status);
     int code = APP_EXIT_FINE;
     if (status == TULLE_OK) {
         print_report(session);

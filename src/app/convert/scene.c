@@ -348,15 +348,11 @@ static uint64_t count_readings(const convert_scene *scene) {
 }
 
 static void show_progress(convert_scene *scene, size_t surface) {
-    progress_bar *const bar = &scene->bar;
-    if (!bar->is_terminal || scene->reading_count < 2 ||
+    if (!scene->progress || scene->reading_count < 2 ||
         scene->surfaces[surface].motion != TULLE_ANIMATION_DEFORMS)
         return;
     if (scene->readings_done + 1 < scene->reading_count) scene->readings_done++;
-    char rest[PROGRESS_DURATION_SIZE];
-    progress_format_duration(
-        progress_bar_estimate_rest(bar, scene->readings_done, scene->reading_count), rest);
-    progress_bar_show(bar, scene->readings_done, scene->reading_count, "frames  rest %s", rest);
+    frame_progress_show(scene->progress, scene->readings_done, scene->reading_count);
 }
 
 static tulle_status read_surface(void *context, size_t surface, uint32_t index, double *values,
@@ -385,11 +381,11 @@ tulle_status convert_scene_write(convert_scene *scene, frame_range frames, tulle
     scene->def.read = read_surface;
     scene->def.is_present = scene->source->kind == SOURCE_RUN ? is_present : NULL;
     scene->def.context = scene;
-    scene->bar = progress_bar_begin();
     scene->readings_done = 0;
     scene->reading_count = scene->def.frame_count > 1 ? count_readings(scene) : 0;
     tulle_status const status =
         convert_target_write_animation(scene->target, frames, &scene->def, error);
-    progress_bar_clear(&scene->bar);
+    if (status == TULLE_OK && scene->progress && scene->reading_count > 1)
+        frame_progress_show(scene->progress, scene->reading_count, scene->reading_count);
     return status;
 }

@@ -4,7 +4,7 @@
 #define TULLE_APP_CONVERT_SCENE_H
 
 #include "app/cli/axes.h"
-#include "app/cli/progress_bar.h"
+#include "app/cli/frame_progress.h"
 #include "app/convert/source.h"
 #include "app/convert/target.h"
 
@@ -41,7 +41,7 @@ typedef struct convert_scene {
     double *poses;      /* 7 numbers of each rigid body of the run, frame after frame */
     size_t rigid_count;
     bool ignores_times;                    /* those of the source do not rise */
-    progress_bar bar;                      /* of an animation that is written */
+    frame_progress *progress;              /* of an animation that is written; null: is not shown */
     uint64_t readings_done, reading_count; /* of frames that move vertices */
     bool is_reading;                       /* a failure is one of the source */
     scene_reader read, read_array;         /* of the one surface; the latter or null */

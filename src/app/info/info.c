@@ -1,8 +1,9 @@
-/* app/info/info.c - `tulle info`: tells what mesh files, point caches, scene files and run
- * directories hold. */
+/* app/info/info.c - `tulle info`: tells what mesh files, point caches, animations, scene files and
+ * run directories hold. */
 #include "app/info/info.h"
 #include "app/convert/names.h"
 
+#include "app/cli/numbered_files.h"
 #include "app/cli/options.h"
 #include "app/commands.h"
 #include "app/info/plot.h"
@@ -38,14 +39,15 @@ static options_outcome read_words(int argc, char **argv, info_words *words, size
     const command_spec command = {
         .name = command_name,
         .operands = "FILE|DIR ...",
-        .summary =
-            "Prints what a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), a scene "
-            "(.yaml) or\n"
-            "the directory of a run holds: sizes, topology, quality of the triangles, and "
-            "whether it\n"
-            "can be used as cloth or as an obstacle; frames, bodies and contact distance of "
-            "a scene,\n"
-            "whose start is judged; frames, bodies and the end of a run.",
+        .summary = "Prints what a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), an "
+                   "animation\n"
+                   "(.glb, .gltf, .usda, .npz, 'frame_%04d.obj'), a scene (.yaml) or the directory "
+                   "of a run\n"
+                   "holds: sizes, topology, quality of the triangles, and "
+                   "whether it\n"
+                   "can be used as cloth or as an obstacle; frames, bodies and contact distance of "
+                   "a scene,\n"
+                   "whose start is judged; frames, bodies and the end of a run.",
         .options = options,
         .option_count = sizeof options / sizeof options[0],
         .operand_minimum = 1,
@@ -70,12 +72,16 @@ static int print_info(const info_words *words, const char *path) {
     bool const is_run = tulle_run_is_directory(path) != 0;
     struct stat facts;
     tulle_status status = TULLE_OK;
-    if (!is_run && stat(path, &facts) == 0 && S_ISDIR(facts.st_mode))
+    bool const is_there = stat(path, &facts) == 0;
+    bool const is_animation =
+        convert_is_scene(convert_get_format(path)) || (!is_there && name_pattern_is_meant(path));
+    if (!is_run && is_there && S_ISDIR(facts.st_mode))
         status = error_set_at(&error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
                               "this directory holds no run.json; name a run directory or a file");
     else
         status = is_run                                       ? info_print_run(path, &error)
                  : convert_is_cache(convert_get_format(path)) ? info_print_cache(path, &error)
+                 : is_animation                               ? info_print_animation(path, &error)
                                                               : info_print_mesh(path, &error);
     if (status != TULLE_OK) app_print_error(command_name, &error);
     return app_exit_for_input(status);

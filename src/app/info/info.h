@@ -13,6 +13,11 @@
 tulle_status info_print_mesh(const char *path, tulle_error *error);
 /* A PC2 point cache: vertices, frames, bounds of the first and last frame. */
 tulle_status info_print_cache(const char *path, tulle_error *error);
+/* An animation with its triangles, or numbered meshes: sizes, frames, axes and unit, bounds of the
+ * first and last frame, what it can be used for. */
+tulle_status info_print_animation(const char *path, tulle_error *error);
+/* The lines of the box about points; unit: null has no name. */
+void info_print_bounds(const double *positions, size_t vertex_count, const char *unit);
 /* A run directory: scene, frames, bodies, how it ended. */
 tulle_status info_print_run(const char *path, tulle_error *error);
 /* A scene file with other values for some of its keys: frames, sizes, contact distance. Prints what

@@ -2,6 +2,7 @@
 #include "app/render/options.h"
 
 #include "app/cli/frame_range.h"
+#include "app/cli/progress_bar.h"
 #include "app/commands.h"
 #include "app/render/film.h"
 #include "base/error.h"
@@ -26,7 +27,6 @@ static const double RATE_MIN = 0.01, RATE_MAX = 1000.0; /* [1/s] of a film */
 
 static const char *const color_names[] = {"material", "patches", "contacts", "gap",
                                           "velocity", "strain",  NULL};
-static const char *const progress_names[] = {"auto", "json", "none", NULL};
 
 /* The words of the command line. */
 typedef struct render_words {
@@ -142,7 +142,7 @@ options_outcome picture_options_read(int argc, char **argv, picture_options *opt
          "threads; the pictures do not depend on it (default: one per processor)", 1, THREADS_MAX,
          NULL},
         {"progress", 0, OPTION_CHOICE, &options->progress, "auto|json|none",
-         "how progress is shown on standard error (default: auto)", 0, 0, progress_names},
+         "how progress is shown on standard error (default: auto)", 0, 0, progress_choices},
     };
     const command_spec command = {
         .name = "render",

@@ -1,8 +1,10 @@
 /* app/run/from.c - `tulle run --from RUN[:FRAME]`: a run that begins with the frames of another one
  * and goes on from the last of them, with the values that the scene has now.
  *
- * Cloth begins with the positions and velocities that the frame has, as floats. Frames before it
- * are copied to the bit. An obstacle that the other run has not is absent in them. */
+ * Cloth begins with the positions and velocities that the frame has, as floats, rigid bodies with
+ * their places and velocities, as doubles. Frames before it are copied to the bit. An obstacle that
+ * the other run has not is absent in them. Where the steps are others, as many frames a second
+ * though, the steps up to there are counted as the scene makes them, and have no reports. */
 #define _XOPEN_SOURCE 700
 #include "app/run/session.h"
 #include "base/error.h"
@@ -13,16 +15,20 @@
 #include <sys/stat.h>
 
 enum { NO_BODY = -1 };
+/* Part of a frame by which its length may differ: products of a step and a count are rounded. */
+static const double INTERVAL_TOLERANCE = 1e-9;
 
 struct run_source {
     const char *path;
     tulle_run_reader *reader;
     const tulle_run_info *info;
-    uint32_t frame;  /* the one that is gone on from */
-    int *bodies;     /* of each body of the session: its index in the other run, or NO_BODY */
-    double **places; /* of each body, room for 3 * vertex_count; null where it is static */
-    double **still;  /* the same, zeros, where the other run has no such body; else null */
-    bool is_same;    /* all bodies are those of the other run, in its order */
+    uint32_t frame;      /* the one that is gone on from */
+    int *bodies;         /* of each body of the session: its index in the other run, or NO_BODY */
+    double **places;     /* of each body, room for 3 * vertex_count; null where it is static */
+    double **still;      /* the same, zeros, where the other run has no such body; else null */
+    bool is_same;        /* all bodies are those of the other run, in its order */
+    bool has_same_steps; /* the steps of the scene are as long as those of the other run */
+    tulle_transform *transforms; /* of the rigid bodies of the other run */
 };
 
 static tulle_status refuse(const run_source *source, tulle_error *error, const char *words) {
@@ -36,6 +42,7 @@ void run_source_close(run_source *source, size_t body_count) {
         if (source->places) free(source->places[i]);
         if (source->still) free(source->still[i]);
     }
+    free(source->transforms);
     free(source->places);
     free(source->still);
     free(source->bodies);
@@ -62,8 +69,7 @@ static bool is_same_folder(const char *a, const char *b) {
            first.st_ino == second.st_ino;
 }
 
-static tulle_status check_run(const run_session *session, const run_source *source,
-                              tulle_error *error) {
+static tulle_status check_run(const run_session *session, run_source *source, tulle_error *error) {
     const tulle_run_info *const info = source->info;
     double const step = tulle_scene_get_time_step(session->scene);
     uint32_t const per_frame = tulle_scene_get_steps_per_frame(session->scene);
@@ -81,11 +87,14 @@ static tulle_status check_run(const run_session *session, const run_source *sour
                             source->frame, info->frame_count);
     if (source->frame >= session->options.frame_count)
         return refuse(source, error, "no frame of the scene is left behind it");
-    if (info->time_step != step || info->steps_per_frame != per_frame)
+    source->has_same_steps = info->time_step == step && info->steps_per_frame == per_frame;
+    double const interval = step * per_frame, former = info->time_step * info->steps_per_frame;
+    if (fabs(interval - former) > INTERVAL_TOLERANCE * former)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                            "the run cannot be gone on from: it has %u steps of %.17g s in a "
-                            "frame, the scene has %u of %.17g s",
-                            info->steps_per_frame, info->time_step, per_frame, step);
+                            "the run cannot be gone on from: its frames are %.9g s apart, those of "
+                            "the scene %.9g s; give time.step and time.steps_per_frame whose "
+                            "product is the former",
+                            former, interval);
     if (tulle_run_reader_get_lags(source->reader, source->frame, &lags, &lag_count) != TULLE_OK ||
         lag_count > 0)
         return refuse(source, error,
@@ -101,6 +110,24 @@ static int find_body(const tulle_run_info *info, const tulle_run_body *body) {
             strcmp(info->bodies[i].name, body->name) == 0)
             return (int)i;
     return NO_BODY;
+}
+
+/* A rigid body has the same mesh in the same place: its transforms lead from there. */
+static tulle_status check_rigid(const run_source *source, const tulle_run_body *body, int found,
+                                tulle_error *error) {
+    tulle_mesh_view mesh = {0};
+    if (found != NO_BODY && source->info->bodies[found].is_dynamic) {
+        tulle_status const status =
+            tulle_run_reader_get_mesh(source->reader, (size_t)found, &mesh, error);
+        if (status != TULLE_OK) return status;
+        if (memcmp(mesh.positions, body->mesh.positions,
+                   3 * mesh.vertex_count * sizeof *mesh.positions) == 0)
+            return TULLE_OK;
+    }
+    return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
+                        "the run cannot be gone on from: it has no rigid body '%s' of the same "
+                        "mesh in the same place; give it that, or simulate from the start",
+                        body->name);
 }
 
 static tulle_status match_body(run_session *session, size_t index, tulle_error *error) {
@@ -125,6 +152,10 @@ static tulle_status match_body(run_session *session, size_t index, tulle_error *
                             "the run cannot be gone on from: it has no cloth '%s' of the same "
                             "triangles",
                             body->name);
+    if (body->is_dynamic) {
+        tulle_status const status = check_rigid(source, body, is_same ? found : NO_BODY, error);
+        if (status != TULLE_OK) return status;
+    }
     source->bodies[index] = is_same ? found : NO_BODY;
     source->is_same &= source->bodies[index] == (int)index;
     if (body->is_static) return TULLE_OK;
@@ -141,7 +172,8 @@ static tulle_status match_bodies(run_session *session, tulle_error *error) {
     source->bodies = malloc(session->body_count * sizeof *source->bodies);
     source->places = calloc(session->body_count, sizeof *source->places);
     source->still = calloc(session->body_count, sizeof *source->still);
-    if (!source->bodies || !source->places || !source->still)
+    source->transforms = calloc(source->info->body_count, sizeof *source->transforms);
+    if (!source->bodies || !source->places || !source->still || !source->transforms)
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the run to go on from");
     source->is_same = source->info->body_count == session->body_count;
     tulle_status status = TULLE_OK;
@@ -170,6 +202,11 @@ tulle_status run_source_open(run_session *session, tulle_error *error) {
 
 /* ---- the start ---- */
 
+/* Steps up to a frame, as the scene makes them. */
+static uint64_t count_steps(const run_session *session, uint32_t frame) {
+    return (uint64_t)frame * tulle_scene_get_steps_per_frame(session->scene);
+}
+
 /* Reads where the session's bodies are in a frame, into places. */
 static tulle_status read_places(const run_session *session, uint32_t frame, tulle_error *error) {
     const run_source *const source = session->source;
@@ -181,17 +218,39 @@ static tulle_status read_places(const run_session *session, uint32_t frame, tull
     return status;
 }
 
+/* Reads where the session's rigid bodies are in a frame, into session->transforms; how many. */
+static tulle_status read_transforms(run_session *session, uint32_t frame, size_t *count,
+                                    tulle_error *error) {
+    const run_source *const source = session->source;
+    *count = 0;
+    for (size_t i = 0; i < session->body_count; i++) *count += session->bodies[i].is_dynamic != 0;
+    if (*count == 0) return TULLE_OK;
+    tulle_status const status =
+        tulle_run_reader_read_transforms(source->reader, frame, source->transforms, error);
+    size_t next = 0;
+    for (size_t i = 0; i < session->body_count && status == TULLE_OK; i++) {
+        size_t place = 0;
+        if (!session->bodies[i].is_dynamic) continue;
+        for (int k = 0; k < source->bodies[i]; k++)
+            place += source->info->bodies[k].is_dynamic != 0;
+        session->transforms[next++] = source->transforms[place];
+    }
+    return status;
+}
+
 tulle_status run_source_start(run_session *session, tulle_error *error) {
     const run_source *const source = session->source;
     const tulle_run_debug *debug = NULL;
+    tulle_moment moment = {.bodies = session->transforms};
     tulle_status status = read_places(session, source->frame, error);
+    if (status == TULLE_OK)
+        status = read_transforms(session, source->frame, &moment.body_count, error);
     if (status == TULLE_OK)
         status = tulle_run_reader_read_debug(source->reader, source->frame, &debug, error);
     if (status != TULLE_OK) return status;
     if (!debug) return refuse(source, error, "it does not know the velocities of this frame");
-    tulle_moment moment = {0};
-    status = tulle_run_reader_get_frame(source->reader, source->frame, &moment.time,
-                                        &moment.step_count, NULL);
+    status = tulle_run_reader_get_frame(source->reader, source->frame, &moment.time, NULL, NULL);
+    moment.step_count = count_steps(session, source->frame);
     for (size_t i = 0; i < session->built.cloth_count; i++)
         moment.vertex_count += session->bodies[i].mesh.vertex_count;
     double *const joined = malloc(6 * moment.vertex_count * sizeof *joined);
@@ -246,12 +305,17 @@ static tulle_status map_debug(run_session *session, uint32_t frame, tulle_run_de
 static tulle_status copy_frame(run_session *session, uint32_t frame, tulle_error *error) {
     const run_source *const source = session->source;
     tulle_run_debug mapped;
-    tulle_run_frame copied = {.positions = session->positions, .is_present = session->is_present};
+    tulle_run_frame copied = {.positions = session->positions,
+                              .is_present = session->is_present,
+                              .transforms = session->transforms};
+    size_t count = 0;
     tulle_status status = read_places(session, frame, error);
+    if (status == TULLE_OK) status = read_transforms(session, frame, &count, error);
     if (status == TULLE_OK) status = map_debug(session, frame, &mapped, &copied.debug, error);
     if (status == TULLE_OK)
-        status = tulle_run_reader_get_frame(source->reader, frame, &copied.time, &copied.step,
+        status = tulle_run_reader_get_frame(source->reader, frame, &copied.time, NULL,
                                             &copied.state_hash);
+    copied.step = count_steps(session, frame);
     if (status != TULLE_OK) return status;
     for (size_t i = 0; i < session->body_count; i++) {
         session->positions[i] = source->places[i];
@@ -261,7 +325,7 @@ static tulle_status copy_frame(run_session *session, uint32_t frame, tulle_error
     }
     if (copied.debug) copied.velocities = session->velocities;
     const tulle_run_lag *lags;
-    size_t count = 0;
+    count = 0;
     status = tulle_run_reader_get_lags(source->reader, frame, &lags, &count);
     for (size_t i = 0; i < session->body_count; i++)
         for (size_t k = 0; k < count; k++)
@@ -275,10 +339,11 @@ static tulle_status copy_frame(run_session *session, uint32_t frame, tulle_error
 
 tulle_status run_source_copy(run_session *session, tulle_error *error) {
     const run_source *const source = session->source;
-    const tulle_step_report *reports;
-    size_t report_count, done = 0;
-    tulle_status status =
-        tulle_run_reader_get_reports(source->reader, &reports, &report_count, error);
+    const tulle_step_report *reports = NULL;
+    size_t report_count = 0, done = 0;
+    tulle_status status = TULLE_OK;
+    if (source->has_same_steps)
+        status = tulle_run_reader_get_reports(source->reader, &reports, &report_count, error);
     for (uint32_t frame = 0; frame <= source->frame && status == TULLE_OK; frame++) {
         size_t const end = (size_t)frame * source->info->steps_per_frame;
         for (; done < end && done < report_count && status == TULLE_OK; done++) {

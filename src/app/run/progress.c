@@ -19,10 +19,7 @@ static const double MILLIMETRES_PER_METRE = 1000.0;
 
 void progress_begin(run_progress *progress, const char *kind) {
     *progress = (run_progress){.bar = progress_bar_begin(), .shown = timer_now()};
-    if (strcmp(kind, "json") == 0)
-        progress->kind = PROGRESS_JSON;
-    else if (strcmp(kind, "auto") == 0)
-        progress->kind = progress->bar.is_terminal ? PROGRESS_BAR : PROGRESS_LINES;
+    progress->kind = progress_choose_kind(kind, &progress->bar);
 }
 
 /* [s] that the rest takes at the pace of this session. */

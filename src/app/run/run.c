@@ -29,7 +29,6 @@ typedef struct run_words {
     option_list overrides;
 } run_words;
 
-static const char *const progress_choices[] = {"auto", "json", "none", NULL};
 static const char *const write_choices[] = {"vtp", NULL};
 static const char *const record_choices[] = {"plain", "velocities", "debug", NULL};
 

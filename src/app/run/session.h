@@ -11,13 +11,6 @@
 
 #include <stdbool.h>
 
-typedef enum progress_kind {
-    PROGRESS_NONE,
-    PROGRESS_BAR,   /* one line of a terminal, drawn over and over */
-    PROGRESS_LINES, /* a line now and then */
-    PROGRESS_JSON   /* one JSON object a line */
-} progress_kind;
-
 /* What the steps of this session came to. */
 typedef struct run_totals {
     uint64_t steps;

@@ -93,25 +93,39 @@ static void compute_script_pose(const world_obstacle *obstacle, double time, vec
     *orientation = quaternion_normalize(quaternion_multiply(turn, obstacle->axes));
 }
 
-void world_place_bodies(tulle_world *world) {
+void world_place_bodies(tulle_world *world, const tulle_transform *transforms) {
     world_motion_state *const state = &world->now;
+    (void)world_free_bodies(world, state);
+    world_mark_bodies(world, state);
     for (size_t b = 0; b < world->body_count; b++) {
         const world_obstacle *const obstacle = get_body(world, b);
         size_t const slot = get_first_slot(world, b);
+        vec3 velocity = vec3_load(obstacle->body.velocity, 0);
+        vec3 spin = vec3_load(obstacle->body.angular_velocity, 0);
         vec3 centre;
         quaternion orientation;
         compute_script_pose(obstacle, state->time, &centre, &orientation);
+        if (transforms && body_answers(world, b)) {
+            const double *const q = transforms[b].rotation;
+            centre = vec3_load(transforms[b].position, 0);
+            orientation = quaternion_normalize(
+                quaternion_multiply((quaternion){q[0], q[1], q[2], q[3]}, obstacle->axes));
+            velocity = vec3_load(transforms[b].velocity, 0);
+            spin = vec3_load(transforms[b].angular_velocity, 0);
+            for (size_t i = 0; i < obstacle->mesh.vertex_count; i++) {
+                vec3 const arm = quaternion_rotate(orientation, vec3_load(obstacle->points, i));
+                vec3_store(state->positions, obstacle->vertex_begin + i, vec3_add(centre, arm));
+            }
+        }
         vec3_store(state->positions, slot, centre);
         vec3_store(state->positions, slot + 1, pack_orientation(orientation));
+        vec3_store(state->velocities, slot, velocity);
+        vec3_store(state->velocities, slot + 1, spin);
         for (size_t k = slot; k < slot + 2; k++) {
             vec3_store(world->rest, k, obstacle->centre);
             world->vertex_surface[k] = (uint32_t)(world->cloths.count + world->body_obstacles[b]);
         }
-        vec3_store(state->velocities, slot, vec3_load(obstacle->body.velocity, 0));
-        vec3_store(state->velocities, slot + 1, vec3_load(obstacle->body.angular_velocity, 0));
     }
-    (void)world_free_bodies(world, state);
-    world_mark_bodies(world, state);
 }
 
 bool world_free_bodies(const tulle_world *world, world_motion_state *state) {

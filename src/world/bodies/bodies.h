@@ -27,8 +27,9 @@ static inline bool body_answers(const tulle_world *world, size_t body) {
 
 /* Numbers the bodies. Called before the surfaces are numbered. */
 tulle_status world_number_bodies(tulle_world *world);
-/* The slots of the bodies in the first state, at its time. */
-void world_place_bodies(tulle_world *world);
+/* The slots of the bodies in the first state, at its time. `transforms`, or null, has those that
+ * are there and free; their vertices follow, the others are where obstacles are. */
+void world_place_bodies(tulle_world *world, const tulle_transform *transforms);
 
 /* Frees bodies whose start time has come at the state's time. True when there is one. */
 bool world_free_bodies(const tulle_world *world, world_motion_state *state);

@@ -30,7 +30,7 @@ static void fill_arrays(tulle_world *world) {
         for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
             world->vertex_surface[v] = (uint32_t)s;
     }
-    world_place_bodies(world);
+    world_place_bodies(world, NULL);
     world_carry_state(world);
 }
 

@@ -18,6 +18,7 @@ _Static_assert(sizeof(tulle_pin) == 72, "record all fields of tulle_pin");
 _Static_assert(sizeof(tulle_cloth_def) == 408, "record all fields of tulle_cloth_def");
 _Static_assert(sizeof(tulle_obstacle_def) == 344, "record all fields of tulle_obstacle_def");
 _Static_assert(sizeof(tulle_attachment_def) == 104, "record all fields of tulle_attachment_def");
+_Static_assert(offsetof(tulle_transform, centre) == RECORD_BODY_BYTES, "what a body begins with");
 #endif
 
 #define ANY RECORD_ANY_COUNT

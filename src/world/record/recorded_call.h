@@ -28,7 +28,8 @@ typedef enum record_kind {
     RECORD_RESULT, /* of what runs, see record_runs: is_started; status, hash */
     RECORD_FRAME,  /* that a reader gave in one: obstacle, frame; status; positions */
     RECORD_ANSWER, /* of a pair filter in one: -; 1 or 0 */
-    RECORD_START,  /* -; bits of time, steps; positions, velocities; or none of these: at time 0 */
+    RECORD_START,  /* -; bits of time, steps; positions, velocities and, behind them, the bodies; or
+                    * all is zero and none: at time 0 */
     RECORD_STEP,   /* -; -; time step */
     RECORD_LOAD,   /* the state */
     RECORD_CLOTH,  /* the def; so for the next one */
@@ -65,6 +66,10 @@ typedef enum record_kind {
     RECORD_REMOVE_OBSTACLE, /* obstacle */
     RECORD_KIND_COUNT
 } record_kind;
+
+/* Numbers of a body at a start amid a motion: position, rotation and velocities, the first members
+ * of tulle_transform, and zeros up to a multiple of three. */
+enum { RECORD_BODY_COUNT = 15, RECORD_BODY_BYTES = 13 * sizeof(double) };
 
 /* Length of an array that depends on the call. */
 #define RECORD_ANY_COUNT SIZE_MAX

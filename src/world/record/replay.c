@@ -320,12 +320,27 @@ static tulle_status undo_call(replay *self, const recorded_call *call,
     return status == TULLE_ERROR_INTERRUPTED ? recorded : status;
 }
 
-static tulle_status start(tulle_world *world, const recorded_call *call, tulle_error *error) {
+static tulle_status start(replay *self, const recorded_call *call) {
+    tulle_world *const world = self->world;
+    tulle_error *const error = &self->error;
     const recorded_array *const first = &call->arrays[0], *const second = &call->arrays[1];
-    if (!first->data && !second->data) return tulle_world_start(world, error);
-    tulle_moment moment = {0.0, call->numbers[1], first->data, second->data, first->count / 3};
+    if (!first->data && !second->data && call->numbers[0] == 0 && call->numbers[1] == 0)
+        return tulle_world_start(world, error);
+    tulle_moment moment = {.step_count = call->numbers[1],
+                           .positions = first->data,
+                           .velocities = second->data,
+                           .vertex_count = first->count / 3};
     memcpy(&moment.time, &call->numbers[0], sizeof moment.time);
-    if (second->count != first->count) moment.velocities = NULL;
+    size_t const rest = second->count >= first->count ? second->count - first->count : 0;
+    if (second->count < first->count || rest % RECORD_BODY_COUNT != 0)
+        return refuse_block(self, self->report->offset, "a start has odd arrays");
+    moment.body_count = rest / RECORD_BODY_COUNT;
+    tulle_transform *const bodies =
+        ARENA_NEW(&self->scratch, tulle_transform, moment.body_count + 1);
+    if (!bodies) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the moment");
+    for (size_t i = 0; i < moment.body_count; i++)
+        memcpy(&bodies[i], second->data + first->count + RECORD_BODY_COUNT * i, RECORD_BODY_BYTES);
+    moment.bodies = bodies;
     return tulle_world_start_at(world, &moment, error);
 }
 
@@ -335,7 +350,7 @@ static tulle_status run_call(replay *self, recorded_call *call) {
     tulle_cloth_id const cloth = {call->ids[0], call->generations[0]};
     tulle_obstacle_id const obstacle = {call->ids[0], call->generations[0]};
     switch (call->kind) {
-    case RECORD_START: return start(world, call, error);
+    case RECORD_START: return start(self, call);
     case RECORD_STEP: return tulle_world_step(world, call->arrays[0].data[0], NULL, error);
     case RECORD_ADD_CLOTH: return tulle_world_add_cloth(world, &call->def.cloth, NULL, error);
     case RECORD_ADD_OBSTACLE: return add_obstacle(self, call);

@@ -187,8 +187,8 @@ static uint64_t hash_defs(const tulle_world *world) {
     return hash;
 }
 
-/* Obstacles at the time of the start and their presence; null: at time 0. Cloth goes where the
- * moment has it. */
+/* Obstacles at the time of the start and their presence; null: at time 0. Cloth and rigid bodies go
+ * where the moment has them. */
 static tulle_status place_objects(tulle_world *world, const tulle_moment *moment,
                                   tulle_error *error) {
     double const time = moment ? moment->time : 0.0;
@@ -214,6 +214,7 @@ static tulle_status place_objects(tulle_world *world, const tulle_moment *moment
         world->now.is_present[i] = is_present;
         world->surfaces[world->cloths.count + i].is_present = is_present;
     }
+    if (moment) world_place_bodies(world, moment->bodies);
     return TULLE_OK;
 }
 
@@ -252,7 +253,7 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, const tulle
     if (status == TULLE_OK && !world_choose_pairs(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK) {
         for (size_t s = 0; s < world->set.surface_count; s++) world_fill_surface(world, s);
-        world_place_bodies(world);
+        world_place_bodies(world, NULL);
         status = world_build_model(world, error);
     }
     if (status == TULLE_OK) status = world_derive_distances(world, error);
@@ -286,18 +287,36 @@ tulle_status tulle_world_start(tulle_world *world, tulle_error *error) {
     return status;
 }
 
+/* By how much the square of a rotation's length may miss 1. Text keeps 1e-15 of it. */
+static const double UNIT_TOLERANCE = 2e-6;
+
+/* What is wrong with a body's place or motion, or null. */
+static const char *find_problem(const tulle_transform *body) {
+    const double *const q = body->rotation;
+    double const length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    for (int k = 0; k < 3; k++)
+        if (!isfinite(body->position[k]) || !isfinite(body->velocity[k]) ||
+            !isfinite(body->angular_velocity[k]))
+            return "has a rigid body at a place or with a velocity that is not finite";
+    return fabs(length2 - 1.0) <= UNIT_TOLERANCE
+               ? NULL
+               : "has a rotation of a rigid body that is no unit quaternion";
+}
+
 static tulle_status check_moment(const tulle_world *world, const tulle_moment *moment,
                                  tulle_error *error) {
     const char *problem = NULL;
-    size_t vertex_count = 0;
+    size_t vertex_count = 0, body_count = 0;
     for (size_t i = 0; i < world->cloths.count; i++)
         vertex_count += world->cloths.data[i].mesh.vertex_count;
     for (size_t i = 0; i < world->obstacles.count; i++)
-        if (world->obstacles.data[i].body.is_dynamic) problem = "cannot be taken by rigid bodies";
-    if (!moment->positions || !moment->velocities)
+        body_count += world->obstacles.data[i].body.is_dynamic != 0;
+    if (vertex_count > 0 && (!moment->positions || !moment->velocities))
         problem = "needs positions and velocities";
     else if (moment->vertex_count != vertex_count)
         problem = "has another number of vertices than the cloth of the world";
+    else if (moment->body_count != body_count || (body_count > 0 && !moment->bodies))
+        problem = "has another number of rigid bodies than the world";
     else if (!(moment->time >= 0.0) || !isfinite(moment->time))
         problem = "needs a time that is finite and at least 0";
     else if (world->is_started)
@@ -305,22 +324,37 @@ static tulle_status check_moment(const tulle_world *world, const tulle_moment *m
     for (size_t i = 0; !problem && i < 3 * vertex_count; i++)
         if (!isfinite(moment->positions[i]) || !isfinite(moment->velocities[i]))
             problem = "has a position or a velocity that is not finite";
+    for (size_t i = 0; !problem && i < body_count; i++) problem = find_problem(&moment->bodies[i]);
     return problem ? error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the moment %s", problem)
                    : TULLE_OK;
+}
+
+/* The recording has what is read of each body behind the velocities of cloth. */
+static tulle_status begin_start_at(tulle_world *world, const tulle_moment *moment,
+                                   tulle_error *error) {
+    if (!world->recording) return TULLE_OK;
+    recorded_call call = {.kind = RECORD_START, .numbers = {0, moment->step_count}};
+    size_t const count = 3 * moment->vertex_count;
+    size_t const joined_count = count + RECORD_BODY_COUNT * moment->body_count;
+    double *const joined = memory_allocate_zeroed(&world->heap, joined_count + 1, sizeof *joined);
+    if (!joined) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the moment");
+    if (count > 0) memcpy(joined, moment->velocities, count * sizeof *joined);
+    for (size_t i = 0; i < moment->body_count; i++)
+        memcpy(joined + count + RECORD_BODY_COUNT * i, &moment->bodies[i], RECORD_BODY_BYTES);
+    memcpy(&call.numbers[0], &moment->time, sizeof call.numbers[0]);
+    call.arrays[0] = (recorded_array){moment->positions, count};
+    call.arrays[1] = (recorded_array){joined, joined_count};
+    tulle_status const status = world_begin_call(world, &call, error);
+    memory_release(&world->heap, joined, (joined_count + 1) * sizeof *joined);
+    return status;
 }
 
 tulle_status tulle_world_start_at(tulle_world *world, const tulle_moment *moment,
                                   tulle_error *error) {
     if (!world || !moment)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world or the moment is null");
-    size_t const count = 3 * moment->vertex_count;
-    recorded_call call = {.kind = RECORD_START, .numbers = {0, moment->step_count}};
     tulle_status status = check_moment(world, moment, error);
-    if (status != TULLE_OK) return status;
-    memcpy(&call.numbers[0], &moment->time, sizeof call.numbers[0]);
-    call.arrays[0] = (recorded_array){moment->positions, count};
-    call.arrays[1] = (recorded_array){moment->velocities, count};
-    status = world_begin_call(world, &call, error);
+    if (status == TULLE_OK) status = begin_start_at(world, moment, error);
     if (status != TULLE_OK) return status;
     status = world_start(world, true, moment, error);
     if (status != TULLE_OK) world->step_count = 0;

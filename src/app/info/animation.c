@@ -1,0 +1,95 @@
+/* app/info/animation.c - what `tulle info` prints of an animation with its triangles: a scene of
+ * glTF, USD, NPZ or Alembic, or numbered mesh files. */
+#include "app/commands.h"
+#include "app/info/info.h"
+
+#include "app/cli/axes.h"
+#include "app/convert/names.h"
+#include "app/convert/source.h"
+#include "base/error.h"
+
+#include "tulle/mesh.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static const char *get_kind(const convert_source *source) {
+    if (source->kind == SOURCE_FILES) return "numbered meshes";
+    switch (convert_get_format(source->path)) {
+    case CONVERT_GLB:
+    case CONVERT_GLTF: return "animation (glTF)";
+    case CONVERT_USDA: return "animation (USD)";
+    case CONVERT_NPZ: return "animation (NPZ)";
+    default: return "animation (Alembic)";
+    }
+}
+
+static void print_frames(const convert_source *source, double first, double last) {
+    frame_range const frames = source->frames;
+    uint32_t const count = frame_range_get_count(frames);
+    printf("  %-16s %u", "frames", count);
+    if (source->kind == SOURCE_FILES)
+        printf(", numbers %u to %u in steps of %u", frames.first, frames.last, frames.step);
+    else if (isfinite(first) && isfinite(last))
+        printf(", from %.6g s to %.6g s", first, last);
+    putchar('\n');
+    if (source->needs_frames_named) printf("  %-16s no file of number %u\n", "", source->gap);
+}
+
+static tulle_status print_frame(convert_source *source, uint32_t frame, const char *unit,
+                                tulle_error *error) {
+    double *const positions = calloc(source->mesh.vertex_count + 1, 3 * sizeof *positions);
+    if (!positions) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for a frame");
+    tulle_status const status = convert_source_read(source, frame, positions, error);
+    if (status == TULLE_OK) {
+        printf("  frame %u\n", frame);
+        info_print_bounds(positions, source->mesh.vertex_count, unit);
+    }
+    free(positions);
+    return status;
+}
+
+static void print_use(const convert_source *source, tulle_mesh_role role, const char *label) {
+    tulle_error reason = {0};
+    tulle_status const status =
+        tulle_mesh_validate(tulle_mesh_get_view(&source->mesh), role, &reason);
+    app_print_names(stdout, "  %-16s %s\n", label,
+                    status == TULLE_OK ? "can be used" : reason.message);
+}
+
+static tulle_status print_all(convert_source *source, tulle_error *error) {
+    frame_range const frames = source->frames;
+    double ends[2];
+    tulle_status status = convert_source_find_time(source, frames.first, &ends[0], error);
+    if (status == TULLE_OK) status = convert_source_find_time(source, frames.last, &ends[1], error);
+    if (status != TULLE_OK) return status;
+    const char *unit = "m";
+    app_print_names(stdout, "%s: %s\n", source->path, get_kind(source));
+    printf("  %-16s %zu\n", "vertices", source->mesh.vertex_count);
+    printf("  %-16s %zu\n", "triangles", source->mesh.triangle_count);
+    print_frames(source, ends[0], ends[1]);
+    if (source->kind == SOURCE_ANIMATION) {
+        double const meters = source->animation_info.meters_per_unit;
+        unit = axes_find_unit(meters);
+        printf("  %-16s %s points up; a unit is %.7g m\n", "axes",
+               source->animation_info.is_y_up ? "y" : "z", meters);
+    }
+    if (source->described.note[0])
+        app_print_names(stdout, "  %-16s %s\n", "file", source->described.note);
+    status = print_frame(source, frames.first, unit, error);
+    if (status == TULLE_OK && frames.last != frames.first)
+        status = print_frame(source, frames.last, unit, error);
+    if (status != TULLE_OK || source->mesh.triangle_count == 0) return status;
+    print_use(source, TULLE_MESH_ROLE_CLOTH, "as cloth");
+    print_use(source, TULLE_MESH_ROLE_OBSTACLE, "as obstacle");
+    return TULLE_OK;
+}
+
+tulle_status info_print_animation(const char *path, tulle_error *error) {
+    convert_source source;
+    tulle_status status = convert_source_open(&(source_options){.path = path}, &source, error);
+    if (status == TULLE_OK) status = print_all(&source, error);
+    convert_source_close(&source);
+    return status;
+}
