@@ -106,8 +106,22 @@ cmp -s press_05.obj met/press_05.obj && fault "frame 05 was held, and is copied"
 mend 0 clean1.pc2 --mesh layers.obj --body far.pc2 --body-mesh far.obj -o back.pc2 --bodies-out met_clean
 cmp far.pc2 met_clean/far.pc2 || fault "a body that was not held is not copied"
 refuse 'no --body is given' pressed.pc2 --mesh sheet.obj --bodies-out nothing
-refuse 'two bodies' pressed.pc2 --mesh sheet.obj --body far.obj --body ./far.obj --bodies-out nothing
-refuse 'read or written otherwise' pressed.pc2 --mesh sheet.obj --body far.obj --bodies-out .
+refuse 'as a body and as a body' pressed.pc2 --mesh sheet.obj --body far.obj --body ./far.obj --bodies-out nothing
+refuse 'far.obj: is one of the files that are read' pressed.pc2 --mesh sheet.obj --body far.obj --bodies-out .
+# Nothing is written over what is read, or twice, numbered files among them.
+mkdir twins && cp far.obj twins/press_05.obj && cp press_0?.obj press_10.obj twins
+"$TULLE" convert clean1.pc2 'layer_%02d.ply' --mesh layers.obj >out || fault "layers as meshes"
+refuse 'press_00.obj: would be written twice, as a body and as a body' pressed.pc2 --mesh sheet.obj --body 'press_*.obj' --body 'twins/press_%02d.obj' --bodies-out nothing
+refuse 'press_05.obj: would be written twice' pressed.pc2 --mesh sheet.obj --body 'press_*.obj' --body twins/press_05.obj --bodies-out nothing
+refuse 'no.pc2: would be written twice, as' pressed.pc2 --mesh sheet.obj --report ./no.pc2
+refuse 'layer_00.ply: is one of the files that are read' 'layer_*.ply' --colors 'layer_%02d.ply'
+refuse 'there is something that is no file' pressed.pc2 --mesh sheet.obj --report /dev/null
+mkdir same
+mend 2 pressed.pc2 --mesh sheet.obj --body 'press_*.obj' -o 'same/press_%02d.obj' --bodies-out same
+grep -q 'press_00.obj: would be written twice' err || { fault "OUT among the bodies"; cat err; }
+mend 2 pressed.pc2 --mesh sheet.obj --body far.obj -o same/a.pc2 --bodies-out same --report same/far.obj
+mend 2 pressed.pc2 --mesh sheet.obj -o same/a.gltf --report same/a.bin
+[ -z "$(ls -A same)" ] || fault "something is left: $(ls -A same)"
 [ ! -e nothing ] || fault "a folder was left for nothing"
 # Axes and units: the same animation by other numbers; clean ones of other units come back to the bit.
 "$TULLE" convert poke.pc2 poke_cm.usda --mesh sheet.obj --units cm --up y >out || fault "a scene in centimetres"

@@ -49,44 +49,22 @@ static tulle_status make_numbered_paths(const mend_bodies *bodies, size_t surfac
     return join_path(bodies->folder, get_last_part(paths[0]), "", paths[1], error);
 }
 
-static bool is_same_place(const char *a, const char *b) {
-    char folders[2][NUMBERED_PATH_SIZE];
-    struct stat facts[2];
-    const char *const paths[2] = {a, b};
-    if (strcmp(get_last_part(a), get_last_part(b)) != 0) return false;
-    for (size_t i = 0; i < 2; i++) {
-        int const length = (int)(get_last_part(paths[i]) - paths[i]);
-        if (snprintf(folders[i], NUMBERED_PATH_SIZE, "%.*s.", length, paths[i]) >=
-                NUMBERED_PATH_SIZE ||
-            stat(folders[i], &facts[i]) != 0)
-            return false;
+static tulle_status add_names(mend_bodies *bodies, size_t surface, mend_names *names,
+                              tulle_error *error) {
+    static const char *const role = "a body";
+    const mend_input *const input = bodies->input;
+    const convert_source *const source = &input->surfaces[surface].source;
+    if (source->kind != SOURCE_FILES) {
+        tulle_status const status = make_path(bodies, surface, bodies->paths[surface], error);
+        return status == TULLE_OK
+                   ? mend_names_add(names, input, bodies->paths[surface], role, error)
+                   : status;
     }
-    return facts[0].st_dev == facts[1].st_dev && facts[0].st_ino == facts[1].st_ino;
-}
-
-static tulle_status check_path(const mend_bodies *bodies, const char *path, const char *out,
-                               tulle_error *error) {
-    if (is_same_place(path, out) || mend_input_reads(bodies->input, path))
-        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
-                            "is read or written otherwise; give another folder after --bodies-out");
-    return convert_target_check_place(path, error);
-}
-
-static tulle_status check_surface(mend_bodies *bodies, size_t surface, const char *out,
-                                  tulle_error *error) {
-    const convert_source *const source = &bodies->input->surfaces[surface].source;
-    tulle_status status = make_path(bodies, surface, bodies->paths[surface], error);
-    for (size_t i = 1; i < surface && status == TULLE_OK; i++)
-        if (strcmp(bodies->paths[i], bodies->paths[surface]) == 0)
-            return error_set_at(
-                error, TULLE_ERROR_INVALID_ARGUMENT, bodies->paths[i], 0, 0,
-                "would be two bodies; after --bodies-out their names should differ");
-    if (source->kind != SOURCE_FILES)
-        return status == TULLE_OK ? check_path(bodies, bodies->paths[surface], out, error) : status;
+    tulle_status status = TULLE_OK;
     for (uint32_t i = 0; i < frame_range_get_count(source->frames) && status == TULLE_OK; i++) {
         char paths[2][NUMBERED_PATH_SIZE];
         status = make_numbered_paths(bodies, surface, i, paths, error);
-        if (status == TULLE_OK) status = check_path(bodies, paths[1], out, error);
+        if (status == TULLE_OK) status = mend_names_add(names, input, paths[1], role, error);
     }
     return status;
 }
@@ -109,7 +87,7 @@ static bool is_one_file(const mend_surface *surface) {
            (surface->is_still && surface->source.kind == SOURCE_CACHE);
 }
 
-tulle_status mend_bodies_open(mend_input *input, const char *folder, const char *out,
+tulle_status mend_bodies_open(mend_input *input, const char *folder, mend_names *names,
                               mend_bodies *bodies, tulle_error *error) {
     *bodies = (mend_bodies){.input = input, .folder = folder};
     if (input->surface_count == 1)
@@ -126,7 +104,7 @@ tulle_status mend_bodies_open(mend_input *input, const char *folder, const char 
                             strerror(errno));
     tulle_status status = TULLE_OK;
     for (size_t i = 1; i < input->surface_count && status == TULLE_OK; i++)
-        status = check_surface(bodies, i, out, error);
+        status = add_names(bodies, i, names, error);
     for (size_t i = 1; i < input->surface_count && status == TULLE_OK; i++)
         if (input->surfaces[i].source.kind != SOURCE_FILES && !is_one_file(&input->surfaces[i]))
             status = open_output(bodies, i, error);

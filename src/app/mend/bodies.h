@@ -3,6 +3,7 @@
 #ifndef TULLE_APP_MEND_BODIES_H
 #define TULLE_APP_MEND_BODIES_H
 
+#include "app/mend/names.h"
 #include "app/mend/output.h"
 
 typedef struct mend_bodies {
@@ -14,10 +15,10 @@ typedef struct mend_bodies {
     mend_output *outputs;              /* of each surface that is not copied */
 } mend_bodies;
 
-/* Makes the folder if there is none, and looks whether all may be written there. `out`: OUT.
- * Release with mend_bodies_close, also after a failure; it removes a folder that it made and is
- * empty. */
-tulle_status mend_bodies_open(mend_input *input, const char *folder, const char *out,
+/* Makes the folder if there is none, looks whether all may be written there, and adds the files to
+ * `names`. Release with mend_bodies_close, also after a failure; it removes a folder that it made
+ * and is empty. */
+tulle_status mend_bodies_open(mend_input *input, const char *folder, mend_names *names,
                               mend_bodies *bodies, tulle_error *error);
 void mend_bodies_close(mend_bodies *bodies);
 

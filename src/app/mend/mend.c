@@ -11,6 +11,7 @@
 #include "app/mend/bodies.h"
 #include "app/mend/colors.h"
 #include "app/mend/frames.h"
+#include "app/mend/names.h"
 #include "app/mend/output.h"
 #include "app/mend/report.h"
 #include "app/mend/store.h"
@@ -42,6 +43,7 @@ typedef struct mend_session {
     mend_input input;
     mend_output output;
     mend_bodies bodies;
+    mend_names names;
     mend_store store;
     mend_follow_options options;
     mend_frames frames;
@@ -172,35 +174,32 @@ static tulle_status read_options(mend_session *session, const mend_words *words,
     return status;
 }
 
-/* Names of the table and the colours, before anything is done. */
+static tulle_status add_colors(mend_session *session, tulle_error *error) {
+    const char *const path = session->colors_path;
+    size_t const length = strlen(path);
+    if (length < 4 || strcmp(path + length - 4, ".ply") != 0)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                            "the name after --colors should end in .ply");
+    bool const is_numbered = name_pattern_is_meant(path);
+    tulle_status const status =
+        is_numbered ? name_pattern_read(path, &session->colors, error) : TULLE_OK;
+    if (status != TULLE_OK) return status;
+    if (session->colors.is_any)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                            "files to be written are named by their numbers, as away_%%04d.ply");
+    return mend_names_add_frames(&session->names, &session->input, path,
+                                 is_numbered ? &session->colors : NULL, "colours", error);
+}
+
+/* Names of all that is to be written, before anything is done; the table is begun. */
 static tulle_status open_reports(mend_session *session, tulle_error *error) {
-    const char *const paths[] = {session->report_path, session->colors_path,
-                                 session->output.target.path};
-    for (size_t i = 0; i < 2; i++) {
-        if (!paths[i]) continue;
-        bool const is_taken = strcmp(paths[i], paths[2]) == 0 ||
-                              (i == 1 && paths[0] && strcmp(paths[0], paths[1]) == 0);
-        if (is_taken || mend_input_reads(&session->input, paths[i]))
-            return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, paths[i], 0, 0,
-                                "is read or written otherwise; give another name");
-    }
-    if (session->colors_path) {
-        size_t const length = strlen(session->colors_path);
-        if (length < 4 || strcmp(session->colors_path + length - 4, ".ply") != 0)
-            return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->colors_path, 0, 0,
-                                "the name after --colors should end in .ply");
-        tulle_status status = convert_target_check_place(session->colors_path, error);
-        if (status != TULLE_OK) return status;
-        if (name_pattern_is_meant(session->colors_path)) {
-            status = name_pattern_read(session->colors_path, &session->colors, error);
-            if (status != TULLE_OK) return status;
-            if (session->colors.is_any)
-                return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, session->colors_path, 0, 0,
-                                    "files to be written are named by their numbers, as "
-                                    "away_%%04d.ply");
-        }
-    }
-    if (!session->report_path) return TULLE_OK;
+    tulle_status status = TULLE_OK;
+    if (session->report_path)
+        status = mend_names_add(&session->names, &session->input, session->report_path, "the table",
+                                error);
+    if (status == TULLE_OK && session->colors_path) status = add_colors(session, error);
+    if (status == TULLE_OK) status = mend_names_check(&session->names, error);
+    if (status != TULLE_OK || !session->report_path) return status;
     char *const temporary = session->report_temporary;
     int const length =
         snprintf(temporary, NUMBERED_PATH_SIZE, "%s.%ld.tmp", session->report_path, (long)getpid());
@@ -234,9 +233,13 @@ static tulle_status prepare(mend_session *session, const char *path, const mend_
         session->output.store = &session->store;
         status = mend_output_open(&output, &session->input, 0, &session->output, error);
     }
+    const convert_target *const target = &session->output.target;
+    if (status == TULLE_OK)
+        status = mend_names_add_frames(&session->names, &session->input, target->path,
+                                       target->is_numbered ? &target->pattern : NULL, "OUT", error);
     if (status == TULLE_OK && words->bodies_out)
-        status = mend_bodies_open(&session->input, words->bodies_out, words->out, &session->bodies,
-                                  error);
+        status = mend_bodies_open(&session->input, words->bodies_out, &session->names,
+                                  &session->bodies, error);
     if (status == TULLE_OK)
         status = mend_store_open(words->out,
                                  words->bodies_out ? session->input.vertex_count
@@ -255,6 +258,7 @@ static void release(mend_session *session) {
     mend_frames_close(&session->frames);
     mend_output_close(&session->output);
     mend_bodies_close(&session->bodies);
+    mend_names_close(&session->names);
     mend_store_close(&session->store);
     mend_input_close(&session->input);
 }

@@ -26,7 +26,7 @@ tulle_status mend_store_open(const char *path, size_t vertex_count, mend_store *
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
                             "the path is too long");
     store->file = mkstemp(temporary);
-    if (store->file < 0) return file_fail(error, temporary, errno, "cannot be written");
+    if (store->file < 0) return file_fail(error, path, errno, "cannot be written");
     unlink(temporary);
     return TULLE_OK;
 }
