@@ -93,6 +93,17 @@ cmp -s finer/sheet.pc2 again/sheet.pc2 || fault "finer steps: what is resumed di
 "$TULLE" info again | grep -q 'files  *as the run wrote them' || fault "finer steps: its files are not sound"
 "$TULLE" convert finer finer.glb >/dev/null || fault "finer steps: cannot be converted"
 
+# What stands still now, where cloth was in frames before, or is another size: absent in those.
+run scene.yaml --from first:12 -o below --record velocities --set 'obstacles[0].translate=[0, 0, -0.02]' >/dev/null || fault "a ball that stands elsewhere: exit $?"
+[ "$(sed -n 14p below/frames.csv | cut -d, -f5)" = 2 ] || fault "what stands elsewhere is there: $(sed -n 14p below/frames.csv)"
+[ -z "$(sed -n 15p below/frames.csv | cut -d, -f5)" ] || fault "it is absent later"
+sed '/name: upper/d; s/translate: \[0, 0, 0.2\]/translate: [0, 0, 0.6]/' scene.yaml >fall.yaml
+for motion in 'obstacles[0].translate=[0, 0, 0]' 'obstacles[0].motion={keyframes: [{time: 0, translate: [0, 0, -1]}, {time: 2, translate: [0.1, 0, -1]}]}'; do
+    run fall.yaml -o falls --force --record velocities -n 14 --set "$motion" >/dev/null || fault "cloth that falls: exit $?"
+    run fall.yaml --from falls:12 -o met --force --record velocities --set 'obstacles[0].translate=[0, 0, 0.56]' >/dev/null || fault "a ball behind it: exit $?"
+    "$TULLE" check met >check.out || fault "a ball stands where the cloth was: $(tail -1 check.out)"
+done
+
 refuse() { # WORDS ARGUMENTS...
     local words=$1
     shift

@@ -3,7 +3,8 @@
  *
  * Cloth begins with the positions and velocities that the frame has, as floats, rigid bodies with
  * their places and velocities, as doubles. Frames before it are copied to the bit. An obstacle that
- * the other run has not is absent in them. Where the steps are others, as many frames a second
+ * the other run has not, or that stands still now and did not do so in the same place, is absent in
+ * them. Where the steps are others, as many frames a second
  * though, the steps up to there are counted as the scene makes them, and have no reports. */
 #define _XOPEN_SOURCE 700
 #include "app/run/session.h"
@@ -146,6 +147,10 @@ static tulle_status match_body(run_session *session, size_t index, tulle_error *
         if (status != TULLE_OK) return status;
         is_same = memcmp(mesh.triangles, body->mesh.triangles,
                          3 * mesh.triangle_count * sizeof *mesh.triangles) == 0;
+        /* frames hold no places of what is static: it stood in the same one, or is another body */
+        if (body->is_static)
+            is_same &= former->is_static && memcmp(mesh.positions, body->mesh.positions,
+                                                   3 * count * sizeof *mesh.positions) == 0;
     }
     if (!is_same && !body->is_obstacle)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
