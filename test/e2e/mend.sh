@@ -123,6 +123,12 @@ mend 2 pressed.pc2 --mesh sheet.obj --body far.obj -o same/a.pc2 --bodies-out sa
 mend 2 pressed.pc2 --mesh sheet.obj -o same/a.gltf --report same/a.bin
 [ -z "$(ls -A same)" ] || fault "something is left: $(ls -A same)"
 [ ! -e nothing ] || fault "a folder was left for nothing"
+# Files whose names hold what stands for numbers, blanks and quotes.
+mkdir "odd \"one's" && cp clean1.pc2 "odd \"one's/50%d.pc2" && cp layers.obj "odd \"one's/a*b c.obj" && cp far.obj "odd \"one's/far %%.obj"
+mend 0 "odd \"one's/50%d.pc2" --mesh "odd \"one's/a*b c.obj" --body "odd \"one's/far %%.obj" -o "odd \"one's/back.pc2" --bodies-out "odd \"one's/met"
+cmp clean1.pc2 "odd \"one's/back.pc2" || fault "by an odd name it is not as it was"
+cmp far.obj "odd \"one's/met/far %%.obj" || fault "a body by an odd name is not copied"
+"$TULLE" check "odd \"one's/50%d.pc2" --mesh "odd \"one's/a*b c.obj" >out || { fault "check of an odd name"; cat out; }
 # Axes and units: the same animation by other numbers; clean ones of other units come back to the bit.
 "$TULLE" convert poke.pc2 poke_cm.usda --mesh sheet.obj --units cm --up y >out || fault "a scene in centimetres"
 mend 0 poke.pc2 --mesh sheet.obj --body ball.obj -o poke_out.pc2

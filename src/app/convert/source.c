@@ -237,13 +237,14 @@ tulle_status convert_source_open(const source_options *options, convert_source *
     tulle_status status = check_options(options, source, is_run, is_cache, error);
     if (status != TULLE_OK) return status;
     struct stat facts;
-    if (!is_run && stat(options->path, &facts) == 0 && S_ISDIR(facts.st_mode))
+    bool const is_there = stat(options->path, &facts) == 0;
+    if (!is_run && is_there && S_ISDIR(facts.st_mode))
         return refuse(source, error,
                       "this directory holds no run.json; name a run directory, a file, or numbered "
                       "files as in frame_%04d.obj");
     if (is_run)
         status = open_run(source, options, error);
-    else if (name_pattern_is_meant(options->path))
+    else if (!is_there && name_pattern_is_meant(options->path))
         status = is_cache ? refuse(source, error, "point caches are not numbered; name one")
                           : open_files(source, error);
     else if (is_cache)
