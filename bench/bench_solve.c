@@ -24,7 +24,6 @@ typedef float lanes16 __attribute__((vector_size(64)));
 typedef struct bench_cloth {
     size_t side, vertex_count, triangle_count;
     double *rest, *positions, *velocities, *u, *diagonal;
-    float *direction, *product;
     uint32_t *triangles;
     memory heap;
     arena scratch;
@@ -123,10 +122,6 @@ static bench_cloth *make_cloth(size_t side, int threads) {
                                                             threads, &cloth->scratch),
           "the aggregates");
     nested_aggregates_set_terms(cloth->aggregates, NULL, 0, threads);
-    size_t const size = 3 * (cloth->vertex_count + SINGLE_PADDING);
-    cloth->direction = room(size, sizeof(float)), cloth->product = room(size, sizeof(float));
-    for (size_t i = 0; i < 3 * cloth->vertex_count; i++)
-        cloth->direction[i] = (float)cloth->velocities[i];
     return cloth;
 }
 
@@ -136,7 +131,7 @@ static void destroy_cloth(bench_cloth *cloth) {
     cloth_model_destroy(&cloth->heap, &cloth->model);
     topology_destroy(&cloth->heap, &cloth->surface);
     arena_destroy(&cloth->scratch);
-    free(cloth->diagonal), free(cloth->direction), free(cloth->product);
+    free(cloth->diagonal);
     free(cloth->rest), free(cloth->positions), free(cloth->velocities), free(cloth->u);
     free(cloth->triangles), free(cloth);
 }
@@ -238,14 +233,17 @@ static void run_round(bench_cloth *cloth, single_system *single, int threads, fl
                       float *to, bench_times *times) {
     const block_matrix *const matrix = single->matrix;
     size_t const count = get_matrix_bytes(matrix) / sizeof(float);
-    single_vectors const v = {.direction = cloth->direction, .product = cloth->product};
-    if (single->diagonals.pattern) TULLE_PICK_KERNEL(diagonal_split)
-    (&single->diagonals, v.direction, 0, matrix->row_count);
+    arena_mark const mark = arena_get_mark(&cloth->scratch);
+    single_vectors v;
+    check(single_vectors_make(single, &cloth->scratch, &v), "memory for vectors");
+    for (size_t i = 0; i < 3 * matrix->row_count; i++)
+        v.direction[i / 3 * v.vertex_step + i % 3 * v.number_step] = (float)cloth->velocities[i];
     for (int i = 0; i < 3; i++) {
         double start = timer_now();
         sink = single_system_multiply(single, &v, 0, matrix->row_count);
         keep_least(&times->product, start);
     }
+    arena_release(&cloth->scratch, mark);
     for (int i = 0; i < 3; i++) {
         double start = timer_now();
         sink = read_all(from, count);

@@ -5,8 +5,6 @@
  * are neighbourhoods that do not meet; what is left joins one of them). */
 #include "math/nested_aggregates.h"
 
-#include "math/single_kernel.h"
-
 #include <string.h>
 
 /* A level is the last when at most this many of its members have neighbours. Pieces of a cloth

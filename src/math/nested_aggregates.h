@@ -11,6 +11,7 @@
 #include "base/arena.h"
 #include "math/block_matrix.h"
 #include "math/matrix_term.h"
+#include "math/single_kernel.h"
 
 enum { AGGREGATE_LEVELS_MAX = 6 };
 
@@ -53,8 +54,9 @@ void nested_aggregates_set_terms(nested_aggregates *aggregates, const matrix_ter
                                  size_t count, int threads);
 
 /* The correction sum P_l G_l^-1 P_l^T r as values of the first level's aggregates (levels[0]
- * .correction), for r of 3 * vertex_count floats and one more; returns r . correction. The same
- * bits for any number of threads. */
-double nested_aggregates_correct(nested_aggregates *aggregates, const float *r, int threads);
+ * .correction), for the residual r of `vectors`; returns r . correction. The same bits for any
+ * number of threads. */
+double nested_aggregates_correct(nested_aggregates *aggregates, const single_vectors *vectors,
+                                 int threads);
 
 #endif

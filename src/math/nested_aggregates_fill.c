@@ -8,7 +8,6 @@
  * Schwarz methods, 1992 (diagonal blocks at every level). Departure: aggregates are constant. */
 #include "math/conjugate_gradients.h"
 #include "math/nested_aggregates.h"
-#include "math/single_kernel.h"
 
 #include "base/parallel.h"
 
@@ -165,8 +164,17 @@ void nested_aggregates_set_terms(nested_aggregates *aggregates, const matrix_ter
 typedef struct correct_task {
     nested_aggregates *all;
     const aggregate_level *level;
-    const float *below; /* residual of the level below */
+    const float *below;              /* residual of the level below, */
+    size_t vertex_step, number_step; /* whose numbers lie so */
 } correct_task;
+
+/* Three numbers of a member of the level below. */
+static floats4 load_member(const correct_task *task, size_t member) {
+    const float *const r = task->below + member * task->vertex_step;
+    if (task->number_step == 1) return floats4_load(r);
+    floats4 const numbers = {r[0], r[task->number_step], r[2 * task->number_step], 0.0F};
+    return numbers;
+}
 
 /* Residual and own correction of a level's aggregates, and the dot of both. */
 static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -179,7 +187,7 @@ static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk
         floats4 r = {0.0F, 0.0F, 0.0F, 0.0F}; /* summed over the members */
         for (size_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
             if (is_fixed && is_fixed[level->members[i]]) continue;
-            r += floats4_load(task->below + 3 * (size_t)level->members[i]);
+            r += load_member(task, level->members[i]);
         }
         const float *const m = level->inverse + 9 * a;
         floats4 const z =
@@ -193,15 +201,21 @@ static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk
     level->dots[chunk] = dot;
 }
 
-double nested_aggregates_correct(nested_aggregates *aggregates, const float *r, int threads) {
+double nested_aggregates_correct(nested_aggregates *aggregates, const single_vectors *vectors,
+                                 int threads) {
     double dot = 0.0;
-    correct_task task = {.all = aggregates, .below = r};
+    correct_task task = {.all = aggregates,
+                         .below = vectors->residual,
+                         .vertex_step = vectors->vertex_step,
+                         .number_step = vectors->number_step};
     for (size_t l = 0; l < aggregates->level_count; l++) {
         const aggregate_level *const level = task.level = &aggregates->levels[l];
         size_t const chunk = choose_chunk(level->count);
         parallel_for(level->count, chunk, threads, restrict_chunk, &task);
         dot += parallel_sum(level->dots, parallel_chunk_count(level->count, chunk));
         task.below = level->residual;
+        task.vertex_step = 3;
+        task.number_step = 1;
     }
     /* Down again: each level adds the correction of the level above. */
     for (size_t l = aggregates->level_count; l-- > 1;) {

@@ -29,9 +29,13 @@ typedef struct single_matrix {
     float *scalar_values;
 } single_matrix;
 
+/* Number k of vertex v is at v * vertex_step + k * number_step. The kernels here are for steps of 3
+ * and 1, and SINGLE_BLOCK and 1 of the inverse. */
 typedef struct single_vectors {
     float *x, *residual, *direction, *product, *preconditioned;
     float *inverse; /* SINGLE_BLOCK a vertex, and padding; zero at fixed vertices */
+    size_t vertex_step, number_step;
+    size_t inverse_step; /* from a vertex to the next */
 } single_vectors;
 
 /* Rows begin .. end - 1: product = A direction; returns direction . product. */
@@ -44,12 +48,13 @@ TULLE_DECLARE_KERNEL(float, single_advance,
 /* p = z + beta p */
 TULLE_DECLARE_KERNEL(void, single_turn,
                      (const single_vectors *vectors, float beta, size_t begin, size_t end))
-/* p = z + c + beta p, c the correction of each vertex' parent; c = 0 at fixed vertices */
+/* What aggregates add to vertices: to each what its parent has, but nothing to fixed ones. */
 typedef struct single_correction {
     const float *values; /* 3 a parent, and padding */
     const uint32_t *parents;
     const uint8_t *is_fixed;
 } single_correction;
+/* p = z + c + beta p */
 TULLE_DECLARE_KERNEL(void, single_turn_corrected,
                      (const single_vectors *vectors, const single_correction *correction,
                       float beta, size_t begin, size_t end))

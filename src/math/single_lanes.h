@@ -17,17 +17,20 @@ SINGLE_INLINE lanes16 load16(const float *from) {
     memcpy(&a, from, sizeof a);
     return a;
 }
+SINGLE_INLINE float sum16(lanes16 sum) {
+    float lanes[16];
+    memcpy(lanes, &sum, sizeof lanes);
+    for (size_t half = 8; half > 0; half /= 2)
+        for (size_t l = 0; l < half; l++) lanes[l] += lanes[l + half];
+    return lanes[0];
+}
 SINGLE_INLINE float dot(const float *a, const float *b, size_t begin, size_t end) {
     lanes16 sum = {0};
     size_t i = begin;
     for (; i + 16 <= end; i += 16) sum += load16(a + i) * load16(b + i);
     float rest = 0.0F;
     for (; i < end; i++) rest += a[i] * b[i];
-    float lanes[16];
-    memcpy(lanes, &sum, sizeof lanes);
-    for (size_t half = 8; half > 0; half /= 2)
-        for (size_t l = 0; l < half; l++) lanes[l] += lanes[l + half];
-    return lanes[0] + rest;
+    return sum16(sum) + rest;
 }
 
 #endif

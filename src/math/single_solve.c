@@ -116,8 +116,11 @@ static double run_busy_loop(single_solver *work, parallel_body body) {
 static void copy_inverse(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const single_solver *const work = context;
-    for (size_t i = BLOCK_NUMBERS * begin; i < BLOCK_NUMBERS * end; i++)
-        work->vectors.inverse[i] = (float)work->inverse[i];
+    const single_vectors *const to = &work->vectors;
+    for (size_t v = begin; v < end; v++)
+        for (size_t i = 0; i < BLOCK_NUMBERS; i++)
+            to->inverse[v * to->inverse_step + i * to->number_step] =
+                (float)work->inverse[BLOCK_NUMBERS * v + i];
 }
 
 /* r = b - A x into `product`; sums r . P^-1 r. */
@@ -145,9 +148,10 @@ static void begin_pass(void *context, size_t begin, size_t end, size_t chunk, in
         vec3 const z = block_multiply(work->inverse + BLOCK_NUMBERS * v, r);
         double const rs[3] = {r.x, r.y, r.z}, zs[3] = {z.x, z.y, z.z};
         for (size_t i = 0; i < 3; i++) {
-            to->residual[3 * v + i] = (float)rs[i];
-            to->preconditioned[3 * v + i] = to->direction[3 * v + i] = (float)zs[i];
-            to->x[3 * v + i] = 0.0F;
+            size_t const at = v * to->vertex_step + i * to->number_step;
+            to->residual[at] = (float)rs[i];
+            to->preconditioned[at] = to->direction[at] = (float)zs[i];
+            to->x[at] = 0.0F;
         }
         sum += vec3_dot(r, z);
     }
@@ -157,8 +161,11 @@ static void begin_pass(void *context, size_t begin, size_t end, size_t chunk, in
 static void end_pass(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     single_solver *const work = context;
-    for (size_t i = 3 * begin; i < 3 * end; i++)
-        work->x[i] += (double)work->vectors.x[i] / work->scale;
+    const single_vectors *const from = &work->vectors;
+    for (size_t v = begin; v < end; v++)
+        for (size_t i = 0; i < 3; i++)
+            work->x[3 * v + i] +=
+                (double)from->x[v * from->vertex_step + i * from->number_step] / work->scale;
 }
 
 /* The product with the terms in the pattern. The terms outside it are pulled here, each chunk its
@@ -166,7 +173,7 @@ static void end_pass(void *context, size_t begin, size_t end, size_t chunk, int 
 static void multiply(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     single_solver *const work = context;
-    const float *const direction = work->vectors.direction;
+    const single_vectors *const from = &work->vectors;
     work->partials[chunk] =
         are_idle(work->problem->is_idle, begin, end)
             ? 0.0
@@ -178,7 +185,10 @@ static void multiply(void *context, size_t begin, size_t end, size_t chunk, int 
         double way[3] = {0.0, 0.0, 0.0};
         for (size_t k = 0; k < 4; k++)
             for (size_t i = 0; i < 3 && term->vertices[k] != TULLE_NONE; i++)
-                way[i] += term->weights[k] * (double)direction[3 * (size_t)term->vertices[k] + i];
+                way[i] +=
+                    term->weights[k] *
+                    (double)from
+                        ->direction[term->vertices[k] * from->vertex_step + i * from->number_step];
         vec3 const pull = mat3_multiply_vec3(&term->stiffness, vec3_load(way, 0));
         vec3_store(work->apart.pulls, t, pull);
         work->apart.curvatures[t] = vec3_dot(vec3_load(way, 0), pull);
@@ -190,31 +200,21 @@ static void advance(void *context, size_t begin, size_t end, size_t chunk, int w
     (void)worker;
     single_solver *const work = context;
     const apart_terms *const apart = &work->apart;
+    const single_vectors *const to = &work->vectors;
     for (uint32_t s = apart->share_begin[chunk]; s < apart->share_begin[chunk + 1]; s++) {
         const apart_share *const share = &apart->shares[s];
         for (size_t i = 0; i < 3; i++)
-            work->vectors.product[3 * (size_t)share->vertex + i] +=
+            to->product[share->vertex * to->vertex_step + i * to->number_step] +=
                 (float)(share->weight * apart->pulls[3 * (size_t)share->term + i]);
     }
-    work->partials[chunk] =
-        (double)TULLE_PICK_KERNEL(single_advance)(&work->vectors, work->step, begin, end);
+    work->partials[chunk] = (double)single_system_advance(work->system, to, work->step, begin, end);
 }
 
 /* p = z + beta p. The aggregates' part of z is not in `preconditioned` and is added here. */
 static void turn_direction(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
-    single_solver *const work = context;
-    const nested_aggregates *const aggregates = work->aggregates;
-    if (aggregates) {
-        single_correction const correction = {aggregates->levels[0].correction,
-                                              aggregates->levels[0].parents, aggregates->is_fixed};
-        TULLE_PICK_KERNEL(single_turn_corrected)
-        (&work->vectors, &correction, work->step, begin, end);
-    } else {
-        TULLE_PICK_KERNEL(single_turn)(&work->vectors, work->step, begin, end);
-    }
-    if (work->system->diagonals.pattern) TULLE_PICK_KERNEL(diagonal_split)
-    (&work->system->diagonals, work->vectors.direction, begin, end);
+    const single_solver *const work = context;
+    single_system_turn(work->system, &work->vectors, work->step, begin, end);
 }
 
 /* Iterations of a pass; norm2 is r . P^-1 r of the start. */
@@ -227,8 +227,8 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2) {
         double const before = descent;
         descent = norm2;
         if (work->aggregates)
-            descent += nested_aggregates_correct(work->aggregates, work->vectors.residual,
-                                                 problem->threads);
+            descent +=
+                nested_aggregates_correct(work->aggregates, &work->vectors, problem->threads);
         work->step = is_first ? 0.0F : (float)(descent / before);
         parallel_for_busy(problem->is_idle, problem->vertex_count, VERTICES_PER_CHUNK,
                           problem->threads, turn_direction, work);
@@ -278,25 +278,17 @@ single_solver *single_solver_make(const conjugate_gradients_problem *problem,
                                   const single_system *system, double *x, arena *scratch) {
     single_solver *const work = ARENA_NEW(scratch, single_solver, 1);
     if (!work) return NULL;
-    size_t const count = problem->vertex_count, padded = 3 * (count + SINGLE_PADDING);
-    size_t const padded_blocks = SINGLE_BLOCK * count + SINGLE_PADDING;
+    size_t const count = problem->vertex_count;
     *work = (single_solver){.problem = problem,
                             .system = system,
                             .x = x,
                             .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK)};
-    single_vectors *const v = &work->vectors;
-    v->x = ARENA_NEW_ZEROED(scratch, float, padded);
-    v->residual = ARENA_NEW_ZEROED(scratch, float, padded);
-    v->direction = ARENA_NEW_ZEROED(scratch, float, padded);
-    v->product = ARENA_NEW_ZEROED(scratch, float, padded);
-    v->preconditioned = ARENA_NEW_ZEROED(scratch, float, padded);
-    v->inverse = ARENA_NEW_ZEROED(scratch, float, padded_blocks);
     work->product = problem->residual ? problem->residual : ARENA_NEW(scratch, double, 3 * count);
     double *const own = problem->inverse ? NULL : ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
     work->inverse = problem->inverse ? problem->inverse : own;
     work->partials = ARENA_NEW(scratch, double, work->chunk_count);
-    if (!v->x || !v->residual || !v->direction || !v->product || !v->preconditioned ||
-        !v->inverse || !work->product || !work->inverse || !work->partials ||
+    if (!work->product || !work->inverse || !work->partials ||
+        !single_vectors_make(system, scratch, &work->vectors) ||
         !sort_apart_terms(system, work->chunk_count, scratch, &work->apart))
         return NULL;
     if (own) conjugate_gradients_invert(problem, own);

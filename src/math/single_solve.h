@@ -23,9 +23,16 @@ typedef struct single_system {
 bool single_system_make(const block_matrix *matrix, const matrix_term *terms, size_t term_count,
                         int threads, arena *scratch, single_system *system);
 
-/* Rows begin .. end - 1 without the terms apart, as single_multiply and diagonal_multiply. */
+/* Vectors and inverse of the matrix' size, zeroed, as its kernels take them. False: no memory. */
+bool single_vectors_make(const single_system *system, arena *scratch, single_vectors *vectors);
+/* The kernels of single_kernel.h or those of diagonal_kernel.h, for rows begin .. end - 1 and
+ * without the terms apart. */
 float single_system_multiply(const single_system *system, const single_vectors *vectors,
                              size_t begin, size_t end);
+float single_system_advance(const single_system *system, const single_vectors *vectors, float alpha,
+                            size_t begin, size_t end);
+void single_system_turn(const single_system *system, const single_vectors *vectors, float beta,
+                        size_t begin, size_t end);
 
 /* A solve that may be run in parts, with other limits, tolerances or aggregates each time. */
 typedef struct single_solver single_solver;

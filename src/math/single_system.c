@@ -106,7 +106,8 @@ static void copy_diagonals(void *context, size_t begin, size_t end, size_t chunk
 static bool make_diagonals(copy_task *task, int threads, arena *scratch) {
     const block_matrix *const matrix = task->matrix;
     const matrix_diagonals *const pattern = &matrix->diagonals;
-    size_t reach = 0, plane_count = count_planes(pattern) + 3; /* the direction's, too */
+    size_t const plane_count = count_planes(pattern);
+    size_t reach = 0;
     for (size_t d = 0; d < pattern->count; d++)
         if (pattern->offsets[d] > reach) reach = pattern->offsets[d];
     reach = (reach / DIAGONAL_ROWS + 1) * DIAGONAL_ROWS;
@@ -119,8 +120,7 @@ static bool make_diagonals(copy_task *task, int threads, arena *scratch) {
         memset(room + plane * stride, 0, reach * sizeof(float));
         memset(end, 0, (stride - reach - matrix->row_count) * sizeof(float));
     }
-    task->system->diagonals = (single_diagonals){pattern, stride, room + reach,
-                                                 room + count_planes(pattern) * stride + reach};
+    task->system->diagonals = (single_diagonals){pattern, reach, stride, room + reach};
     parallel_for(matrix->row_count, ROWS_PER_CHUNK, threads, copy_diagonals, task);
     return true;
 }
@@ -177,9 +177,53 @@ bool single_system_make(const block_matrix *matrix, const matrix_term *terms, si
     return true;
 }
 
+/* ---- loops ---- */
+
+bool single_vectors_make(const single_system *system, arena *scratch, single_vectors *vectors) {
+    const single_diagonals *const by = &system->diagonals;
+    size_t const count = system->matrix->row_count;
+    size_t const size = by->pattern ? 3 * by->stride : 3 * count + SINGLE_PADDING;
+    size_t const inverse_size = by->pattern ? 6 * by->stride : 6 * count + SINGLE_PADDING;
+    size_t const first = by->pattern ? by->reach : 0;
+    *vectors = (single_vectors){.vertex_step = by->pattern ? 1 : 3,
+                                .number_step = by->pattern ? by->stride : 1,
+                                .inverse_step = by->pattern ? 1 : SINGLE_BLOCK};
+    float **const all[] = {&vectors->x,       &vectors->residual,       &vectors->direction,
+                           &vectors->product, &vectors->preconditioned, &vectors->inverse};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        float *const room =
+            ARENA_NEW_ZEROED(scratch, float, all[i] == &vectors->inverse ? inverse_size : size);
+        if (!room) return false;
+        *all[i] = room + first;
+    }
+    return true;
+}
+
 float single_system_multiply(const single_system *system, const single_vectors *vectors,
                              size_t begin, size_t end) {
     return system->diagonals.pattern
                ? TULLE_PICK_KERNEL(diagonal_multiply)(&system->diagonals, vectors, begin, end)
                : TULLE_PICK_KERNEL(single_multiply)(&system->copy, vectors, begin, end);
+}
+
+float single_system_advance(const single_system *system, const single_vectors *vectors, float alpha,
+                            size_t begin, size_t end) {
+    return system->diagonals.pattern
+               ? TULLE_PICK_KERNEL(diagonal_advance)(vectors, alpha, begin, end)
+               : TULLE_PICK_KERNEL(single_advance)(vectors, alpha, begin, end);
+}
+
+void single_system_turn(const single_system *system, const single_vectors *vectors, float beta,
+                        size_t begin, size_t end) {
+    const nested_aggregates *const aggregates = system->aggregates;
+    single_correction correction = {NULL, NULL, NULL};
+    bool const has_correction = aggregates && aggregates->level_count > 0;
+    if (has_correction)
+        correction = (single_correction){aggregates->levels[0].correction,
+                                         aggregates->levels[0].parents, aggregates->is_fixed};
+    if (system->diagonals.pattern) TULLE_PICK_KERNEL(diagonal_turn)
+    (vectors, has_correction ? &correction : NULL, beta, begin, end);
+    else if (has_correction)
+        TULLE_PICK_KERNEL(single_turn_corrected)(vectors, &correction, beta, begin, end);
+    else TULLE_PICK_KERNEL(single_turn)(vectors, beta, begin, end);
 }

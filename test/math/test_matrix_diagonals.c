@@ -96,18 +96,21 @@ static void destroy_matrix(band_matrix *made) {
 }
 
 /* The product of x by the system, in chunks as a solve has them; returns x . product. */
-static double multiply(const single_system *system, const float *x, float *product) {
+static double multiply(const single_system *system, arena *scratch, const float *x,
+                       float *product) {
     size_t const n = system->matrix->row_count;
-    single_vectors const vectors = {.direction = (float *)(uintptr_t)x, .product = product};
+    single_vectors vectors;
+    assert_true(single_vectors_make(system, scratch, &vectors));
+    size_t const vertex_step = vectors.vertex_step, number_step = vectors.number_step;
+    for (size_t i = 0; i < 3 * n; i++)
+        vectors.direction[i / 3 * vertex_step + i % 3 * number_step] = x[i];
     double sum = 0.0;
-    for (size_t begin = 0; begin < n && system->diagonals.pattern; begin += 512) {
-        size_t const end = begin + 512 < n ? begin + 512 : n;
-        TULLE_PICK_KERNEL(diagonal_split)(&system->diagonals, x, begin, end);
-    }
     for (size_t begin = 0; begin < n; begin += 512) {
         size_t const end = begin + 512 < n ? begin + 512 : n;
         sum += (double)single_system_multiply(system, &vectors, begin, end);
     }
+    for (size_t i = 0; i < 3 * n; i++)
+        product[i] = vectors.product[i / 3 * vertex_step + i % 3 * number_step];
     return sum;
 }
 
@@ -148,7 +151,7 @@ static void check_product(const band *given) {
             assert_true(single_system_make(m, terms, term_count, threads, &scratch, &system));
             assert_ptr_equal(system.diagonals.pattern, &m->diagonals);
             assert_int_equal(system.apart_count, 0);
-            double const sum = multiply(&system, direction, product);
+            double const sum = multiply(&system, &scratch, direction, product);
             if (checks++ == 0) memcpy(first, product, size * sizeof(float)), first_sum = sum;
             assert_memory_equal(first, product, size * sizeof(float));
             assert_true(sum == first_sum);
@@ -235,7 +238,7 @@ static void idle_rows_give_nothing(void **state) {
     float *const x = calloc(3 * given.row_count + 64, sizeof(float));
     float *const product = calloc(3 * given.row_count + 64, sizeof(float));
     for (size_t i = 0; i < 3 * given.row_count; i++) x[i] = 1.0F;
-    assert_true(isfinite(multiply(&system, x, product)));
+    assert_true(isfinite(multiply(&system, &scratch, x, product)));
     for (size_t i = 0; i < 3 * (512 - 60); i++) assert_true(product[i] == 0.0F);
     for (size_t i = 0; i < 3 * given.row_count; i++) assert_true(isfinite(product[i]));
     arena_destroy(&scratch);
@@ -243,9 +246,73 @@ static void idle_rows_give_nothing(void **state) {
     destroy_matrix(made);
 }
 
+/* Steps of conjugate gradients in planes have the bits of those in rows. */
+static void steps_agree(void **state) {
+    (void)state;
+    static const size_t counts[] = {1, 3, 15, 16, 17, 100, 515};
+    enum { MOST = 515, PARENTS = 9 };
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        size_t const n = counts[i];
+        memory heap = memory_default();
+        arena scratch = arena_make(&heap);
+        block_matrix const rows = {.row_count = n};
+        matrix_diagonals const pattern = {.block_count = 1, .count = 1};
+        size_t const stride = 16 + (n / 16 + 1) * 16 + 16;
+        single_system const systems[2] = {
+            {.matrix = &rows},
+            {.matrix = &rows, .diagonals = {.pattern = &pattern, .reach = 16, .stride = stride}}};
+        static uint32_t parents[MOST];
+        static uint8_t is_fixed[MOST];
+        float values[3 * PARENTS + SINGLE_PADDING] = {0.0F};
+        uint64_t random = n;
+        for (size_t k = 0; k < 3 * PARENTS; k++) values[k] = (float)random_signed(&random);
+        for (size_t v = 0; v < n; v++) {
+            parents[v] = (uint32_t)(random_next(&random) % PARENTS);
+            is_fixed[v] = random_next(&random) % 4 == 0;
+        }
+        single_correction const correction = {values, parents, is_fixed};
+        single_vectors all[2];
+        for (int way = 0; way < 2; way++) {
+            single_vectors *const v = &all[way];
+            assert_true(single_vectors_make(&systems[way], &scratch, v));
+            float *const vectors[] = {v->x, v->residual, v->direction, v->product};
+            random = n + 1;
+            for (size_t k = 0; k < 4 * 3 * n; k++) {
+                size_t const at = k % (3 * n);
+                vectors[k / (3 * n)][at / 3 * v->vertex_step + at % 3 * v->number_step] =
+                    (float)random_signed(&random);
+            }
+            for (size_t k = 0; k < 6 * n; k++)
+                v->inverse[k / 6 * v->inverse_step + k % 6 * v->number_step] =
+                    (float)random_signed(&random);
+            double const dot = (double)single_system_advance(&systems[way], v, 0.37F, 0, n);
+            double expected = 0.0;
+            for (size_t k = 0; k < 3 * n; k++) {
+                size_t const at = k / 3 * v->vertex_step + k % 3 * v->number_step;
+                expected += (double)v->residual[at] * (double)v->preconditioned[at];
+            }
+            assert_true(fabs(dot - expected) < 1e-5 * (double)n);
+            if (way == 0)
+                TULLE_PICK_KERNEL(single_turn_corrected)(v, &correction, -0.6F, 0, n);
+            else
+                TULLE_PICK_KERNEL(diagonal_turn)(v, &correction, -0.6F, 0, n);
+            single_system_turn(&systems[way], v, 0.8F, 0, n); /* without aggregates */
+        }
+        for (size_t k = 0; k < 3 * n; k++) {
+            size_t const at = k / 3 + k % 3 * all[1].number_step;
+            assert_true(all[0].x[k] == all[1].x[at]);
+            assert_true(all[0].residual[k] == all[1].residual[at]);
+            assert_true(all[0].preconditioned[k] == all[1].preconditioned[at]);
+            assert_true(all[0].direction[k] == all[1].direction[at]);
+        }
+        arena_destroy(&scratch);
+    }
+}
+
 int main(void) {
     struct CMUnitTest const tests[] = {
         cmocka_unit_test(products_agree),
+        cmocka_unit_test(steps_agree),
         cmocka_unit_test(only_full_diagonals_are_taken),
         cmocka_unit_test(idle_rows_give_nothing),
     };

@@ -112,7 +112,8 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
     double dot = 0.0, scale = 0.0;
     for (size_t l = 0; l < all->level_count; l++)
         dot += check_level(system, matrix, all, l, r, expected);
-    double const found = nested_aggregates_correct(all, r, 1);
+    single_vectors const vectors = {.residual = r, .vertex_step = 3, .number_step = 1};
+    double const found = nested_aggregates_correct(all, &vectors, 1);
     assert_true(found >= 0.0 && fabs(found - dot) <= 1e-5 * dot);
     for (size_t i = 0; i < size; i++) scale = fmax(scale, fabs(expected[i]));
     for (size_t i = 0; i < size && all->level_count > 0; i++) {
@@ -124,8 +125,14 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
         assert_true(nested_aggregates_set_matrix(all, &system->matrix, system->is_fixed, threads,
                                                  &scratch));
         nested_aggregates_set_terms(all, matrix->terms, matrix->term_count, threads);
-        assert_true(nested_aggregates_correct(all, r, threads) == found);
+        assert_true(nested_aggregates_correct(all, &vectors, threads) == found);
     }
+    /* a residual in planes gives the same bits */
+    float *const planes = calloc(size, sizeof(float));
+    for (size_t i = 0; i < size; i++) planes[i % 3 * (size / 3) + i / 3] = r[i];
+    single_vectors const others = {.residual = planes, .vertex_step = 1, .number_step = size / 3};
+    assert_true(nested_aggregates_correct(all, &others, 2) == found);
+    free(planes);
     arena_destroy(&scratch);
     free(r), free(expected);
     nested_aggregates_destroy(&system->heap, all);
