@@ -136,6 +136,9 @@ int file_sync_folder(const char *path) {
 
 int file_rename(const char *from, const char *to) {
     int const file = open(from, O_RDONLY | O_CLOEXEC);
+    struct stat facts;
+    if (file >= 0 && stat(to, &facts) == 0 && S_ISREG(facts.st_mode))
+        (void)fchmod(file, facts.st_mode & 0777);
     int code = file < 0 || fsync(file) != 0 ? errno : 0;
     if (file >= 0) close(file);
     if (!code && rename(from, to) != 0) code = errno;

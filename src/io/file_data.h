@@ -32,8 +32,8 @@ tulle_status file_fail_memory(tulle_error *error, const char *path);
 /* Flushes the folder that holds `path` to disk, so that its name survives a power failure. 0, also
  * where the file system flushes no folders, or an errno. */
 int file_sync_folder(const char *path);
-/* Gives a written file its last name: flushes it to disk, renames it, flushes the folder. 0 or an
- * errno. */
+/* Gives a written file its last name: flushes it to disk, renames it, flushes the folder. A file
+ * that it replaces leaves it its permissions. 0 or an errno. */
 int file_rename(const char *from, const char *to);
 
 #endif

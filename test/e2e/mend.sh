@@ -129,6 +129,11 @@ mend 0 "odd \"one's/50%d.pc2" --mesh "odd \"one's/a*b c.obj" --body "odd \"one's
 cmp clean1.pc2 "odd \"one's/back.pc2" || fault "by an odd name it is not as it was"
 cmp far.obj "odd \"one's/met/far %%.obj" || fault "a body by an odd name is not copied"
 "$TULLE" check "odd \"one's/50%d.pc2" --mesh "odd \"one's/a*b c.obj" >out || { fault "check of an odd name"; cat out; }
+# Files that are replaced keep their permissions, others in the folder of the bodies stay.
+mkdir old && touch old/far.obj old/table.csv old/worst.ply old/back.pc2 old/other.txt && chmod 600 old/*
+mend 0 clean1.pc2 --mesh layers.obj --body far.obj -o old/back.pc2 --bodies-out old --report old/table.csv --colors old/worst.ply
+[ "$(stat -c %a old/* | sort -u)" = 600 ] && [ -e old/other.txt ] || fault "permissions: $(ls -l old)"
+cmp far.obj old/far.obj || fault "an older body is not replaced"
 # Axes and units: the same animation by other numbers; clean ones of other units come back to the bit.
 "$TULLE" convert poke.pc2 poke_cm.usda --mesh sheet.obj --units cm --up y >out || fault "a scene in centimetres"
 mend 0 poke.pc2 --mesh sheet.obj --body ball.obj -o poke_out.pc2
