@@ -1,5 +1,6 @@
 """Bakes: what is shown is what was run, and goes on to the same bits."""
 import os
+import signal
 import time
 
 import bpy
@@ -308,11 +309,15 @@ class Bakes(SceneTest):
     def test_beside_another_bake(self):
         """Where a bake of a Blender that died is still running in the folder, that is told."""
         self.add_sheet(cells=16), self.add_ball()
+        self.scene.frame_end = 60
         first = bake.Bake(bpy.context)
         while not (first.caches and first.caches.frame_count >= 2):
             first.advance(bpy.context)
+        first.process._process.send_signal(signal.SIGSTOP)  # it must not be done before the other begins
+        self.assertFalse(first.is_over)
         self.assertEqual(self.bake(), {"CANCELLED"})
         self.assertIn("locked", self.scene.tulle.report)
+        first.process._process.send_signal(signal.SIGCONT)
         while not first.is_over:
             first.advance(bpy.context)
         self.assertEqual(first.state, "FINISHED")

@@ -141,7 +141,7 @@ def go():
     keep_picture("panel_mend_refused.png")
     bpy.ops.object.mode_set(mode="OBJECT")
     ball.scale = (1, 1, 1)
-    sheet.location.z, bpy.context.scene.frame_end = 0.4, 30
+    sheet.location.z, bpy.context.scene.frame_end = 0.4, 1000  # many: it must not be done before it is looked at
     # Blender's window closes while a bake is under way: the program ends in good order.
     sheet.tulle.role = "CLOTH"
     settings.substeps = 8
