@@ -24,8 +24,8 @@ uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t co
     return low < end && matrix->columns[low] == column ? low : TULLE_NONE;
 }
 
-bool block_matrix_add_term(block_matrix *matrix, const matrix_term *term) {
-    uint32_t places[4][4];
+bool block_matrix_find_term(const block_matrix *matrix, const matrix_term *term,
+                            uint32_t places[4][4]) {
     for (size_t i = 0; i < 4; i++)
         for (size_t j = 0; j < 4; j++) {
             uint32_t const row = term->vertices[i], column = term->vertices[j];
@@ -34,6 +34,12 @@ bool block_matrix_add_term(block_matrix *matrix, const matrix_term *term) {
             places[i][j] = block_matrix_find(matrix, row, column);
             if (places[i][j] == TULLE_NONE) return false;
         }
+    return true;
+}
+
+bool block_matrix_add_term(block_matrix *matrix, const matrix_term *term) {
+    uint32_t places[4][4];
+    if (!block_matrix_find_term(matrix, term, places)) return false;
     for (size_t i = 0; i < 4; i++)
         for (size_t j = 0; j < 4; j++) {
             if (places[i][j] == TULLE_NONE) continue;

@@ -70,6 +70,11 @@ void block_matrix_sum_scalars(const block_matrix *matrix, double *sums, int thre
 /* Index of block (row, column) in columns; TULLE_NONE if it is not in the pattern. */
 uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column);
 
+/* The block of each pair of a term's vertices, TULLE_NONE where one of them is none. False: the
+ * pattern lacks one. */
+bool block_matrix_find_term(const block_matrix *matrix, const matrix_term *term,
+                            uint32_t places[4][4]);
+
 /* Adds a term if the pattern has blocks for all pairs of its vertices. False: it has not, and
  * nothing is added. */
 bool block_matrix_add_term(block_matrix *matrix, const matrix_term *term);

@@ -84,7 +84,6 @@ static bool sort_apart_terms(const single_system *system, size_t chunk_count, ar
 struct single_solver {
     const conjugate_gradients_problem *problem;
     const single_system *system;
-    nested_aggregates *aggregates; /* of this run; null: none, or none with a level */
     apart_terms apart;
     single_vectors vectors;
     double *x, *product;   /* in double precision */
@@ -226,9 +225,9 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2) {
          */
         double const before = descent;
         descent = norm2;
-        if (work->aggregates)
-            descent +=
-                nested_aggregates_correct(work->aggregates, &work->vectors, problem->threads);
+        if (work->system->aggregates)
+            descent += nested_aggregates_correct(work->system->aggregates, &work->vectors,
+                                                 problem->threads);
         work->step = is_first ? 0.0F : (float)(descent / before);
         parallel_for_busy(problem->is_idle, problem->vertex_count, VERTICES_PER_CHUNK,
                           problem->threads, turn_direction, work);
@@ -299,8 +298,6 @@ single_solver *single_solver_make(const conjugate_gradients_problem *problem,
 
 void single_solver_run(single_solver *solver, conjugate_gradients_result *result) {
     double const reference = solver->problem->reference;
-    nested_aggregates *const aggregates = solver->system->aggregates;
-    solver->aggregates = aggregates && aggregates->level_count > 0 ? aggregates : NULL;
     solver->iterations = 0;
     *result = (conjugate_gradients_result){.reference = reference};
     result->target = conjugate_gradients_choose_target(solver->problem, reference, solver->norm);

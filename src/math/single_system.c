@@ -45,11 +45,7 @@ static bool make_rows(copy_task *task, int threads, arena *scratch) {
 
 /* ---- by diagonals ---- */
 
-static size_t count_planes(const matrix_diagonals *pattern) {
-    return SINGLE_BLOCK * pattern->block_count + (pattern->count - pattern->block_count);
-}
-
-/* The first plane of a diagonal. */
+/* The first plane of a diagonal; of the one after the last: how many planes there are. */
 static size_t get_first_plane(const matrix_diagonals *pattern, size_t diagonal) {
     size_t const block_count = pattern->block_count;
     return diagonal < block_count ? SINGLE_BLOCK * diagonal
@@ -89,7 +85,7 @@ static void copy_diagonals(void *context, size_t begin, size_t end, size_t chunk
     const block_matrix *const matrix = task->matrix;
     const single_diagonals *const to = &task->system->diagonals;
     bool const is_idle = are_idle(matrix->is_idle, begin, end);
-    size_t const plane_count = count_planes(to->pattern);
+    size_t const plane_count = get_first_plane(to->pattern, to->pattern->count);
     row_tile tile;
     for (size_t d = 0; d < to->pattern->count; d++)
         tile.planes[d] = get_first_plane(to->pattern, d);
@@ -106,7 +102,7 @@ static void copy_diagonals(void *context, size_t begin, size_t end, size_t chunk
 static bool make_diagonals(copy_task *task, int threads, arena *scratch) {
     const block_matrix *const matrix = task->matrix;
     const matrix_diagonals *const pattern = &matrix->diagonals;
-    size_t const plane_count = count_planes(pattern);
+    size_t const plane_count = get_first_plane(pattern, pattern->count);
     size_t reach = 0;
     for (size_t d = 0; d < pattern->count; d++)
         if (pattern->offsets[d] > reach) reach = pattern->offsets[d];
@@ -144,16 +140,10 @@ static void add_block(single_system *system, size_t entry, size_t row, const flo
 /* Adds a term, or lists it where blocks of it are not in the pattern. */
 static void add_term(single_system *system, const matrix_term *term) {
     uint32_t places[4][4];
-    for (size_t i = 0; i < 4; i++)
-        for (size_t j = 0; j < 4; j++) {
-            uint32_t const row = term->vertices[i], column = term->vertices[j];
-            places[i][j] = TULLE_NONE;
-            if (row == TULLE_NONE || column == TULLE_NONE) continue;
-            places[i][j] = block_matrix_find(system->matrix, row, column);
-            if (places[i][j] != TULLE_NONE) continue;
-            system->apart[system->apart_count++] = term;
-            return;
-        }
+    if (!block_matrix_find_term(system->matrix, term, places)) {
+        system->apart[system->apart_count++] = term;
+        return;
+    }
     for (size_t i = 0; i < 4; i++)
         for (size_t j = 0; j < 4; j++) {
             if (places[i][j] == TULLE_NONE) continue;
@@ -183,7 +173,8 @@ bool single_vectors_make(const single_system *system, arena *scratch, single_vec
     const single_diagonals *const by = &system->diagonals;
     size_t const count = system->matrix->row_count;
     size_t const size = by->pattern ? 3 * by->stride : 3 * count + SINGLE_PADDING;
-    size_t const inverse_size = by->pattern ? 6 * by->stride : 6 * count + SINGLE_PADDING;
+    size_t const inverse_size =
+        SINGLE_BLOCK * (by->pattern ? by->stride : count) + (by->pattern ? 0 : SINGLE_PADDING);
     size_t const first = by->pattern ? by->reach : 0;
     *vectors = (single_vectors){.vertex_step = by->pattern ? 1 : 3,
                                 .number_step = by->pattern ? by->stride : 1,
@@ -221,9 +212,12 @@ void single_system_turn(const single_system *system, const single_vectors *vecto
     if (has_correction)
         correction = (single_correction){aggregates->levels[0].correction,
                                          aggregates->levels[0].parents, aggregates->is_fixed};
-    if (system->diagonals.pattern) TULLE_PICK_KERNEL(diagonal_turn)
-    (vectors, has_correction ? &correction : NULL, beta, begin, end);
-    else if (has_correction)
+    if (system->diagonals.pattern) {
+        TULLE_PICK_KERNEL(diagonal_turn)
+        (vectors, has_correction ? &correction : NULL, beta, begin, end);
+    } else if (has_correction) {
         TULLE_PICK_KERNEL(single_turn_corrected)(vectors, &correction, beta, begin, end);
-    else TULLE_PICK_KERNEL(single_turn)(vectors, beta, begin, end);
+    } else {
+        TULLE_PICK_KERNEL(single_turn)(vectors, beta, begin, end);
+    }
 }

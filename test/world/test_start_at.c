@@ -231,6 +231,19 @@ static void threads_and_saved_states_change_nothing(void **state) {
     tulle_world_destroy(before);
 }
 
+/* Three more steps; the recording repeats them, and what was before. */
+static void check_recording(tulle_world *world, tape_bytes *tape) {
+    step(world, 3);
+    uint64_t const hash = tulle_world_get_state_hash(world);
+    FINE(tulle_world_record(world, NULL, &error));
+    tulle_replay_report report;
+    FINE(tulle_replay(tape->bytes, tape->count, NULL, &report, &error));
+    assert_true(report.is_whole && !report.is_different);
+    assert_int_equal(report.steps, 3);
+    assert_true(report.hash == hash);
+    free(tape->bytes);
+}
+
 static void recordings_repeat_it(void **state) {
     (void)state;
     tape_bytes tape = {0};
@@ -241,15 +254,7 @@ static void recordings_repeat_it(void **state) {
     REFUSED(tulle_world_start_at(world, &moment, &error));
     moment.time = tulle_world_get_time(before);
     FINE(tulle_world_start_at(world, &moment, &error));
-    step(world, 3);
-    uint64_t const hash = tulle_world_get_state_hash(world);
-    FINE(tulle_world_record(world, NULL, &error));
-    tulle_replay_report report;
-    FINE(tulle_replay(tape.bytes, tape.count, NULL, &report, &error));
-    assert_true(report.is_whole && !report.is_different);
-    assert_int_equal(report.steps, 3);
-    assert_true(report.hash == hash);
-    free(tape.bytes);
+    check_recording(world, &tape);
     tulle_world_destroy(before);
     tulle_world_destroy(world);
 }
@@ -417,14 +422,7 @@ static void recordings_repeat_bodies(void **state) {
     step(before, 40);
     look_at_bodies(before, &moment, bodies);
     FINE(tulle_world_start_at(world, &moment, &error));
-    step(world, 3);
-    uint64_t const hash = tulle_world_get_state_hash(world);
-    FINE(tulle_world_record(world, NULL, &error));
-    tulle_replay_report report;
-    FINE(tulle_replay(tape.bytes, tape.count, NULL, &report, &error));
-    assert_true(report.is_whole && !report.is_different);
-    assert_true(report.hash == hash);
-    free(tape.bytes);
+    check_recording(world, &tape);
     tulle_world_destroy(before);
     tulle_world_destroy(world);
 }
