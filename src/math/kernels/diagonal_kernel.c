@@ -6,6 +6,14 @@
 
 #include "math/single_lanes.h"
 
+/* Rows ahead of which planes are called for. The processor by itself foresees fewer streams than
+ * there are planes. */
+enum { ROWS_AHEAD = 64 };
+
+SINGLE_INLINE void call_for(const float *planes, size_t stride, size_t count) {
+    for (size_t k = 0; k < count; k++) __builtin_prefetch(planes + k * stride + ROWS_AHEAD);
+}
+
 /* Three numbers of DIAGONAL_ROWS vertices. */
 typedef struct lanes3 {
     lanes16 x, y, z;
@@ -60,16 +68,19 @@ float TULLE_KERNEL(diagonal_multiply)(const single_diagonals *diagonals,
     lanes16 dot = {0.0F};
     for (size_t row = begin; row < end; row += DIAGONAL_ROWS) {
         lanes3 const own = load3(direction + row, stride);
+        call_for(planes + row, stride, SINGLE_BLOCK);
         lanes3 sum = multiply_block(planes + row, stride, own);
         for (size_t d = 1; d < block_count; d++) {
             const float *const block = planes + SINGLE_BLOCK * d * stride + row;
             size_t const offset = pattern->offsets[d];
+            call_for(block, stride, SINGLE_BLOCK);
             add_block(&sum, block, stride, load3(direction + row + offset, stride));
             add_block(&sum, block - offset, stride, load3(direction + row - offset, stride));
         }
         for (size_t d = block_count; d < count; d++) {
             const float *const scalar = scalars + (d - block_count) * stride + row;
             size_t const offset = pattern->offsets[d];
+            call_for(scalar, stride, 1);
             add_scalar(&sum, load16(scalar), load3(direction + row + offset, stride));
             add_scalar(&sum, load16(scalar - offset), load3(direction + row - offset, stride));
         }
