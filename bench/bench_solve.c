@@ -195,11 +195,8 @@ static double time_iterations(bench_cloth *cloth, single_system *single, bool ha
     memset(cloth->u, 0, 3 * cloth->vertex_count * sizeof(double));
     conjugate_gradients_result result;
     double const start = timer_now();
-    arena_mark const mark = arena_get_mark(&cloth->scratch);
-    single_solver *const solver = single_solver_make(&problem, single, cloth->u, &cloth->scratch);
-    check(solver != NULL, "a solve");
-    single_solver_run(solver, &result);
-    arena_release(&cloth->scratch, mark);
+    check(single_solve(&problem, single, NULL, cloth->u, &cloth->scratch, &result) == TULLE_OK,
+          "a solve");
     double const seconds = timer_now() - start;
     check(result.iterations == iterations, "a solve of that many iterations");
     return seconds;

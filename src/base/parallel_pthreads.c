@@ -30,7 +30,6 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
-#include <unistd.h>
 
 enum {
     MAX_HELPERS = 255,
@@ -71,7 +70,7 @@ struct helper_team {
     chunk_range ranges[MAX_HELPERS + 1]; /* by worker */
     atomic_bool has_room; /* no more threads than processors: a thread may look for work */
     int processor_count;
-    pid_t process;
+    unsigned fork_count; /* of the process that made it */
     int helper_count;
     helper helpers[MAX_HELPERS];
 };
@@ -79,6 +78,7 @@ struct helper_team {
 static pthread_once_t team_key_once = PTHREAD_ONCE_INIT;
 static pthread_key_t team_key;
 static bool has_team_key;
+static atomic_uint fork_count; /* forks from the first process to this one */
 
 typedef bool (*look)(void *context);
 
@@ -180,7 +180,7 @@ static void release_team(helper_team *team) {
 /* Ends the helpers of a thread that ends. */
 static void destroy_team(void *argument) {
     helper_team *const team = argument;
-    if (team->process == getpid()) {
+    if (team->fork_count == atomic_load(&fork_count)) {
         publish_ticket(team, atomic_load(&team->ticket) | STOP_LIMIT, team->helper_count);
         for (int i = 0; i < team->helper_count; i++) {
             pthread_join(team->helpers[i].thread, NULL);
@@ -191,19 +191,25 @@ static void destroy_team(void *argument) {
     release_team(team);
 }
 
-static void make_team_key(void) { has_team_key = pthread_key_create(&team_key, destroy_team) == 0; }
+static void count_fork(void) { atomic_fetch_add(&fork_count, 1); }
+
+static void make_team_key(void) {
+    has_team_key = pthread_atfork(NULL, NULL, count_fork) == 0 &&
+                   pthread_key_create(&team_key, destroy_team) == 0;
+}
 
 /* The team of the calling thread, made when it has none; null when it cannot be made. */
 static helper_team *get_team(void) {
     pthread_once(&team_key_once, make_team_key);
     if (!has_team_key) return NULL;
     helper_team *team = pthread_getspecific(team_key);
-    if (team && team->process == getpid()) return team;
+    unsigned const forks = atomic_load(&fork_count);
+    if (team && team->fork_count == forks) return team;
     if (team) release_team(team);
     memory heap = memory_default();
     team = memory_allocate_zeroed(&heap, 1, sizeof *team);
     if (team) {
-        team->process = getpid();
+        team->fork_count = forks;
         team->processor_count = parallel_backend_processor_count();
         sem_init(&team->is_done, 0, 0);
     }

@@ -36,6 +36,7 @@ typedef struct conjugate_gradients_problem {
     int max_iterations;
     int threads;
     double *residual; /* b - A x of the end goes here, 3 * vertex_count; null: nowhere */
+    bool has_product; /* `residual` holds A x of the given x; for single_solve alone */
     stop_poll *stop;  /* asked before each iteration; then it ends as at the limit. May be null */
 } conjugate_gradients_problem;
 

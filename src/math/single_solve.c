@@ -81,9 +81,10 @@ static bool sort_apart_terms(const single_system *system, size_t chunk_count, ar
 
 /* ---- the solve ---- */
 
-struct single_solver {
+typedef struct single_solver {
     const conjugate_gradients_problem *problem;
     const single_system *system;
+    const late_aggregates *late; /* null: none */
     apart_terms apart;
     single_vectors vectors;
     double *x, *product;   /* in double precision */
@@ -95,7 +96,8 @@ struct single_solver {
     double target, late_target; /* norms at which this run ends: now, after its patience */
     float step;                 /* alpha or beta of the loop */
     int iterations;
-};
+    bool has_memory;
+} single_solver;
 
 /* Runs a loop over all vertices; the sum of its partials. */
 static double run_loop(single_solver *work, parallel_body body) {
@@ -216,11 +218,18 @@ static void turn_direction(void *context, size_t begin, size_t end, size_t chunk
     single_system_turn(work->system, &work->vectors, work->step, begin, end);
 }
 
-/* Iterations of a pass; norm2 is r . P^-1 r of the start. */
+/* Iterations of a pass; norm2 is r . P^-1 r of the start. With another preconditioner directions
+ * begin anew. */
 static conjugate_gradients_end iterate(single_solver *work, double norm2) {
     const conjugate_gradients_problem *const problem = work->problem;
+    const late_aggregates *const late = work->late;
     double descent = 0.0; /* z . r */
     for (bool is_first = true;; is_first = false) {
+        if (late && !work->system->aggregates && work->iterations >= late->plain_iterations) {
+            work->has_memory = late->add(late->context);
+            if (!work->has_memory) return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
+            is_first = true;
+        }
         /* The blocks of the diagonal give the norm of r squared, aggregates add the rest of z . r.
          */
         double const before = descent;
@@ -273,37 +282,40 @@ static conjugate_gradients_end run_passes(single_solver *work) {
     return work->norm <= work->target ? CONJUGATE_GRADIENTS_CONVERGED : CONJUGATE_GRADIENTS_STALLED;
 }
 
-single_solver *single_solver_make(const conjugate_gradients_problem *problem,
-                                  const single_system *system, double *x, arena *scratch) {
-    single_solver *const work = ARENA_NEW(scratch, single_solver, 1);
-    if (!work) return NULL;
+static void prepare(single_solver *work, arena *scratch) {
+    const conjugate_gradients_problem *const problem = work->problem;
     size_t const count = problem->vertex_count;
-    *work = (single_solver){.problem = problem,
-                            .system = system,
-                            .x = x,
-                            .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK)};
+    work->chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK);
     work->product = problem->residual ? problem->residual : ARENA_NEW(scratch, double, 3 * count);
     double *const own = problem->inverse ? NULL : ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
     work->inverse = problem->inverse ? problem->inverse : own;
     work->partials = ARENA_NEW(scratch, double, work->chunk_count);
-    if (!work->product || !work->inverse || !work->partials ||
-        !single_vectors_make(system, scratch, &work->vectors) ||
-        !sort_apart_terms(system, work->chunk_count, scratch, &work->apart))
-        return NULL;
+    work->has_memory = work->product && work->inverse && work->partials &&
+                       single_vectors_make(work->system, scratch, &work->vectors) &&
+                       sort_apart_terms(work->system, work->chunk_count, scratch, &work->apart);
+    if (!work->has_memory) return;
     if (own) conjugate_gradients_invert(problem, own);
     parallel_for(count, VERTICES_PER_CHUNK, problem->threads, copy_inverse, work);
-    work->norm = measure_residual(work);
-    return work;
 }
 
-void single_solver_run(single_solver *solver, conjugate_gradients_result *result) {
-    double const reference = solver->problem->reference;
-    solver->iterations = 0;
+tulle_status single_solve(const conjugate_gradients_problem *problem, const single_system *system,
+                          const late_aggregates *late, double *x, arena *scratch,
+                          conjugate_gradients_result *result) {
+    double const reference = problem->reference;
     *result = (conjugate_gradients_result){.reference = reference};
-    result->target = conjugate_gradients_choose_target(solver->problem, reference, solver->norm);
-    solver->late_target = fmax(solver->problem->late_tolerance * reference, result->target);
-    solver->target = solver->problem->patience > 0 ? result->target : solver->late_target;
-    result->end = run_passes(solver);
-    result->iterations = solver->iterations;
-    result->residual = reference > 0.0 ? solver->norm / reference : 0.0;
+    arena_mark const mark = arena_get_mark(scratch);
+    single_solver work = {.problem = problem, .system = system, .late = late, .x = x};
+    prepare(&work, scratch);
+    if (work.has_memory) {
+        work.norm = problem->has_product ? sqrt(run_loop(&work, compute_residual))
+                                         : measure_residual(&work);
+        result->target = conjugate_gradients_choose_target(problem, reference, work.norm);
+        work.late_target = fmax(problem->late_tolerance * reference, result->target);
+        work.target = problem->patience > 0 ? result->target : work.late_target;
+        result->end = run_passes(&work);
+        result->iterations = work.iterations;
+        result->residual = reference > 0.0 ? work.norm / reference : 0.0;
+    }
+    arena_release(scratch, mark);
+    return work.has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }

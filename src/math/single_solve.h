@@ -34,17 +34,22 @@ float single_system_advance(const single_system *system, const single_vectors *v
 void single_system_turn(const single_system *system, const single_vectors *vectors, float beta,
                         size_t begin, size_t end);
 
-/* A solve that may be run in parts, with other limits, tolerances or aggregates each time. */
-typedef struct single_solver single_solver;
-/* Problem, system and x stay borrowed, and the solver lies in the arena. problem->apply must be the
- * system's matrix with its terms. Null: no memory. */
-single_solver *single_solver_make(const conjugate_gradients_problem *problem,
-                                  const single_system *system, double *x, arena *scratch);
-/* Goes on from x, by max_iterations more at most, to the same residual as
- * conjugate_gradients_solve, which is measured in double precision with problem->apply. The
- * preconditioner is the blocks of the diagonal, with those of aggregates if the system has them.
- * Where single precision comes no nearer the iteration ends with CONJUGATE_GRADIENTS_STALLED; x is
- * then still better than before. */
-void single_solver_run(single_solver *solver, conjugate_gradients_result *result);
+/* Aggregates for a system that takes more than plain_iterations with the blocks of the diagonal
+ * alone. */
+typedef struct late_aggregates {
+    int plain_iterations;
+    bool (*add)(void *context); /* gives the system its aggregates; false: no memory */
+    void *context;
+} late_aggregates;
+
+/* Solves as conjugate_gradients_solve does, to the same residual, which is measured in double
+ * precision with problem->apply: this must be the system's matrix with its terms. The
+ * preconditioner is the blocks of the diagonal, with those of aggregates if the system has them, or
+ * once it has them (late, null: never). Where single precision comes no nearer the iteration ends
+ * with CONJUGATE_GRADIENTS_STALLED; x is then still better than before. TULLE_OK or
+ * TULLE_ERROR_OUT_OF_MEMORY. */
+tulle_status single_solve(const conjugate_gradients_problem *problem, const single_system *system,
+                          const late_aggregates *late, double *x, arena *scratch,
+                          conjugate_gradients_result *result);
 
 #endif

@@ -12,6 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -258,6 +259,23 @@ static void a_stopped_helper_holds_nobody_up(void **state) {
     assert_true(is_helper_at_work(&watch));
     assert_int_equal(sigaction(SIGUSR1, &former, NULL), 0);
 }
+
+/* A child of fork() has none of its parent's helpers and makes its own. The parent keeps its. */
+static void children_have_helpers_of_their_own(void **state) {
+    (void)state;
+#ifdef __SANITIZE_THREAD__ /* which ends a child that makes threads */
+    skip();
+#endif
+    helper_watch watch;
+    assert_true(is_helper_at_work(&watch));
+    pid_t const child = fork();
+    if (child == 0) _exit(is_helper_at_work(&watch) && is_loop_right(CHUNK_MAX, 1, 4) ? 0 : 1);
+    assert_true(child > 0);
+    int status = -1;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    assert_true(is_helper_at_work(&watch));
+}
 #endif
 
 static void threads_are_resolved(void **state) {
@@ -278,6 +296,7 @@ int main(void) {
         cmocka_unit_test(loops_on_a_busy_machine_are_whole),
 #ifdef TULLE_HAS_OWN_THREADS
         cmocka_unit_test(a_stopped_helper_holds_nobody_up),
+        cmocka_unit_test(children_have_helpers_of_their_own),
 #endif
         cmocka_unit_test(threads_are_resolved),
     };

@@ -62,10 +62,9 @@ static conjugate_gradients_result solve_single(const single_case *given, double 
     assert_int_equal(single.apart_count, given->apart_count);
     single.aggregates = given->aggregates;
     memset(x, 0, 3 * given->problem->vertex_count * sizeof(double));
-    single_solver *const solver = single_solver_make(given->problem, &single, x, given->scratch);
-    assert_non_null(solver);
     conjugate_gradients_result result;
-    single_solver_run(solver, &result);
+    assert_int_equal(single_solve(given->problem, &single, NULL, x, given->scratch, &result),
+                     TULLE_OK);
     arena_release(given->scratch, mark);
     return result;
 }

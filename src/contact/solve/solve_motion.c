@@ -86,6 +86,7 @@ typedef struct motion_solve {
     friction_sums *sums; /* of each surface */
     phased_solve phases;
     bool is_cloth_only; /* vectors of the system have no entries of slots */
+    bool is_at_start;   /* u is `start` */
 } motion_solve;
 
 /* y += sum over hard rows apart of J^T K J x */
@@ -111,6 +112,12 @@ static void apply_with_hard_rows(void *context, const double *x, double *y) {
 /* Whether hard rows are added to numbers of its own. */
 static bool has_own_numbers(const motion_solve *solve) {
     return solve->matrix.values != solve->system->matrix->values;
+}
+
+/* The matrix of the round, without numbers of its own, times the velocities of the start. */
+static void multiply_start(const motion_solve *solve, double *product) {
+    memcpy(product, solve->start_product, 3 * solve->scene->cloth_vertex_count * sizeof(double));
+    add_rows_apart(solve, solve->start, product);
 }
 
 /* Adds a row to the diagonal blocks of its vertices. */
@@ -234,6 +241,7 @@ static void descend_translations(motion_solve *solve, bool is_common, const doub
     const double *residual = work[0];
     bool const is_known = solve->phases.has_residual && scene->body_count == 0;
     solve->phases.has_residual = false; /* u moves on */
+    solve->is_at_start = false;
     if (is_known) {
         residual = solve->phases.residual;
     } else {
@@ -333,8 +341,7 @@ static tulle_status measure_net(const motion_solve *solve,
     double *const impulse = ARENA_NEW(scene->scratch, double, size);
     tulle_status status = impulse ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK && solve->is_cloth_only && !has_own_numbers(solve)) {
-        memcpy(impulse, solve->start_product, size * sizeof(double));
-        add_rows_apart(solve, solve->start, impulse);
+        multiply_start(solve, impulse);
     } else if (status == TULLE_OK) {
         problem->apply(problem->apply_context, solve->start, impulse);
     }
@@ -381,6 +388,8 @@ static tulle_status solve_linear(motion_solve *solve) {
     const contact_scene *const scene = solve->scene;
     const contact_settings *const settings = &scene->settings;
     solve_history *const history = solve->system->history;
+    bool const is_at_start = solve->is_at_start;
+    solve->is_at_start = false;
     conjugate_gradients_problem problem = {
         .vertex_count = get_solved_count(scene),
         .apply = apply_with_hard_rows,
@@ -422,6 +431,8 @@ static tulle_status solve_linear(motion_solve *solve) {
                                   &problem.late_tolerance);
         }
         if (status == TULLE_OK && solve->system->aggregates && !has_tilts) {
+            problem.has_product = is_at_start && !has_own_numbers(solve);
+            if (problem.has_product) multiply_start(solve, solve->phases.residual);
             status = solve_in_phases(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
                                      solve->u, &result);
         } else if (status == TULLE_OK) {
@@ -518,6 +529,7 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                           .start_product = ARENA_NEW(scratch, double, 3 * cloth_count),
                           .hard_rows = ARENA_NEW(scratch, contact_row *, row_most),
                           .matrix = *system->matrix,
+                          .is_at_start = !system->start,
                           .rows_apart = ARENA_NEW(scratch, contact_row *, row_most),
                           .sums = ARENA_NEW(scratch, friction_sums, scene->set->surface_count),
                           .phases = {.scene = scene,
