@@ -38,19 +38,26 @@ typedef struct level_sums {
     double scalars[AGGREGATE_LEVELS_MAX + 1];
 } level_sums;
 
-/* Adds the entries of a row. */
+/* Adds the entries of a row from the diagonal on. Those beyond it count for their mirror images,
+ * too. */
 static void add_row(const fill_task *task, size_t row, level_sums *sums) {
     const nested_aggregates *const all = task->all;
     const block_matrix *const matrix = task->matrix;
-    for (uint32_t k = matrix->row_begin[row]; k < matrix->row_begin[row + 1]; k++) {
+    uint32_t const diagonal = matrix->diagonal_positions[row];
+    for (uint32_t k = diagonal; k < matrix->row_begin[row + 1]; k++) {
         if (all->is_fixed[matrix->columns[k]]) continue;
         double *const to = sums->blocks[all->block_levels[k]];
         const double *const m = matrix->values + BLOCK_NUMBERS * (size_t)k;
-        for (size_t i = 0; i < BLOCK_NUMBERS; i++) to[i] += m[i];
+        double const times = k == diagonal ? 1.0 : 2.0;
+        for (size_t i = 0; i < BLOCK_NUMBERS; i++) to[i] += times * m[i];
     }
-    for (uint32_t k = matrix->scalar_begin[row]; k < matrix->scalar_begin[row + 1]; k++)
-        if (!all->is_fixed[matrix->scalar_columns[k]])
-            sums->scalars[all->scalar_levels[k]] += block_matrix_get_scalar(matrix, k);
+    for (uint32_t k = matrix->scalar_begin[row + 1]; k-- > matrix->scalar_begin[row];) {
+        size_t const column = matrix->scalar_columns[k];
+        if (column < row) break;
+        double const times = column == row ? 1.0 : 2.0;
+        if (!all->is_fixed[column])
+            sums->scalars[all->scalar_levels[k]] += times * block_matrix_get_scalar(matrix, k);
+    }
 }
 
 static void sum_members(void *context, size_t begin, size_t end, size_t chunk, int worker) {

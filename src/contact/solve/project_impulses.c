@@ -88,14 +88,14 @@ typedef struct sweeps {
     double *u;
 } sweeps;
 
-/* Gives a row its impulse. Returns the square of the speed [m/s] that the change gives it at most;
- * 0 where nothing changes. A row with bodies changes with their motion, too, so no pass skips it.
- */
-static double relax_row(sweeps *all, sweep_row *active) {
+/* Gives a row its impulse. *largest2 becomes the square of the speed [m/s] that the change gives it
+ * at most, if that is larger. A row with bodies changes with their motion, too, so no pass skips
+ * it. */
+static void relax_row(sweeps *all, sweep_row *active, double *largest2) {
     bool is_quiet = active->quiet_pass > 0;
     for (int k = 0; k < 4; k++)
         is_quiet &= all->change_pass[active->vertices[k]] < active->quiet_pass;
-    if (is_quiet) return 0.0;
+    if (is_quiet) return;
     contact_row *const row = &all->rows[active->row];
     row_solve *const solve = &row->solve;
     vec3 const impulse = compute_impulse(row, get_relative_velocity(row, all->u));
@@ -103,7 +103,7 @@ static double relax_row(sweeps *all, sweep_row *active) {
     double const size2 = vec3_norm2(change);
     if (!(size2 > 0.0)) {
         active->quiet_pass = row->frame.has_body ? 0 : all->pass;
-        return 0.0;
+        return;
     }
     solve->impulse = impulse;
     move_row(all->scene, row, change, all->u);
@@ -111,7 +111,7 @@ static double relax_row(sweeps *all, sweep_row *active) {
     active->quiet_pass = 0;
     double const answer = row->frame.has_body ? fmax(solve->inverse_mass, solve->slip_inverse_mass)
                                               : solve->inverse_mass;
-    return size2 * answer * answer;
+    *largest2 = fmax(*largest2, size2 * answer * answer);
 }
 
 /* Sweeps forward and backward until nothing changes; with `has_bodies_only` only over rows with
@@ -126,11 +126,11 @@ static void run_sweeps(sweeps *all, bool has_bodies_only) {
         all->pass++;
         for (size_t i = 0; i < all->active_count; i++)
             if (!has_bodies_only || all->rows[all->active[i].row].frame.has_body)
-                largest2 = fmax(largest2, relax_row(all, &all->active[i]));
+                relax_row(all, &all->active[i], &largest2);
         all->pass++;
         for (size_t i = all->active_count; i-- > 0;)
             if (!has_bodies_only || all->rows[all->active[i].row].frame.has_body)
-                largest2 = fmax(largest2, relax_row(all, &all->active[i]));
+                relax_row(all, &all->active[i], &largest2);
         double const largest = sqrt(largest2);
         if (largest2 <= SETTLED_SPEED * SETTLED_SPEED) break;
         if (largest > STALLED_PART * before) {
