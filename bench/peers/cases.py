@@ -4,9 +4,11 @@ import math
 import pathlib
 import re
 
-SCENES = ("sphere", "spikes")
+SCENES = ("sphere", "needles", "spikes")
 INTERVAL = 1 / 24  # s between frames of the peers; Tulle's scenes have their own
-TULLE_SETTINGS = "the scene as it is in scenes/: steps of 1/90 s, preset cotton; one thread"
+# variant, settings
+TULLE = ("as it is", "the scene as it is in scenes/: steps of 1/90 s, three a frame, preset cotton; one thread")
+TULLE_LONG_STEPS = ("one step a frame", "the same with steps of 1/24 s, one a frame, which is a frame of the others")
 
 # Of the preset cotton, docs/guide/materials.md, which the scenes use.
 COTTON = {"area_density": 0.150, "stretch": 300.0, "bend": 1.0e-5, "stretch_damping": 5e-4, "bend_damping": 2e-3,

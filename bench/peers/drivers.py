@@ -134,19 +134,24 @@ def read_progress(lines, steps_per_frame, get_cpu_now):
     return times, cpu
 
 
-def run_tulle(options, scene, folder):
-    """All that the process takes counts: start-up, the files it writes, checkpoints."""
+def run_tulle(options, scene, folder, frame_rate=None):
+    """All that the process takes counts: start-up, the files it writes, checkpoints. frame_rate: of frames that are a step each;
+    None: as the scene has it."""
     folder.mkdir(parents=True, exist_ok=True)
     run = folder / "run"
-    text = (ROOT / "scenes" / f"{scene}.yaml").read_text(encoding="utf-8")
-    step, steps_per_frame = re.search(r"step: 1/(\d+) s", text), re.search(r"steps_per_frame: (\d+)", text)
-    frame_rate = int(step.group(1)) / int(steps_per_frame.group(1))
-    frames = max(1, round(options.frames * cases.INTERVAL * frame_rate))
-    command = [options.tulle, "run", ROOT / "scenes" / f"{scene}.yaml", "-o", run, "--force", "-n", str(frames), "-t", "1", "--progress", "json"]
+    command = [options.tulle, "run", ROOT / "scenes" / f"{scene}.yaml", "-o", run, "--force", "-t", "1", "--progress", "json"]
+    steps_per_frame = 1
+    if frame_rate:
+        command += ["--set", f"time.step=1/{frame_rate} s", "--set", "time.steps_per_frame=1"]
+    else:
+        text = (ROOT / "scenes" / f"{scene}.yaml").read_text(encoding="utf-8")
+        steps_per_frame = int(re.search(r"steps_per_frame: (\d+)", text).group(1))
+        frame_rate = int(re.search(r"step: 1/(\d+) s", text).group(1)) / steps_per_frame
+    command += ["-n", str(max(1, round(options.frames * cases.INTERVAL * frame_rate)))]
     version = subprocess.run([options.tulle, "--version"], capture_output=True, text=True, check=True).stdout.split("\n")[0]
     result = Result(version.replace("tulle ", ""))
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    times, cpu = read_progress(process.stderr, int(steps_per_frame.group(1)), lambda: get_cpu(process.pid))
+    times, cpu = read_progress(process.stderr, steps_per_frame, lambda: get_cpu(process.pid))
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = status
     if status:

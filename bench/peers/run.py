@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the same scenes in Tulle and in other tools, one after the other on one processor, and compares.
 
-usage: run.py [--tulle PROGRAM] [--scenes sphere,spikes] [--tools Tulle,Blender,...] [--frames 24] [--limit 300]
+usage: run.py [--tulle PROGRAM] [--scenes sphere,needles,spikes] [--tools Tulle,Blender,...] [--frames 24] [--limit 300]
               [--work build/peers] [--csv build/peers.csv]
        run.py --table CSV [--fill PAGE]      prints the tables of CSV, or puts them into PAGE between their marks
 
@@ -80,14 +80,16 @@ def run_scene(options, scene, rows, write):
         rows.append(row)
         write()
 
-    add("Tulle", "as it is", cases.TULLE_SETTINGS, first, work / "tulle")
+    add("Tulle", *cases.TULLE, first, work / "tulle")
+    long_steps = drivers.run_tulle(options, scene, work / "tulle_long", frame_rate=round(1 / cases.INTERVAL))
+    add("Tulle", *cases.TULLE_LONG_STEPS, long_steps, work / "tulle_long")
     for tool, variant, settings, make in cases.PEERS:
         if tool in options.tools:
             folder = work / f"{tool} {variant}".lower().replace(" ", "_")
             result = drivers.run_peer(options, tool, make(physics), physics, work / "tulle" / "run", folder)
             add(tool, variant, settings, result, folder)
     second = drivers.run_tulle(options, scene, work / "tulle_again")
-    add("Tulle", "once more, after the others", cases.TULLE_SETTINGS, second, work / "tulle_again")
+    add("Tulle", "once more, after the others", cases.TULLE[1], second, work / "tulle_again")
 
 
 def write_rows(path, rows):

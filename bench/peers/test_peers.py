@@ -164,8 +164,12 @@ class Tables(unittest.TestCase):
                 make_row(tool="Blender", variant="default quality", tulle_cpu="19", cpu="20"),
                 make_row(tool="MuJoCo", variant="ipc", tulle_cpu="5", cpu="500")]  # fmt: skip
         lines = table.judge_goals(rows).splitlines()[2:]
-        self.assertEqual([line.endswith("**does not hold** |") for line in lines], [True, False, False, True])
+        self.assertEqual([line.endswith("**does not hold** |") for line in lines], [True, False, False, False, True])
         self.assertIn("1.1 times over 1.00 s", lines[0])
+        self.assertIn("not measured", lines[1])
+        rows.append(make_row(tool="Tulle", variant="one step a frame", cpu_per_frame="0.1"))
+        self.assertIn("| 8.3 times | holds |", table.judge_goals(rows))
+        rows.pop()
         rows.pop()
         self.assertIn("not measured", table.judge_goals(rows))
 
