@@ -113,8 +113,8 @@ static bench_cloth *make_cloth(size_t side, int threads) {
     cloth->by_rows.diagonals = (matrix_diagonals){0};
     const block_matrix *const matrices[2] = {&cloth->by_rows, matrix};
     for (int way = 0; way < 2; way++)
-        check(single_system_make(matrices[way], NULL, 0, threads, &cloth->scratch,
-                                 &cloth->singles[way]),
+        check(single_system_make(matrices[way], &cloth->scratch, &cloth->singles[way]) &&
+                  single_system_set_terms(&cloth->singles[way], NULL, 0, threads, &cloth->scratch),
               "the copy");
     check(cloth->singles[1].diagonals.pattern != NULL, "the copy by diagonals");
     cloth->aggregates = nested_aggregates_build(&cloth->heap, matrix, &cloth->scratch);

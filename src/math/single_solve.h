@@ -10,6 +10,7 @@
 /* A matrix in single precision, with terms; its numbers lie in the arena. */
 typedef struct single_system {
     const block_matrix *matrix;
+    uint8_t *is_stale; /* of each DIAGONAL_ROWS rows: not yet copied, or with terms */
     /* With the terms that lie in the pattern: by diagonals if the matrix has them, else by rows */
     single_diagonals diagonals; /* pattern null: none */
     single_matrix copy;
@@ -18,10 +19,13 @@ typedef struct single_system {
     nested_aggregates *aggregates; /* with the same terms, for a preconditioner; null: none */
 } single_system;
 
-/* Copies matrix, whose blocks are each symmetric, and terms; both stay borrowed. False: no memory.
- */
-bool single_system_make(const block_matrix *matrix, const matrix_term *terms, size_t term_count,
-                        int threads, arena *scratch, single_system *system);
+/* Makes room for the matrix, whose blocks are each symmetric, and which stays borrowed. False: no
+ * memory. */
+bool single_system_make(const block_matrix *matrix, arena *scratch, single_system *system);
+/* Puts these terms, which stay borrowed, in place of earlier ones. Copies the matrix first, of
+ * which no number may have changed since the first call. False: no memory. */
+bool single_system_set_terms(single_system *system, const matrix_term *terms, size_t count,
+                             int threads, arena *scratch);
 
 /* Vectors and inverse of the matrix' size, zeroed, as its kernels take them. False: no memory. */
 bool single_vectors_make(const single_system *system, arena *scratch, single_vectors *vectors);

@@ -8,18 +8,11 @@
 /* Rows of a chunk. */
 enum { ROWS_PER_CHUNK = 512 };
 
-typedef struct copy_task {
-    const block_matrix *matrix;
-    single_system *system;
-} copy_task;
-
 /* ---- by rows ---- */
 
-static void copy_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
-    const copy_task *const task = context;
-    const block_matrix *const matrix = task->matrix;
-    single_matrix *const copy = &task->system->copy;
+static void copy_rows(const single_system *system, size_t begin, size_t end) {
+    const block_matrix *const matrix = system->matrix;
+    const single_matrix *const copy = &system->copy;
     for (size_t i = SINGLE_BLOCK * (size_t)matrix->row_begin[begin];
          i < SINGLE_BLOCK * (size_t)matrix->row_begin[end]; i++)
         copy->values[i] = (float)matrix->values[i];
@@ -27,9 +20,9 @@ static void copy_rows(void *context, size_t begin, size_t end, size_t chunk, int
         copy->scalar_values[i] = (float)block_matrix_get_scalar(matrix, i);
 }
 
-static bool make_rows(copy_task *task, int threads, arena *scratch) {
-    const block_matrix *const matrix = task->matrix;
-    single_matrix *const copy = &task->system->copy;
+static bool make_rows(single_system *system, arena *scratch) {
+    const block_matrix *const matrix = system->matrix;
+    single_matrix *const copy = &system->copy;
     *copy = (single_matrix){
         .row_begin = matrix->row_begin,
         .columns = matrix->columns,
@@ -38,7 +31,6 @@ static bool make_rows(copy_task *task, int threads, arena *scratch) {
         .values = ARENA_NEW(scratch, float, SINGLE_BLOCK * matrix->block_count + SINGLE_PADDING),
         .scalar_values = ARENA_NEW(scratch, float, matrix->scalar_count)};
     if (!copy->values || !copy->scalar_values) return false;
-    parallel_for_busy(matrix->is_idle, matrix->row_count, ROWS_PER_CHUNK, threads, copy_rows, task);
     memset(copy->values + SINGLE_BLOCK * matrix->block_count, 0, SINGLE_PADDING * sizeof(float));
     return true;
 }
@@ -79,46 +71,64 @@ static void copy_row(const block_matrix *matrix, size_t row, row_tile *tile, siz
 }
 
 /* Rows are put side by side in a tile first, because planes are far apart. */
-static void copy_diagonals(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
-    const copy_task *const task = context;
-    const block_matrix *const matrix = task->matrix;
-    const single_diagonals *const to = &task->system->diagonals;
-    bool const is_idle = are_idle(matrix->is_idle, begin, end);
+static void copy_diagonals(const single_system *system, size_t begin, size_t end) {
+    const single_diagonals *const to = &system->diagonals;
     size_t const plane_count = get_first_plane(to->pattern, to->pattern->count);
     row_tile tile;
     for (size_t d = 0; d < to->pattern->count; d++)
         tile.planes[d] = get_first_plane(to->pattern, d);
-    for (size_t row = begin; row < end; row += DIAGONAL_ROWS) {
-        size_t const count = end - row < DIAGONAL_ROWS ? end - row : DIAGONAL_ROWS;
-        memset(tile.numbers, 0, plane_count * sizeof *tile.numbers);
-        for (size_t i = 0; i < count && !is_idle; i++) copy_row(matrix, row + i, &tile, i);
-        for (size_t plane = 0; plane < plane_count; plane++) /* as many zeros as rows are missing */
-            memcpy(to->planes + plane * to->stride + row, tile.numbers[plane],
-                   sizeof *tile.numbers);
-    }
+    memset(tile.numbers, 0, plane_count * sizeof *tile.numbers); /* rows may be missing */
+    for (size_t row = begin; row < end; row++) copy_row(system->matrix, row, &tile, row - begin);
+    for (size_t plane = 0; plane < plane_count; plane++)
+        memcpy(to->planes + plane * to->stride + begin, tile.numbers[plane], sizeof *tile.numbers);
 }
 
-static bool make_diagonals(copy_task *task, int threads, arena *scratch) {
-    const block_matrix *const matrix = task->matrix;
-    const matrix_diagonals *const pattern = &matrix->diagonals;
+static bool make_diagonals(single_system *system, arena *scratch) {
+    const matrix_diagonals *const pattern = &system->matrix->diagonals;
+    size_t const row_count = system->matrix->row_count;
     size_t const plane_count = get_first_plane(pattern, pattern->count);
     size_t reach = 0;
     for (size_t d = 0; d < pattern->count; d++)
         if (pattern->offsets[d] > reach) reach = pattern->offsets[d];
     reach = (reach / DIAGONAL_ROWS + 1) * DIAGONAL_ROWS;
-    size_t const rows = (matrix->row_count / DIAGONAL_ROWS + 1) * DIAGONAL_ROWS;
+    size_t const rows = (row_count / DIAGONAL_ROWS + 1) * DIAGONAL_ROWS;
     size_t const stride = reach + rows + reach;
     float *const room = ARENA_NEW(scratch, float, plane_count *stride);
     if (!room) return false;
     for (size_t plane = 0; plane < plane_count; plane++) {
-        float *const end = room + plane * stride + reach + matrix->row_count;
+        float *const end = room + plane * stride + reach + row_count;
         memset(room + plane * stride, 0, reach * sizeof(float));
-        memset(end, 0, (stride - reach - matrix->row_count) * sizeof(float));
+        memset(end, 0, (stride - reach - row_count) * sizeof(float));
     }
-    task->system->diagonals = (single_diagonals){pattern, reach, stride, room + reach};
-    parallel_for(matrix->row_count, ROWS_PER_CHUNK, threads, copy_diagonals, task);
+    system->diagonals = (single_diagonals){pattern, reach, stride, room + reach};
     return true;
+}
+
+bool single_system_make(const block_matrix *matrix, arena *scratch, single_system *system) {
+    size_t const group_count = parallel_chunk_count(matrix->row_count, DIAGONAL_ROWS);
+    *system =
+        (single_system){.matrix = matrix, .is_stale = ARENA_NEW(scratch, uint8_t, group_count)};
+    if (!system->is_stale) return false;
+    memset(system->is_stale, 1, group_count);
+    return matrix->diagonals.count > 0 ? make_diagonals(system, scratch)
+                                       : make_rows(system, scratch);
+}
+
+/* Copies what is stale, of idle chunks nothing: their planes have zeros. */
+static void renew_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const single_system *const system = context;
+    bool const is_idle = are_idle(system->matrix->is_idle, begin, end);
+    for (size_t row = begin; row < end; row += DIAGONAL_ROWS) {
+        uint8_t *const is_stale = &system->is_stale[row / DIAGONAL_ROWS];
+        size_t const next = row + DIAGONAL_ROWS < end ? row + DIAGONAL_ROWS : end;
+        size_t const row_end = is_idle ? row : next;
+        if (*is_stale && system->diagonals.pattern)
+            copy_diagonals(system, row, row_end);
+        else if (*is_stale)
+            copy_rows(system, row, row_end);
+        *is_stale = 0;
+    }
 }
 
 /* ---- terms ---- */
@@ -152,18 +162,17 @@ static void add_term(single_system *system, const matrix_term *term) {
             for (size_t k = 0; k < SINGLE_BLOCK; k++)
                 block[k] = (float)(scale * term->stiffness.m[block_places[k]]);
             add_block(system, places[i][j], term->vertices[i], block);
+            system->is_stale[term->vertices[i] / DIAGONAL_ROWS] = 1;
         }
 }
 
-bool single_system_make(const block_matrix *matrix, const matrix_term *terms, size_t term_count,
-                        int threads, arena *scratch, single_system *system) {
-    *system = (single_system){.matrix = matrix,
-                              .apart = ARENA_NEW(scratch, const matrix_term *, term_count)};
-    copy_task task = {matrix, system};
-    bool const has_memory = matrix->diagonals.count > 0 ? make_diagonals(&task, threads, scratch)
-                                                        : make_rows(&task, threads, scratch);
-    if (!has_memory || !system->apart) return false;
-    for (size_t t = 0; t < term_count; t++) add_term(system, &terms[t]);
+bool single_system_set_terms(single_system *system, const matrix_term *terms, size_t count,
+                             int threads, arena *scratch) {
+    system->apart_count = 0;
+    system->apart = ARENA_NEW(scratch, const matrix_term *, count);
+    if (!system->apart) return false;
+    parallel_for(system->matrix->row_count, ROWS_PER_CHUNK, threads, renew_rows, system);
+    for (size_t t = 0; t < count; t++) add_term(system, &terms[t]);
     return true;
 }
 

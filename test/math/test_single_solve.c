@@ -57,8 +57,9 @@ static conjugate_gradients_result solve_single(const single_case *given, double 
     const spring_matrix *const matrix = given->matrix;
     arena_mark const mark = arena_get_mark(given->scratch);
     single_system single;
-    assert_true(single_system_make(&given->system->matrix, matrix->terms, matrix->term_count,
-                                   given->problem->threads, given->scratch, &single));
+    assert_true(single_system_make(&given->system->matrix, given->scratch, &single));
+    assert_true(single_system_set_terms(&single, matrix->terms, matrix->term_count,
+                                        given->problem->threads, given->scratch));
     assert_int_equal(single.apart_count, given->apart_count);
     single.aggregates = given->aggregates;
     memset(x, 0, 3 * given->problem->vertex_count * sizeof(double));

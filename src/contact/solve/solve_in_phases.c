@@ -15,7 +15,6 @@ typedef struct single_run {
     const conjugate_gradients_problem *problem;
     const matrix_term *terms;
     size_t term_count;
-    single_system system;
 } single_run;
 
 /* Takes in the aggregates, in this solve and those that follow. */
@@ -25,12 +24,12 @@ static bool add_aggregates(void *context) {
     nested_aggregates *const aggregates = phases->system->aggregates;
     int const threads = run->problem->threads;
     if (!phases->has_aggregates &&
-        !nested_aggregates_set_matrix(aggregates, phases->matrix, run->problem->is_fixed, threads,
-                                      phases->scene->scratch))
+        !nested_aggregates_set_matrix(aggregates, phases->single.matrix, run->problem->is_fixed,
+                                      threads, phases->scene->scratch))
         return false;
     phases->has_aggregates = true;
     nested_aggregates_set_terms(aggregates, run->terms, run->term_count, threads);
-    run->system.aggregates = aggregates;
+    phases->single.aggregates = aggregates;
     return true;
 }
 
@@ -63,9 +62,10 @@ tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_pro
     late_aggregates const late = {PLAIN_ITERATIONS - phases->plain_iterations, add_aggregates,
                                   &run};
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-    if (run.terms && single_system_make(phases->matrix, run.terms, hard_count, problem->threads,
-                                        scratch, &run.system))
-        status = single_solve(&now, &run.system, &late, u, scratch, result);
+    phases->single.aggregates = NULL; /* until they have these terms */
+    if (run.terms &&
+        single_system_set_terms(&phases->single, run.terms, hard_count, problem->threads, scratch))
+        status = single_solve(&now, &phases->single, &late, u, scratch, result);
     if (status == TULLE_OK) {
         phases->has_residual = true;
         int const used = result->iterations;

@@ -4,15 +4,15 @@
 
 #include "contact/solve/solve_motion.h"
 
-/* What the solves of one linear system share. Before the first one, set all down to residual, and
+/* What the solves of one linear system share. Before the first one, set all down to `single`, and
  * zero the rest. */
 typedef struct phased_solve {
     const contact_scene *scene;
     const motion_system *system;
-    const block_matrix *matrix; /* of the system, without hard rows */
-    double *residual;           /* 3 per vertex: b - A u after a solve, if has_residual */
-    int plain_iterations;       /* without aggregates, of all solves so far */
-    bool has_aggregates;        /* the aggregates have the numbers of this matrix */
+    double *residual;     /* 3 per vertex: b - A u after a solve, if has_residual */
+    single_system single; /* the matrix of the system, without hard rows between solves */
+    int plain_iterations; /* without aggregates, of all solves so far */
+    bool has_aggregates;  /* the aggregates have the numbers of this matrix */
     bool has_residual;
 } phased_solve;
 

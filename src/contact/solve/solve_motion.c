@@ -77,9 +77,10 @@ typedef struct motion_solve {
                                         known yet */
     contact_row **hard_rows;
     size_t hard_count;
-    /* The system's matrix with its scalars summed. Where solves are in double precision, it has
-     * numbers of its own, and in them the hard rows that lie in its pattern. Solves in single
-     * precision have them in their copy and need few products with this one. */
+    block_matrix without_rows; /* the system's matrix with its scalars summed */
+    /* The same. Where solves are in double precision, it has numbers of its own, and in them the
+     * hard rows that lie in its pattern. Solves in single precision have them in their copy and
+     * need few products with this one. */
     block_matrix matrix;
     contact_row **rows_apart; /* hard rows that do not */
     size_t apart_count;
@@ -482,9 +483,7 @@ static tulle_status prepare_start(motion_solve *solve) {
     arena_mark const mark = arena_get_mark(scene->scratch);
     double *const impulse = ARENA_NEW(scene->scratch, double, size);
     if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
-    block_matrix without_rows = solve->matrix;
-    without_rows.values = system->matrix->values;
-    block_matrix_operator matrix = {&without_rows, scene->threads};
+    block_matrix_operator matrix = {&solve->without_rows, scene->threads};
     block_matrix_apply(&matrix, solve->start, solve->start_product);
     for (size_t i = 0; i < size; i++)
         impulse[i] = system->right_hand_side[i] - solve->start_product[i];
@@ -528,25 +527,28 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                           .start = ARENA_NEW(scratch, double, 3 * count),
                           .start_product = ARENA_NEW(scratch, double, 3 * cloth_count),
                           .hard_rows = ARENA_NEW(scratch, contact_row *, row_most),
-                          .matrix = *system->matrix,
+                          .without_rows = *system->matrix,
                           .is_at_start = !system->start,
                           .rows_apart = ARENA_NEW(scratch, contact_row *, row_most),
                           .sums = ARENA_NEW(scratch, friction_sums, scene->set->surface_count),
                           .phases = {.scene = scene,
                                      .system = system,
-                                     .matrix = &solve.matrix,
                                      .residual = ARENA_NEW(scratch, double, 3 * count)}};
     double *const scalars = ARENA_NEW(scratch, double, system->matrix->scalar_count);
+    solve.without_rows.scalar_sums = scalars;
+    solve.matrix = solve.without_rows;
     if (!system->aggregates || scene->body_count > 0)
         solve.matrix.values =
             ARENA_NEW(scratch, double, BLOCK_NUMBERS * system->matrix->block_count);
+    bool const has_single = !system->aggregates ||
+                            single_system_make(&solve.without_rows, scratch, &solve.phases.single);
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
     if (solve.right_hand_side && solve.diagonal && solve.inverse && solve.has_rows &&
         solve.is_fixed && solve.start && solve.start_product && solve.hard_rows &&
-        solve.rows_apart && solve.sums && solve.phases.residual && scalars && solve.matrix.values) {
+        solve.rows_apart && solve.sums && solve.phases.residual && scalars && solve.matrix.values &&
+        has_single) {
         for (size_t i = cloth_count; i < count; i++) solve.has_rows[i] = 1; /* bodies */
         block_matrix_sum_scalars(system->matrix, scalars, scene->threads);
-        solve.matrix.scalar_sums = scalars;
         block_matrix_get_diagonal(system->matrix, solve.diagonal, scene->threads);
         for (size_t i = 0; i < count; i++)
             solve.is_fixed[i] = i < cloth_count ? !(scene->inverse_mass[i] > 0.0)

@@ -115,11 +115,12 @@ static tulle_status solve_large(large_system *large, arena *scratch, bool *is_do
                                                  .threads = 1};
     phased_solve phases = {.scene = &scene,
                            .system = &system,
-                           .matrix = matrix.matrix,
                            .residual = large->residual,
                            .has_residual = true}; /* until the last phase begins */
     memset(large->u, 0, large->size * sizeof(double));
-    tulle_status const status = solve_in_phases(&phases, &problem, NULL, 0, large->u, result);
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (single_system_make(matrix.matrix, scratch, &phases.single))
+        status = solve_in_phases(&phases, &problem, NULL, 0, large->u, result);
     *is_double = !phases.has_residual;
     return status;
 }
