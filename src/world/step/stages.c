@@ -150,6 +150,9 @@ tulle_status world_solve_motion(step_context *context) {
     *settings = given;
     context->retry.history.iterations += solved.cg_iterations;
     if (status == TULLE_OK && response->linearises_again) status = check_springs(context);
+    if (status == TULLE_OK && is_first && context->retry.is_rough && context->is_stretched &&
+        world_may_halve(context))
+        status = world_foresee_stretch(context);
 
     tulle_step_report *const report = context->report;
     report->solve_count += solved.solve_count;

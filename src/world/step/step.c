@@ -45,6 +45,11 @@ static tulle_status judge_motion(step_context *context) {
     return world_end_stage(context, STAGE_SOLVE_MOTION, status);
 }
 
+/* Whether nothing has ended the substep or failed. */
+static bool is_running(const step_context *context, tulle_status status) {
+    return status == TULLE_OK && context->outcome == SUBSTEP_RUNS;
+}
+
 /* The ten stages, over as much of context->time_step as is safe. */
 static tulle_status run_substep(step_context *context) {
     arena_mark const mark = arena_get_mark(&context->world->scratch);
@@ -61,14 +66,14 @@ static tulle_status run_substep(step_context *context) {
     do {
         do {
             if (status == TULLE_OK) status = world_solve_motion(context); /* 7 */
-            if (status == TULLE_OK && context->retry.is_rough && context->retry.history.is_costly)
+            if (is_running(context, status) && context->retry.is_rough &&
+                context->retry.history.is_costly)
                 status = world_resolve_impacts(context); /* 8, for the solves that follow */
         } while (world_retry_solve(context, &status));
-        if (status == TULLE_OK) status = world_resolve_impacts(context); /* 8 */
+        if (is_running(context, status)) status = world_resolve_impacts(context); /* 8 */
     } while (world_retry_balance(context, &status));
-    if (status == TULLE_OK) status = judge_motion(context);
-    if (status == TULLE_OK && context->outcome == SUBSTEP_RUNS)
-        status = world_commit_safely(context); /* 9 */
+    if (is_running(context, status)) status = judge_motion(context);
+    if (is_running(context, status)) status = world_commit_safely(context); /* 9 */
     bool const is_accepted =
         context->outcome == SUBSTEP_WHOLE || context->outcome == SUBSTEP_SHORTENED;
     if (status == TULLE_OK && is_accepted) status = world_accept_state(context); /* 10 */

@@ -254,6 +254,9 @@ tulle_status world_measure_gain(step_context *context);
  * context->end: then the solve has not carried a hard landing into the cloth, and vertices stop
  * while their neighbours fly on. */
 tulle_status world_judge_stretch(step_context *context);
+/* stretch.c: the same after the first, rough solution, where cloth grows by so much that what comes
+ * of it would be refused. */
+tulle_status world_foresee_stretch(step_context *context);
 /* stretch.c: an error where an edge jumps to over four times its rest length, which is no motion of
  * cloth. */
 tulle_status world_check_torn(const step_context *context);

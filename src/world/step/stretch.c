@@ -14,6 +14,10 @@ static const double STRETCH_FREE = 1.15, STRETCH_GROWTH_MAX = 0.25;
 /* A yarn may grow by this share of its limit in one substep, beyond what is free (dynamics). */
 static const double YARN_GROWTH_MAX = 0.1;
 
+/* Where the first, rough solution of a substep lets cloth grow by so many times what is too much,
+ * the substep is refused at once. Solves that go on from there seldom mend it. */
+static const double HOPELESS = 80.0;
+
 /* A torn edge is longer than this times its rest length and grows by this factor in one substep. By
  * the paper's response no other vertex gains what one loses, so contact can give energy on and on.
  */
@@ -39,39 +43,47 @@ static double measure_edge2(const double *positions, const uint32_t *ends) {
     return vec3_norm2(vec3_sub(vec3_load(positions, ends[0]), vec3_load(positions, ends[1])));
 }
 
-/* Whether an edge grows too much. Few are long enough to grow at all, and only those are measured
- * at the start. */
-static bool does_edge_grow(const step_context *context) {
+/* The most that an edge grows, as a multiple of what is too much. Few are long enough to grow by
+ * that, and only those are measured at the start. */
+static double measure_edge_growth(const step_context *context) {
     const tulle_world *const world = context->world;
     double const shortest = (STRETCH_FREE + STRETCH_GROWTH_MAX) * (1.0 - 1e-9);
+    double growth = 0.0;
     for (size_t e = 0; e < world->cloth_edge_count; e++) {
         const uint32_t *const ends = world->topo.edges + 2 * e;
         double const rest2 = measure_edge2(world->rest, ends);
         if (measure_edge2(context->end, ends) <= shortest * shortest * rest2) continue;
         edge_lengths const length = measure_lengths(context, e);
         double const before = fmax(length.start / length.rest, STRETCH_FREE);
-        if (length.end / length.rest - before > STRETCH_GROWTH_MAX) return true;
+        growth = fmax(growth, length.end / length.rest - before);
     }
-    return false;
+    return growth / STRETCH_GROWTH_MAX;
 }
 
-tulle_status world_judge_stretch(step_context *context) {
+/* Ends the substep where cloth grows by more than so many times what is too much. */
+static tulle_status judge_growth(step_context *context, double most) {
     tulle_world *const world = context->world;
-    bool is_too_much;
+    double growth;
     /* The paper's response stretches stiff yarns whatever the length of the substep. */
     if (world->model->elements && !context->scene.response->may_tear_cloth) {
-        double growth;
         tulle_status const status =
             cloth_measure_yarn_growth(world->model, context->state->positions, context->end,
                                       world->threads, &world->scratch, &growth);
         if (status != TULLE_OK)
             return error_set(context->error, status, "no memory left for the stretch of yarns");
-        is_too_much = growth > YARN_GROWTH_MAX;
+        growth /= YARN_GROWTH_MAX;
     } else {
-        is_too_much = does_edge_grow(context);
+        growth = measure_edge_growth(context);
     }
-    if (is_too_much) context->outcome = SUBSTEP_STRETCHES;
+    if (growth > most) context->outcome = SUBSTEP_STRETCHES;
     return TULLE_OK;
+}
+
+tulle_status world_judge_stretch(step_context *context) { return judge_growth(context, 1.0); }
+
+tulle_status world_foresee_stretch(step_context *context) {
+    propose_paths(&context->scene, context->mean_velocity, context->end);
+    return judge_growth(context, HOPELESS);
 }
 
 tulle_status world_check_torn(const step_context *context) {
