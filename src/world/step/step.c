@@ -37,17 +37,12 @@ static tulle_status judge_motion(step_context *context) {
         else if (world_may_refuse_gain(context) && world_gains_too_much(context))
             context->outcome = SUBSTEP_GAINS;
         else if (world_may_halve(context))
-            status = world_judge_stretch(context);
+            status = world_judge_stretch(context, 1.0);
         if (status == TULLE_OK && context->outcome == SUBSTEP_RUNS &&
             context->scene.response->may_tear_cloth && world_check_torn(context) != TULLE_OK)
             return TULLE_ERROR_STEP_FAILED;
     }
     return world_end_stage(context, STAGE_SOLVE_MOTION, status);
-}
-
-/* Whether nothing has ended the substep or failed. */
-static bool is_running(const step_context *context, tulle_status status) {
-    return status == TULLE_OK && context->outcome == SUBSTEP_RUNS;
 }
 
 /* The ten stages, over as much of context->time_step as is safe. */
@@ -63,17 +58,19 @@ static tulle_status run_substep(step_context *context) {
     if (status == TULLE_OK) status = world_gather_rows(context);                        /* 5 */
     if (status == TULLE_OK) status = world_compute_forces(context);                     /* 6 */
     if (status == TULLE_OK) world_begin_solves(context);
+    bool runs = false; /* after the solves: none has ended the substep */
     do {
         do {
             if (status == TULLE_OK) status = world_solve_motion(context); /* 7 */
-            if (is_running(context, status) && context->retry.is_rough &&
-                context->retry.history.is_costly)
+            runs = status == TULLE_OK && context->outcome == SUBSTEP_RUNS;
+            if (runs && context->retry.is_rough && context->retry.history.is_costly)
                 status = world_resolve_impacts(context); /* 8, for the solves that follow */
         } while (world_retry_solve(context, &status));
-        if (is_running(context, status)) status = world_resolve_impacts(context); /* 8 */
+        if (runs && status == TULLE_OK) status = world_resolve_impacts(context); /* 8 */
     } while (world_retry_balance(context, &status));
-    if (is_running(context, status)) status = judge_motion(context);
-    if (is_running(context, status)) status = world_commit_safely(context); /* 9 */
+    if (runs && status == TULLE_OK) status = judge_motion(context);
+    if (status == TULLE_OK && context->outcome == SUBSTEP_RUNS)
+        status = world_commit_safely(context); /* 9 */
     bool const is_accepted =
         context->outcome == SUBSTEP_WHOLE || context->outcome == SUBSTEP_SHORTENED;
     if (status == TULLE_OK && is_accepted) status = world_accept_state(context); /* 10 */

@@ -14,10 +14,6 @@ static const double STRETCH_FREE = 1.15, STRETCH_GROWTH_MAX = 0.25;
 /* A yarn may grow by this share of its limit in one substep, beyond what is free (dynamics). */
 static const double YARN_GROWTH_MAX = 0.1;
 
-/* Where the first, rough solution of a substep lets cloth grow by so many times what is too much,
- * the substep is refused at once. Solves that go on from there seldom mend it. */
-static const double HOPELESS = 80.0;
-
 /* A torn edge is longer than this times its rest length and grows by this factor in one substep. By
  * the paper's response no other vertex gains what one loses, so contact can give energy on and on.
  */
@@ -60,8 +56,7 @@ static double measure_edge_growth(const step_context *context) {
     return growth / STRETCH_GROWTH_MAX;
 }
 
-/* Ends the substep where cloth grows by more than so many times what is too much. */
-static tulle_status judge_growth(step_context *context, double most) {
+tulle_status world_judge_stretch(step_context *context, double most) {
     tulle_world *const world = context->world;
     double growth;
     /* The paper's response stretches stiff yarns whatever the length of the substep. */
@@ -77,13 +72,6 @@ static tulle_status judge_growth(step_context *context, double most) {
     }
     if (growth > most) context->outcome = SUBSTEP_STRETCHES;
     return TULLE_OK;
-}
-
-tulle_status world_judge_stretch(step_context *context) { return judge_growth(context, 1.0); }
-
-tulle_status world_foresee_stretch(step_context *context) {
-    propose_paths(&context->scene, context->mean_velocity, context->end);
-    return judge_growth(context, HOPELESS);
 }
 
 tulle_status world_check_torn(const step_context *context) {
