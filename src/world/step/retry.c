@@ -16,8 +16,9 @@
  *   its contacts wake bodies or cloth  | the substep with them awake         | once for each
  *   a contact makes a body turn too far| as long as the turn allows          | until it fits
  *   too much comes near to its paths   | half the length                     | to 1/4,096 of step
- *   cloth grows, energy is gained, or  | half the length                     | while over 1/4 step
- *   there still is far too much of it  |                                     |
+ *   cloth grows by too much, or by far | half the length                     | while over 1/4 step
+ *   more in the first solve; energy is |                                     |
+ *   gained, or far too much of it left |                                     |
  *   a part of the time passed          | the rest as another substep         | 48 a go at the step
  *   stuck while a script moves         | substeps shorter by 4, half reserve | 3
  *   stuck with nothing on a script     | cloth and bodies stand still        | to its end
@@ -96,7 +97,7 @@ bool world_may_linearise(const step_context *context) {
 
 bool world_retry_solve(step_context *context, tulle_status *status) {
     retry_state *const retry = &context->retry;
-    if (*status != TULLE_OK) return false;
+    if (*status != TULLE_OK || context->outcome != SUBSTEP_RUNS) return false;
     if (context->is_stretched && world_may_linearise(context)) {
         retry->linearisations++;
         retry->is_rough = true;
@@ -111,6 +112,7 @@ bool world_retry_solve(step_context *context, tulle_status *status) {
 bool world_retry_balance(step_context *context, tulle_status *status) {
     retry_state *const retry = &context->retry;
     contact_settings *const settings = &context->scene.settings;
+    if (context->outcome != SUBSTEP_RUNS) return false;
     if (*status == TULLE_OK)
         *status = world_end_stage(context, STAGE_SOLVE_MOTION, world_measure_gain(context));
     if (*status != TULLE_OK || !(context->gain > 0.0)) return false;

@@ -27,6 +27,10 @@ static const double ROUGH_SHARE = 0.01, ROUGH_TOLERANCES = 30.0, ROUGH_MOST = 0.
  * others follow. */
 enum { ROUGH_ITERATIONS = 1000 };
 
+/* Where the first, rough solution of a substep lets cloth grow by so many times what is too much,
+ * the substep is refused at once. Solves that go on from there seldom mend it. */
+static const double HOPELESS_GROWTH = 80.0;
+
 /* Paths of a rough solve that are so many times longer than any that was expected are not worth to
  * foresee impacts by: they may hit everything. */
 static const double LEAP = 4.0;
@@ -150,6 +154,11 @@ tulle_status world_solve_motion(step_context *context) {
     *settings = given;
     context->retry.history.iterations += solved.cg_iterations;
     if (status == TULLE_OK && response->linearises_again) status = check_springs(context);
+    if (status == TULLE_OK && is_first && context->retry.is_rough && context->is_stretched &&
+        world_may_halve(context)) {
+        propose_paths(&context->scene, u, context->end);
+        status = world_judge_stretch(context, HOPELESS_GROWTH);
+    }
 
     tulle_step_report *const report = context->report;
     report->solve_count += solved.solve_count;

@@ -37,7 +37,7 @@ static tulle_status judge_motion(step_context *context) {
         else if (world_may_refuse_gain(context) && world_gains_too_much(context))
             context->outcome = SUBSTEP_GAINS;
         else if (world_may_halve(context))
-            status = world_judge_stretch(context);
+            status = world_judge_stretch(context, 1.0);
         if (status == TULLE_OK && context->outcome == SUBSTEP_RUNS &&
             context->scene.response->may_tear_cloth && world_check_torn(context) != TULLE_OK)
             return TULLE_ERROR_STEP_FAILED;
@@ -58,15 +58,17 @@ static tulle_status run_substep(step_context *context) {
     if (status == TULLE_OK) status = world_gather_rows(context);                        /* 5 */
     if (status == TULLE_OK) status = world_compute_forces(context);                     /* 6 */
     if (status == TULLE_OK) world_begin_solves(context);
+    bool runs = false; /* after the solves: none has ended the substep */
     do {
         do {
             if (status == TULLE_OK) status = world_solve_motion(context); /* 7 */
-            if (status == TULLE_OK && context->retry.is_rough && context->retry.history.is_costly)
+            runs = status == TULLE_OK && context->outcome == SUBSTEP_RUNS;
+            if (runs && context->retry.is_rough && context->retry.history.is_costly)
                 status = world_resolve_impacts(context); /* 8, for the solves that follow */
         } while (world_retry_solve(context, &status));
-        if (status == TULLE_OK) status = world_resolve_impacts(context); /* 8 */
+        if (runs && status == TULLE_OK) status = world_resolve_impacts(context); /* 8 */
     } while (world_retry_balance(context, &status));
-    if (status == TULLE_OK) status = judge_motion(context);
+    if (runs && status == TULLE_OK) status = judge_motion(context);
     if (status == TULLE_OK && context->outcome == SUBSTEP_RUNS)
         status = world_commit_safely(context); /* 9 */
     bool const is_accepted =

@@ -250,10 +250,10 @@ tulle_status world_measure_cloths(const step_context *context, const double *pos
  * small slack; 0 where it need not keep a balance. */
 tulle_status world_measure_gain(step_context *context);
 
-/* stretch.c: ends the substep where edges, or yarns of woven cloth, grow too much from its start to
- * context->end: then the solve has not carried a hard landing into the cloth, and vertices stop
- * while their neighbours fly on. */
-tulle_status world_judge_stretch(step_context *context);
+/* stretch.c: ends the substep where edges, or yarns of woven cloth, grow by over `most` times what
+ * is too much, from its start to context->end: then the solve has not carried a hard landing into
+ * the cloth, and vertices stop while their neighbours fly on. */
+tulle_status world_judge_stretch(step_context *context, double most);
 /* stretch.c: an error where an edge jumps to over four times its rest length, which is no motion of
  * cloth. */
 tulle_status world_check_torn(const step_context *context);

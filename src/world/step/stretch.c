@@ -39,38 +39,38 @@ static double measure_edge2(const double *positions, const uint32_t *ends) {
     return vec3_norm2(vec3_sub(vec3_load(positions, ends[0]), vec3_load(positions, ends[1])));
 }
 
-/* Whether an edge grows too much. Few are long enough to grow at all, and only those are measured
- * at the start. */
-static bool does_edge_grow(const step_context *context) {
+/* The most that an edge grows, as a multiple of what is too much. Few are long enough to grow by
+ * that, and only those are measured at the start. */
+static double measure_edge_growth(const step_context *context) {
     const tulle_world *const world = context->world;
     double const shortest = (STRETCH_FREE + STRETCH_GROWTH_MAX) * (1.0 - 1e-9);
+    double growth = 0.0;
     for (size_t e = 0; e < world->cloth_edge_count; e++) {
         const uint32_t *const ends = world->topo.edges + 2 * e;
         double const rest2 = measure_edge2(world->rest, ends);
         if (measure_edge2(context->end, ends) <= shortest * shortest * rest2) continue;
         edge_lengths const length = measure_lengths(context, e);
         double const before = fmax(length.start / length.rest, STRETCH_FREE);
-        if (length.end / length.rest - before > STRETCH_GROWTH_MAX) return true;
+        growth = fmax(growth, length.end / length.rest - before);
     }
-    return false;
+    return growth / STRETCH_GROWTH_MAX;
 }
 
-tulle_status world_judge_stretch(step_context *context) {
+tulle_status world_judge_stretch(step_context *context, double most) {
     tulle_world *const world = context->world;
-    bool is_too_much;
+    double growth;
     /* The paper's response stretches stiff yarns whatever the length of the substep. */
     if (world->model->elements && !context->scene.response->may_tear_cloth) {
-        double growth;
         tulle_status const status =
             cloth_measure_yarn_growth(world->model, context->state->positions, context->end,
                                       world->threads, &world->scratch, &growth);
         if (status != TULLE_OK)
             return error_set(context->error, status, "no memory left for the stretch of yarns");
-        is_too_much = growth > YARN_GROWTH_MAX;
+        growth /= YARN_GROWTH_MAX;
     } else {
-        is_too_much = does_edge_grow(context);
+        growth = measure_edge_growth(context);
     }
-    if (is_too_much) context->outcome = SUBSTEP_STRETCHES;
+    if (growth > most) context->outcome = SUBSTEP_STRETCHES;
     return TULLE_OK;
 }
 

@@ -1,6 +1,6 @@
 /* Cloth that flies so fast that all of its paths meet: a step takes little memory, by shorter
  * substeps. Cloth that is crowded at rest, by a contact distance of its own size, fails its step.
- */
+ * Cloth that lands too hard for a whole step costs few solves more than shorter steps do. */
 #include "support/small_world.h"
 
 #include <setjmp.h>
@@ -15,6 +15,9 @@ static const double STEP = 1.0 / 90.0;       /* [s] */
 static const size_t MEMORY_MOST = 64u << 20; /* [bytes]; all candidates would take 3 GB */
 static const double SPEED = 1000.0;          /* [m/s] along each axis */
 enum { SIDE = 61 };
+static const double LANDING_SPEED = 80.0; /* [m/s] */
+/* Solves that go on with a landing too hard for the step take ten times as many. */
+enum { LANDING_ITERATIONS = 100 };
 
 /* Counts what is held. */
 typedef struct counted_heap {
@@ -98,10 +101,43 @@ static void cloth_that_is_crowded_at_rest_fails_its_step(void **state) {
     tulle_mesh_destroy(&sheet);
 }
 
+static void a_landing_too_hard_for_the_step_is_cut_at_once(void **state) {
+    (void)state;
+    tulle_mesh sheet = small_sheet(1.0, 41, 0.5);
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_SPHERE);
+    shape.radius = 0.1;
+    tulle_mesh ball = small_shape(shape, 0.013, 0.021, 0.0);
+    tulle_world_def def = tulle_world_def_default();
+    def.threads = 1;
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = tulle_mesh_get_view(&sheet);
+    cloth.velocity[2] = -LANDING_SPEED;
+    assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
+    small_add_obstacle(world, &ball);
+    for (int i = 0; i < 3; i++) {
+        tulle_step_report report;
+        tulle_error error = {0};
+        if (tulle_world_step(world, STEP, &report, &error) != TULLE_OK)
+            fail_msg("%s", error.message);
+        print_message("%u substeps, %u solves, %u iterations\n", report.substeps,
+                      report.solve_count, report.cg_iterations);
+        assert_int_equal(small_judge(world, &sheet, 1, &ball, 1), 0);
+        assert_true(report.substeps > 1);
+        assert_int_equal(report.cg_converged, 1);
+        if (i == 0) assert_true(report.cg_iterations < LANDING_ITERATIONS);
+    }
+    tulle_world_destroy(world);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&ball);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(fast_cloth_takes_little_memory),
         cmocka_unit_test(cloth_that_is_crowded_at_rest_fails_its_step),
+        cmocka_unit_test(a_landing_too_hard_for_the_step_is_cut_at_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
