@@ -136,7 +136,6 @@ tulle_status broad_phase_create(memory *heap, const surface_set *set, const doub
         for (uint32_t s = 0; status == TULLE_OK && s < set->surface_count; s++)
             status = shape_refit_tree(broad, set, s, rest);
         ARRAY_TRIM(heap, &broad->leaf_corners);
-        ARRAY_TRIM(heap, &broad->masks);
     }
     if (status != TULLE_OK) {
         broad_phase_destroy(broad);
@@ -165,7 +164,12 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
     }
     broad->margin = margin;
     tulle_status status = TULLE_OK;
-    if (broad->scratch) {
+    /* Masks save some comparisons in each search. A single one saves less than they cost. */
+    if (broad->method == BROAD_PHASE_REFIT && broad->was_built && !broad->has_masks) {
+        broad->has_masks = make_leaf_masks(broad);
+        if (!broad->has_masks) status = TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    if (status == TULLE_OK && broad->scratch) {
         broad->vertex_boxes = ARENA_NEW(broad->scratch, vertex_box, broad->vertex_count);
         if (!broad->vertex_boxes) status = TULLE_ERROR_OUT_OF_MEMORY;
     }
@@ -179,7 +183,7 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
         broad->margin = -1.0; /* nothing is fitted for the next call */
         return status;
     }
-    broad->is_built = true;
+    broad->is_built = broad->was_built = true;
     return TULLE_OK;
 }
 

@@ -117,9 +117,11 @@ struct broad_phase {
     float *blocks; /* of all leaves, see tree_kernels.h; null where patches leave out most */
     size_t block_capacity;
     uint32_t group_count;  /* of all leaves of refitted trees */
-    ARRAY(uint16_t) masks; /* of refitted trees, see leaf_tables */
-    bool has_all_blocks;   /* since the last build_trees */
-    leaf_fit fit;          /* what boxes of leaves are fitted from, since then too */
+    ARRAY(uint16_t) masks; /* of refitted trees from the second build on, see leaf_tables */
+    bool was_built;        /* at least once */
+    bool has_masks;
+    bool has_all_blocks; /* since the last build_trees */
+    leaf_fit fit;        /* what boxes of leaves are fitted from, since then too */
     slot_list triangles, vertices, edges;
     pair_tables tables;
     uint64_t *voxel_keys[2];         /* one a triangle; voxel trees only */
@@ -161,8 +163,9 @@ void assign_slot(slot_list *list, uint32_t slot, uint32_t feature, const uint32_
  * records are numbered in leaf order. */
 tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint32_t surface);
 
-/* leaf_masks.c: which features of a leaf and itself, and its neighbours, share no vertex. */
-tulle_status mask_leaves(broad_phase *broad, const surface_tree *tree);
+/* leaf_masks.c: which features of a leaf and itself, and its neighbours, share no vertex, for all
+ * refitted trees; false when memory is short. */
+bool make_leaf_masks(broad_phase *broad);
 
 /* root_pairs.c: fills search_tasks[0] with a task for each pair of surfaces that may meet and whose
  * roots do, ascending; false when memory is short. */

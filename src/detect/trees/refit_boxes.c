@@ -247,9 +247,9 @@ bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
         ARRAY_FREE(heap, &broad->kept_blocks);
         broad->block_capacity =
             LEAF_HEADER * broad->leaf_capacity + GROUP_FLOATS * (size_t)broad->group_count;
-        broad->blocks = memory_allocate_zeroed(heap, broad->block_capacity, sizeof *broad->blocks);
+        broad->blocks = memory_allocate(heap, broad->block_capacity * sizeof *broad->blocks);
         if (needs_slabs)
-            broad->slabs = memory_allocate_zeroed(heap, broad->leaf_capacity, sizeof *broad->slabs);
+            broad->slabs = memory_allocate(heap, broad->leaf_capacity * sizeof *broad->slabs);
         if (!broad->blocks || (needs_slabs && !broad->slabs)) {
             release_blocks(broad);
             return false;

@@ -131,10 +131,10 @@ typedef struct leaf_tables {
     /* Which features of two leaves share no vertex, and are to be compared. A leaf has such masks
      * for itself, then for each of its neighbours. Each edge of the leaf has bits of the other's
      * edges, group by group. Each vertex of the leaf has bits of the other's triangles, and each
-     * vertex of the other has bits of the leaf's triangles. Null where leaves do not know their
-     * neighbours. */
+     * vertex of the other has bits of the leaf's triangles. Null until they are made. */
     const uint16_t *masks;
-    bool is_one_tree; /* leaves of a pair may be equal, or share vertices */
+    bool has_neighbours; /* leaves know theirs */
+    bool is_one_tree;    /* leaves of a pair may be equal, or share vertices */
 } leaf_tables;
 
 /* Records begin .. end - 1; false when a position is not finite. *motion: how far they move along
