@@ -36,10 +36,12 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
     broad->fit_task_capacity = 2 * broad->surface_count + (vertices + triangles) / 32;
     broad->vertex_boxes = memory_allocate_zeroed(heap, vertices, sizeof *broad->vertex_boxes);
     broad->records = memory_allocate_zeroed(heap, vertices, sizeof *broad->records);
+    broad->points = memory_allocate_zeroed(heap, vertices, sizeof *broad->points);
     broad->leaves = memory_allocate_zeroed(heap, broad->leaf_capacity, sizeof *broad->leaves);
     broad->fit_tasks =
         memory_allocate_zeroed(heap, broad->fit_task_capacity, sizeof *broad->fit_tasks);
-    if (!broad->vertex_boxes || !broad->records || !broad->leaves || !broad->fit_tasks)
+    if (!broad->vertex_boxes || !broad->records || !broad->points || !broad->leaves ||
+        !broad->fit_tasks)
         return false;
     size_t const task_count = triangles / TRIANGLES_PER_TASK;
     for (int k = 0; k < 2; k++)
@@ -83,6 +85,7 @@ void broad_phase_destroy(broad_phase *broad) {
         memory_release(heap, broad->vertex_boxes,
                        broad->vertex_count * sizeof *broad->vertex_boxes);
     memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
+    memory_release(heap, broad->points, broad->vertex_count * sizeof *broad->points);
     memory_release(heap, broad->record_vertices,
                    broad->vertex_count * sizeof *broad->record_vertices);
     memory_release(heap, broad->leaves, broad->leaf_capacity * sizeof *broad->leaves);
@@ -147,7 +150,9 @@ tulle_status broad_phase_create(memory *heap, const surface_set *set, const doub
                                   .vertex_corners = broad->vertices.corners,
                                   .edge_corners = broad->edges.corners,
                                   .triangle_corners = broad->triangles.corners,
-                                  .records = broad->records};
+                                  .records = broad->records,
+                                  .points = broad->points,
+                                  .point_scale = broad->scale};
     *result = broad;
     return TULLE_OK;
 }
@@ -197,10 +202,12 @@ void broad_phase_configure(broad_phase *broad, broad_phase_options options) {
     }
     if (!options.scratch) return;
     memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
+    memory_release(heap, broad->points, broad->vertex_count * sizeof *broad->points);
     if (!broad->scratch)
         memory_release(heap, broad->vertex_boxes,
                        broad->vertex_count * sizeof *broad->vertex_boxes);
     broad->tables.records = broad->records = NULL;
+    broad->tables.points = broad->points = NULL;
     broad->vertex_boxes = NULL;
     broad->scratch = options.scratch;
 }

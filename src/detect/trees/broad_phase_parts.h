@@ -33,6 +33,7 @@ typedef struct surface_tree {
     uint32_t near_pair_count;        /* leaves, and pairs of neighbours among them */
     bool is_fitted;                  /* boxes are those of the last build_trees */
     bool has_blocks;                 /* so are the blocks of its leaves */
+    double largest;                  /* of its vertex_sums */
 } surface_tree;
 
 /* Voxels of a voxel tree; coordinates are those of boxes, doubled. */
@@ -66,7 +67,7 @@ typedef struct way_sums {
 typedef struct fit_task {
     uint32_t surface, begin, end;
     bool is_finite;
-    double motion; /* of its vertices, added up */
+    vertex_sums sums;
     way_sums ways; /* where paths are followed if they are long */
 } fit_task;
 
@@ -106,6 +107,7 @@ struct broad_phase {
     patch_labels node_patches; /* from which nodes have their labels */
     uint32_t *record_vertices; /* vertex of each record; null: records are in vertex order */
     vertex_record *records;    /* null where they are not kept */
+    vertex_point *points;      /* of each record, where these are kept */
     vertex_box *vertex_boxes;  /* of each record */
     arena *scratch;            /* where these are, made by each build_trees; null: on the heap */
     surface_tree *trees;

@@ -82,7 +82,7 @@ static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chun
     const vertex_context *const vertices = context;
     const vertex_fit *const fit = &vertices->fit;
     fit_task *const task = &vertices->broad->fit_tasks[chunk];
-    task->is_finite = TULLE_PICK_KERNEL(fit_vertices)(fit, task->begin, task->end, &task->motion);
+    task->is_finite = TULLE_PICK_KERNEL(fit_vertices)(fit, task->begin, task->end, &task->sums);
     if (vertices->broad->following != PATHS_WHERE_LONG) return;
     task->ways = (way_sums){0.0, 0.0};
     for (uint32_t i = task->begin; task->end - i > RECORDS_APART; i += RECORDS_APART) {
@@ -121,6 +121,7 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
                                       .x0 = x0,
                                       .x1 = x1,
                                       .records = broad->records,
+                                      .points = broad->points,
                                       .boxes = broad->vertex_boxes}};
     for (int k = 0; k < 8; k++) {
         if (k % 4 == 3) continue;
@@ -135,15 +136,24 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
     bool is_finite = true;
     double motion = 0.0, count = 0.0;
     way_sums ways = {0.0, 0.0};
+    for (uint32_t s = 0; s < set->surface_count; s++)
+        if (!broad->trees[s].is_fitted) broad->trees[s].largest = 0.0;
     for (size_t i = 0; i < new_count; i++) {
         const fit_task *const task = &broad->fit_tasks[i];
+        surface_tree *const tree = &broad->trees[task->surface];
         is_finite = is_finite && task->is_finite;
+        tree->largest = fmax(tree->largest, task->sums.largest);
         if (set->surfaces[task->surface].is_static) continue;
-        motion += task->motion;
+        motion += task->sums.motion;
         ways.own += task->ways.own;
         ways.relative += task->ways.relative;
         count += (double)(task->end - task->begin);
     }
+    broad->tables.largest_point = 0.0;
+    for (uint32_t s = 0; s < set->surface_count; s++)
+        if (set->surfaces[s].is_present)
+            broad->tables.largest_point =
+                fmax(broad->tables.largest_point, broad->trees[s].largest);
     bool const moves_together =
         broad->following == PATHS_ALWAYS || ways.relative < RELATIVE_MOTION * ways.own;
     broad->is_straight = broad->following != PATHS_IN_BOXES && moves_together &&
