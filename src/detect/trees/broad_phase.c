@@ -77,7 +77,7 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
 void broad_phase_destroy(broad_phase *broad) {
     if (!broad) return;
     memory *const heap = broad->heap;
-    release_blocks(broad);
+    broad_phase_release_blocks(broad);
     for (size_t s = 0; broad->trees && s < broad->surface_count; s++)
         ARRAY_FREE(heap, &broad->trees[s].nodes);
     memory_release(heap, broad->trees, broad->surface_count * sizeof *broad->trees);

@@ -184,6 +184,5 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
 /* Boxes and labels of nodes, and blocks of all leaves, unless patches leave out most of them; false
  * when memory is short. */
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads);
-void release_blocks(broad_phase *broad);
 
 #endif

@@ -223,7 +223,7 @@ static void fit_upper_nodes(const broad_phase *broad, surface_tree *tree) {
     }
 }
 
-void release_blocks(broad_phase *broad) {
+void broad_phase_release_blocks(broad_phase *broad) {
     memory *const heap = broad->heap;
     memory_release(heap, broad->slabs, broad->leaf_capacity * sizeof *broad->slabs);
     memory_release(heap, broad->blocks, broad->block_capacity * sizeof *broad->blocks);
@@ -251,7 +251,7 @@ bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
      * leaves; else workers keep blocks of their own. */
     memory *const heap = broad->heap;
     broad->has_all_blocks = !broad->has_labels && broad->method == BROAD_PHASE_REFIT;
-    if (!broad->has_all_blocks && broad->blocks) release_blocks(broad);
+    if (!broad->has_all_blocks && broad->blocks) broad_phase_release_blocks(broad);
     if (broad->has_all_blocks && !broad->blocks && broad->leaf_capacity > 0) {
         bool const needs_slabs = broad->following != PATHS_IN_BOXES;
         ARRAY_FREE(heap, &broad->kept_blocks);
@@ -261,7 +261,7 @@ bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
         if (needs_slabs)
             broad->slabs = memory_allocate(heap, broad->leaf_capacity * sizeof *broad->slabs);
         if (!broad->blocks || (needs_slabs && !broad->slabs)) {
-            release_blocks(broad);
+            broad_phase_release_blocks(broad);
             return false;
         }
     }
