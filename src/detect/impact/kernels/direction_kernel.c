@@ -176,9 +176,9 @@ typedef struct gap_range {
 POINT_INLINE gap_range bound_gaps(feature_kind kind, point_vector c, point_vector u,
                                   point_vector v) {
     point_vector const zero = {0.0F};
-    if (kind == FEATURE_EDGE_EDGE)
-        return (gap_range){c + lesser(u, zero) - greater(v, zero),
-                           c + greater(u, zero) - lesser(v, zero)};
+    if (kind == FEATURE_EDGE_EDGE) /* the same whichever edge comes first */
+        return (gap_range){c + (lesser(u, zero) - greater(v, zero)),
+                           c + (greater(u, zero) - lesser(v, zero))};
     return (gap_range){c - greater(greater(u, v), zero), c - lesser(lesser(u, v), zero)};
 }
 
