@@ -89,7 +89,8 @@ typedef struct tulle_detect_def {
     /* 1 (default): only patches that are proven not to touch themselves are skipped. 0: every patch
      * is, the paper's own rule, which misses collisions. */
     int has_certificate;
-    /* 1: every call grows patches anew. 0 (default): patches are kept and checked again.
+    /* 1: every call grows patches anew. 0 (default): the second call grows them, since a single one
+     * saves less than they cost, and they are kept and checked again.
      * TULLE_DETECT_PAPER always grows them. */
     int grows_patches_anew;
     int threads;               /* 1 .. 256; 0 (default): one per processor */
@@ -138,8 +139,8 @@ typedef struct tulle_detect_statistics {
     /* vertex/face and edge/edge pairs whose boxes over the motion meet, without those that share a
      * vertex, and without those that patches skip */
     uint64_t box_pairs;
-    /* of box_pairs: not shown apart by the first filters, which are coplanarity (where the
-     * separation is 0), axes and the closest direction at the start */
+    /* of box_pairs: not shown apart by the first filters, which are axes, diagonals, coplanarity
+     * (where the separation is 0) and the closest direction at the start */
     uint64_t filtered_pairs;
     /* of filtered_pairs: not shown apart by the closest direction at the end; these are given to
      * the time of impact */
@@ -152,8 +153,7 @@ typedef struct tulle_detect_statistics {
     uint64_t certified_by_star;    /* patches certified by the star of a vertex */
     uint64_t certified_by_contour; /* patches certified by their contour */
     uint64_t checked_again;        /* patches kept from the last call and found to hold */
-    /* 0: the method has no patches, none is proven, or the call switched them off because they did
-     * not pay */
+    /* 0: the method has no patches, none is proven, or they do not pay, as in the first call */
     int uses_patches;
     double patch_seconds;     /* [s] growing and checking patches */
     double tree_seconds;      /* [s] building and refitting trees */
@@ -223,9 +223,9 @@ TULLE_API tulle_status tulle_detector_find_earliest(tulle_detector *detector, co
                                                     tulle_error *error);
 
 /* The patches in use after the last call: a label for each triangle, above 0 for a patch (not every
- * number is used), 0 for an isolated triangle. Borrowed until the next call. Null before the first
- * call, for methods without patches, for a null detector, and where the last call failed, unless a
- * receiver stopped it. */
+ * number is used), 0 for an isolated triangle. Borrowed until the next call. Null until patches
+ * are in use, for methods without patches, for a null detector, and where the last call failed,
+ * unless a receiver stopped it. */
 TULLE_API const uint32_t *tulle_detector_get_patches(const tulle_detector *detector);
 
 #ifdef __cplusplus

@@ -28,6 +28,7 @@ struct tulle_detector {
     broad_phase *broad;     /* null until there are positions to shape it from */
     kept_patches *patches;  /* null for methods without */
     bool keeps_all_patches; /* see patch_rules; set by tests */
+    int call_count;         /* of those that succeeded; 2: or more */
     narrow_phase *narrow;
     ARRAY(tulle_detect_event) events;
     const uint32_t *labels; /* of the last call; null: none */

@@ -54,11 +54,17 @@ void detector_destroy_stages(tulle_detector *detector) {
     narrow_phase_destroy(detector->narrow);
 }
 
-/* Updates the patches and takes their labels: pairs within a patch need no search. */
+/* Updates the patches and takes their labels: pairs within a patch need no search. To grow patches
+ * takes longer than they save in one call, so those that are kept come with the second one. */
 static tulle_status prepare_patches(tulle_detector *detector, detector_pass *pass) {
+    const tulle_detect_def *const def = &detector->def;
     detector->labels = NULL;
     if (!detector->patches) return TULLE_OK;
-    const tulle_detect_def *const def = &detector->def;
+    bool const waits = def->method == TULLE_DETECT_PATCHES && def->has_certificate &&
+                       !def->grows_patches_anew && !detector->keeps_all_patches;
+    if (waits && detector->call_count == 0) return TULLE_OK;
+    /* Growth takes much memory, and with patches most boxes are not needed. */
+    if (waits && detector->call_count == 1) broad_phase_release_blocks(detector->broad);
     patch_rules const rules = {
         .cone = def->cone == TULLE_CONE_PAPER ? CONE_PAPER : CONE_BERNSTEIN,
         .max_angle = def->max_angle,
@@ -135,6 +141,7 @@ static tulle_status run_stages(tulle_detector *detector, detector_pass *pass) {
     statistics->tree_seconds += built - patched;
     if (status == TULLE_OK) status = search(detector, pass);
     if (status != TULLE_OK) return status;
+    if (detector->call_count < 2) detector->call_count++;
     statistics->search_seconds = timer_now() - built;
 
     /* What it took, and what came of it. */

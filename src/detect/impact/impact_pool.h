@@ -42,6 +42,14 @@ typedef struct slot_pairs {
     const double *separations;
 } slot_pairs;
 
+/* Leaves out pairs that an axis or a diagonal of the cube keeps apart: gaps of points along it
+ * exceed the limit, on one side at both ends. The sums of coordinates that are gaps carry rounding.
+ * Returns how many are kept. The kept arrays have room for count + 16; none of them is that of the
+ * pairs. */
+TULLE_DECLARE_KERNEL(size_t, filter_directions,
+                     (const pair_tables *tables, const slot_pairs *pairs, float limit,
+                      uint32_t *kept_first, uint32_t *kept_second))
+
 /* Leaves out pairs with separation 0 that pair_cannot_cross; returns how many are kept. The kept
  * arrays have room for count + 8; they may be those of the pairs. */
 TULLE_DECLARE_KERNEL(size_t, filter_coplanarity,

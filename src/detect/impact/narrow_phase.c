@@ -10,9 +10,19 @@
 #include "detect/impact/impact_pool.h"
 #include "detect/impact/narrow_events.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { FILTER_PART = 512 }; /* pairs of a batch that are filtered at a time */
+
+/* [largest coordinate] What a gap of points may differ from that of the true paths: two points are
+ * off by half a unit of floats each, and sums round by less than 84 halves in all. */
+static const double GAP_ROUNDING = 128.0 * 0x1.0p-24;
+static const double GAP_UNDERFLOW = 0x1.0p-140;
+/* Where coordinates are larger, sums may overflow. */
+static const double LARGEST_POINT = 1e37;
+/* The length of a diagonal, rounded upward: distances are shorter than gaps by that. */
+static const double DIAGONAL = 1.7321;
 
 /* No event is later: everything is wanted. */
 static const double NO_LIMIT = 2.0;
@@ -21,7 +31,7 @@ typedef struct narrow_worker {
     narrow_phase_counts counts;
     impact_pool pools[2]; /* of each feature_kind */
     impact_result results[IMPACT_POOL_SIZE];
-    uint32_t first[FILTER_PART + 8], second[FILTER_PART + 8]; /* pairs being filtered */
+    uint32_t first[FILTER_PART + 16], second[FILTER_PART + 16]; /* pairs being filtered */
     double separations[FILTER_PART + 8];
     uint32_t odd[IMPACT_POOL_SIZE];
     event_writer writer;
@@ -33,7 +43,7 @@ struct narrow_phase {
     narrow_worker *workers;
     int worker_count; /* allocated */
     event_store store;
-    bool has_separation;     /* some pairs keep one */
+    double most_separation;  /* [m] of any pair */
     _Atomic double earliest; /* smallest time of an event so far, for only_earliest */
 };
 
@@ -83,9 +93,9 @@ tulle_status narrow_phase_start(narrow_phase *narrow, const narrow_phase_input *
     atomic_store(&narrow->earliest, NO_LIMIT);
     size_t const pair_count =
         input->vertex_surface ? input->set->surface_count * input->set->surface_count : 1;
-    narrow->has_separation = false;
+    narrow->most_separation = 0.0;
     for (size_t i = 0; i < pair_count; i++)
-        narrow->has_separation = narrow->has_separation || !(input->separations[i] == 0.0);
+        narrow->most_separation = fmax(narrow->most_separation, input->separations[i]);
     if (!event_store_start(narrow->heap, &narrow->store, input->threads) ||
         !make_workers(narrow, input->threads))
         return TULLE_ERROR_OUT_OF_MEMORY;
@@ -185,35 +195,57 @@ static void begin_pairs(narrow_phase *narrow, const pair_tables *tables, slot_pa
     }
 }
 
+/* The gap of points beyond which a pair keeps any separation. */
+static float choose_limit(const narrow_phase *narrow, const pair_tables *tables) {
+    if (!(tables->largest_point < LARGEST_POINT)) return INFINITY;
+    double const separation = DIAGONAL * tables->point_scale * narrow->most_separation;
+    double const limit = separation + GAP_ROUNDING * tables->largest_point + GAP_UNDERFLOW;
+    return nextafterf((float)limit, INFINITY);
+}
+
+/* The separations of pairs, or null where all are 0. */
+static const double *list_separations(const narrow_phase *narrow, const pair_tables *tables,
+                                      const slot_pairs *pairs, double *separations) {
+    if (narrow->most_separation == 0.0) return NULL;
+    for (size_t i = 0; i < pairs->count; i++) {
+        uint32_t records[4] = {0};
+        if (narrow->input.vertex_surface)
+            get_records(tables, pairs->kind, pairs->first[i], pairs->second[i], records);
+        separations[i] = get_separation(&narrow->input, pairs->kind, records);
+    }
+    return separations;
+}
+
 void consume_pairs(void *context, const pair_tables *tables, const pair_batch *batch, int worker) {
     narrow_phase *const narrow = context;
     narrow_worker *const own = &narrow->workers[worker];
     double const began = timer_now(), impact_began = own->counts.impact_seconds;
+    float const limit = choose_limit(narrow, tables);
     for (size_t begin = 0; begin < batch->count; begin += FILTER_PART) {
-        /* Pairs of the batch from `begin` on with their separations. */
         size_t const left = batch->count - begin;
-        slot_pairs const pairs = {batch->kind, left < FILTER_PART ? left : FILTER_PART,
-                                  batch->first + begin, batch->second + begin,
-                                  narrow->has_separation ? own->separations : NULL};
-        for (size_t i = 0; narrow->has_separation && i < pairs.count; i++) {
-            uint32_t records[4] = {0};
-            if (narrow->input.vertex_surface)
-                get_records(tables, batch->kind, pairs.first[i], pairs.second[i], records);
-            own->separations[i] = get_separation(&narrow->input, batch->kind, records);
+        slot_pairs pairs = {batch->kind, left < FILTER_PART ? left : FILTER_PART,
+                            batch->first + begin, batch->second + begin, NULL};
+        if (tables->points) {
+            pairs.count = TULLE_PICK_KERNEL(filter_directions)(tables, &pairs, limit, own->first,
+                                                               own->second);
+            pairs.first = own->first;
+            pairs.second = own->second;
         }
+        pairs.separations = list_separations(narrow, tables, &pairs, own->separations);
 
         /* Those that may cross, edges in ascending order of their features, so that results do not
          * depend on the tree. */
-        slot_pairs kept = {pairs.kind, 0, own->first, own->second, pairs.separations};
-        kept.count = TULLE_PICK_KERNEL(filter_coplanarity)(tables, &pairs, own->first, own->second,
-                                                           own->separations);
-        for (size_t i = 0; batch->kind == FEATURE_EDGE_EDGE && i < kept.count; i++) {
+        pairs.count = TULLE_PICK_KERNEL(filter_coplanarity)(tables, &pairs, own->first, own->second,
+                                                            own->separations);
+        pairs.first = own->first;
+        pairs.second = own->second;
+        for (size_t i = 0; batch->kind == FEATURE_EDGE_EDGE && i < pairs.count; i++) {
             uint32_t const first = own->first[i], second = own->second[i];
             bool const swaps = tables->edge_features[first] > tables->edge_features[second];
             own->first[i] = swaps ? second : first;
             own->second[i] = swaps ? first : second;
         }
-        begin_pairs(narrow, tables, kept, own);
+        begin_pairs(narrow, tables, pairs, own);
     }
     own->counts.candidate_count += batch->count;
     own->counts.filter_seconds += timer_now() - began - (own->counts.impact_seconds - impact_began);

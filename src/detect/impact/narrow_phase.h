@@ -1,11 +1,12 @@
 /* detect/impact/narrow_phase.h - tests of candidates in batches: takes candidate pairs as they
  * come, gives events.
  *
- * A pair goes through the coplanarity filter (separation 0), the fixed-direction filters (axes, the
- * closest direction at the start, that at the end), and conservative advancement, several pairs at
- * a time, one a lane. Every step is a proof with outward rounding; lanes do not touch one another,
- * so the result of a pair depends neither on the batch it came in nor on the vector width. The
- * states and bounds are those of time_of_impact.h. */
+ * A pair goes through axes and diagonals in floats (where there are points), the coplanarity filter
+ * (separation 0), the fixed-direction filters (axes, the closest direction at the start, that at
+ * the end), and conservative advancement, several pairs at a time, one a lane. Every step is a
+ * proof with outward rounding; lanes do not touch one another, so the result of a pair depends
+ * neither on the batch it came in nor on the vector width. The states and bounds are those of
+ * time_of_impact.h. */
 #ifndef TULLE_DETECT_IMPACT_NARROW_PHASE_H
 #define TULLE_DETECT_IMPACT_NARROW_PHASE_H
 
@@ -32,7 +33,7 @@ typedef struct narrow_phase_input {
 typedef struct narrow_phase_counts {
     uint64_t candidate_count;              /* pairs given */
     uint64_t pooled_count;                 /* of these not shown apart by the coplanarity filter, an
-                                              axis or the direction at the start */
+                                              axis, a diagonal or the direction at the start */
     uint64_t filtered_count;               /* pairs given that were shown apart by any filter */
     uint64_t tested_count;                 /* the others: not shown apart by the direction at the
                                               end either; through conservative advancement */

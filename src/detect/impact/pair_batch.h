@@ -15,6 +15,11 @@ typedef struct vertex_record {
     double start[4], end[4]; /* [m] x, y, z and 0; as given, to the bit */
 } vertex_record;
 
+/* The same in box coordinates, rounded: half a line. */
+typedef struct vertex_point {
+    float start[4], end[4];
+} vertex_point;
+
 /* Valid from one build_trees to the next. Slots are numbered through all surfaces. */
 typedef struct pair_tables {
     const uint32_t *vertex_features, *edge_features, *triangle_features; /* slot -> feature */
@@ -22,6 +27,9 @@ typedef struct pair_tables {
     const uint32_t *edge_corners;                                        /* 2 a slot */
     const uint32_t *triangle_corners;                                    /* 3 a slot */
     const vertex_record *records; /* 64-byte aligned; or null */
+    const vertex_point *points;   /* of the same; or null */
+    double point_scale;           /* box coordinates a metre */
+    double largest_point;         /* of all coordinates of points */
 } pair_tables;
 
 /* Pairs of one kind: vertex slots and triangle slots, or two edge slots in either order. */

@@ -71,8 +71,10 @@ static void search_leaves(const search_context *search, bool is_one_tree, node_p
                           int worker) {
     broad_phase *const broad = search->broad;
     worker_output *const output = &broad->outputs.data[worker];
-    leaf_tables const tables = {
-        .fit = broad->fit, .masks = broad->masks.data, .is_one_tree = is_one_tree};
+    leaf_tables const tables = {.fit = broad->fit,
+                                .masks = broad->has_masks ? broad->masks.data : NULL,
+                                .has_neighbours = broad->method == BROAD_PHASE_REFIT,
+                                .is_one_tree = is_one_tree};
     if (broad->has_all_blocks && broad->slabs && broad_phase_is_straight(broad))
         TULLE_PICK_KERNEL(drop_apart_leaves)(broad->slabs, leaves);
     output->counts.leaf_pair_count += leaves->count;

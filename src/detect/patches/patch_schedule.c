@@ -89,7 +89,9 @@ void judge_last_search(kept_patches *patches, uint64_t edge_count) {
         }
         schedule->pairs_without = without;
         schedule->pairs_with = 0;
-    } else if (is_told && schedule->has_grown) {
+    } else if (is_told && !schedule->has_grown) {
+        schedule->pairs_without = schedule->seen_pairs;
+    } else if (is_told) {
         /* A search with patches. What they save becomes credit; if they save little, they are let
          * go. */
         uint64_t const with = schedule->seen_pairs + EDGE_COST * edge_count / 2;

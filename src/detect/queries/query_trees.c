@@ -65,10 +65,13 @@ bool query_trees_make(query_trees *trees, memory *heap, const surface_set *set,
         if (tree->count == 0) continue;
         tree->low_count = tree->leaf_count / choose_low_children(tree->leaf_count);
         nodes += tree->node_count;
-        if (known)
+        if (known) {
             memcpy(tree->order, known + range->triangle_begin, tree->count * sizeof *tree->order);
-        else
-            order_triangles(tree->order, range, tree->leaf_count, set->topo->triangles, rest);
+        } else if (!order_triangles(heap, tree->order, range, tree->leaf_count,
+                                    set->topo->triangles, rest)) {
+            query_trees_destroy(trees, heap, triangle_count);
+            return false;
+        }
     }
     return true;
 }

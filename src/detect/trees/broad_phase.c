@@ -36,10 +36,12 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
     broad->fit_task_capacity = 2 * broad->surface_count + (vertices + triangles) / 32;
     broad->vertex_boxes = memory_allocate_zeroed(heap, vertices, sizeof *broad->vertex_boxes);
     broad->records = memory_allocate_zeroed(heap, vertices, sizeof *broad->records);
+    broad->points = memory_allocate_zeroed(heap, vertices, sizeof *broad->points);
     broad->leaves = memory_allocate_zeroed(heap, broad->leaf_capacity, sizeof *broad->leaves);
     broad->fit_tasks =
         memory_allocate_zeroed(heap, broad->fit_task_capacity, sizeof *broad->fit_tasks);
-    if (!broad->vertex_boxes || !broad->records || !broad->leaves || !broad->fit_tasks)
+    if (!broad->vertex_boxes || !broad->records || !broad->points || !broad->leaves ||
+        !broad->fit_tasks)
         return false;
     size_t const task_count = triangles / TRIANGLES_PER_TASK;
     for (int k = 0; k < 2; k++)
@@ -75,7 +77,7 @@ static bool reserve_parts(broad_phase *broad, const surface_set *set) {
 void broad_phase_destroy(broad_phase *broad) {
     if (!broad) return;
     memory *const heap = broad->heap;
-    release_blocks(broad);
+    broad_phase_release_blocks(broad);
     for (size_t s = 0; broad->trees && s < broad->surface_count; s++)
         ARRAY_FREE(heap, &broad->trees[s].nodes);
     memory_release(heap, broad->trees, broad->surface_count * sizeof *broad->trees);
@@ -83,6 +85,7 @@ void broad_phase_destroy(broad_phase *broad) {
         memory_release(heap, broad->vertex_boxes,
                        broad->vertex_count * sizeof *broad->vertex_boxes);
     memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
+    memory_release(heap, broad->points, broad->vertex_count * sizeof *broad->points);
     memory_release(heap, broad->record_vertices,
                    broad->vertex_count * sizeof *broad->record_vertices);
     memory_release(heap, broad->leaves, broad->leaf_capacity * sizeof *broad->leaves);
@@ -136,7 +139,6 @@ tulle_status broad_phase_create(memory *heap, const surface_set *set, const doub
         for (uint32_t s = 0; status == TULLE_OK && s < set->surface_count; s++)
             status = shape_refit_tree(broad, set, s, rest);
         ARRAY_TRIM(heap, &broad->leaf_corners);
-        ARRAY_TRIM(heap, &broad->masks);
     }
     if (status != TULLE_OK) {
         broad_phase_destroy(broad);
@@ -148,7 +150,9 @@ tulle_status broad_phase_create(memory *heap, const surface_set *set, const doub
                                   .vertex_corners = broad->vertices.corners,
                                   .edge_corners = broad->edges.corners,
                                   .triangle_corners = broad->triangles.corners,
-                                  .records = broad->records};
+                                  .records = broad->records,
+                                  .points = broad->points,
+                                  .point_scale = broad->scale};
     *result = broad;
     return TULLE_OK;
 }
@@ -165,7 +169,12 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
     }
     broad->margin = margin;
     tulle_status status = TULLE_OK;
-    if (broad->scratch) {
+    /* Masks save some comparisons in each search. A single one saves less than they cost. */
+    if (broad->method == BROAD_PHASE_REFIT && broad->was_built && !broad->has_masks) {
+        broad->has_masks = make_leaf_masks(broad);
+        if (!broad->has_masks) status = TULLE_ERROR_OUT_OF_MEMORY;
+    }
+    if (status == TULLE_OK && broad->scratch) {
         broad->vertex_boxes = ARENA_NEW(broad->scratch, vertex_box, broad->vertex_count);
         if (!broad->vertex_boxes) status = TULLE_ERROR_OUT_OF_MEMORY;
     }
@@ -179,7 +188,7 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
         broad->margin = -1.0; /* nothing is fitted for the next call */
         return status;
     }
-    broad->is_built = true;
+    broad->is_built = broad->was_built = true;
     return TULLE_OK;
 }
 
@@ -193,10 +202,12 @@ void broad_phase_configure(broad_phase *broad, broad_phase_options options) {
     }
     if (!options.scratch) return;
     memory_release(heap, broad->records, broad->vertex_count * sizeof *broad->records);
+    memory_release(heap, broad->points, broad->vertex_count * sizeof *broad->points);
     if (!broad->scratch)
         memory_release(heap, broad->vertex_boxes,
                        broad->vertex_count * sizeof *broad->vertex_boxes);
     broad->tables.records = broad->records = NULL;
+    broad->tables.points = broad->points = NULL;
     broad->vertex_boxes = NULL;
     broad->scratch = options.scratch;
 }

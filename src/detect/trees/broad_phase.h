@@ -41,6 +41,9 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
  * nodes), not everywhere. Call this before build_trees, which reads the patches; zeroed: no
  * patches. Borrowed until the next call. */
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches);
+/* Gives back the memory of the boxes of features, which the next build_trees makes anew where it
+ * needs them. */
+void broad_phase_release_blocks(broad_phase *broad);
 /* Searches may leave out pairs whose boxes meet but whose straight paths x0 -> x1 stay farther
  * apart than the margin along one axis or diagonal. They do so where that is cheap: always, or only
  * where paths are long and neighbours move together. Only refitted trees leave out such pairs. */

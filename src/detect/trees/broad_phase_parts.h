@@ -33,6 +33,7 @@ typedef struct surface_tree {
     uint32_t near_pair_count;        /* leaves, and pairs of neighbours among them */
     bool is_fitted;                  /* boxes are those of the last build_trees */
     bool has_blocks;                 /* so are the blocks of its leaves */
+    double largest;                  /* of its vertex_sums */
 } surface_tree;
 
 /* Voxels of a voxel tree; coordinates are those of boxes, doubled. */
@@ -66,7 +67,7 @@ typedef struct way_sums {
 typedef struct fit_task {
     uint32_t surface, begin, end;
     bool is_finite;
-    double motion; /* of its vertices, added up */
+    vertex_sums sums;
     way_sums ways; /* where paths are followed if they are long */
 } fit_task;
 
@@ -106,6 +107,7 @@ struct broad_phase {
     patch_labels node_patches; /* from which nodes have their labels */
     uint32_t *record_vertices; /* vertex of each record; null: records are in vertex order */
     vertex_record *records;    /* null where they are not kept */
+    vertex_point *points;      /* of each record, where these are kept */
     vertex_box *vertex_boxes;  /* of each record */
     arena *scratch;            /* where these are, made by each build_trees; null: on the heap */
     surface_tree *trees;
@@ -117,9 +119,11 @@ struct broad_phase {
     float *blocks; /* of all leaves, see tree_kernels.h; null where patches leave out most */
     size_t block_capacity;
     uint32_t group_count;  /* of all leaves of refitted trees */
-    ARRAY(uint16_t) masks; /* of refitted trees, see leaf_tables */
-    bool has_all_blocks;   /* since the last build_trees */
-    leaf_fit fit;          /* what boxes of leaves are fitted from, since then too */
+    ARRAY(uint16_t) masks; /* of refitted trees from the second build on, see leaf_tables */
+    bool was_built;        /* at least once */
+    bool has_masks;
+    bool has_all_blocks; /* since the last build_trees */
+    leaf_fit fit;        /* what boxes of leaves are fitted from, since then too */
     slot_list triangles, vertices, edges;
     pair_tables tables;
     uint64_t *voxel_keys[2];         /* one a triangle; voxel trees only */
@@ -161,8 +165,9 @@ void assign_slot(slot_list *list, uint32_t slot, uint32_t feature, const uint32_
  * records are numbered in leaf order. */
 tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint32_t surface);
 
-/* leaf_masks.c: which features of a leaf and itself, and its neighbours, share no vertex. */
-tulle_status mask_leaves(broad_phase *broad, const surface_tree *tree);
+/* leaf_masks.c: which features of a leaf and itself, and its neighbours, share no vertex, for all
+ * refitted trees; false when memory is short. */
+bool make_leaf_masks(broad_phase *broad);
 
 /* root_pairs.c: fills search_tasks[0] with a task for each pair of surfaces that may meet and whose
  * roots do, ascending; false when memory is short. */
@@ -179,6 +184,5 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
 /* Boxes and labels of nodes, and blocks of all leaves, unless patches leave out most of them; false
  * when memory is short. */
 bool fit_trees(broad_phase *broad, const surface_set *set, int threads);
-void release_blocks(broad_phase *broad);
 
 #endif

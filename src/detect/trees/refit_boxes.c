@@ -82,7 +82,7 @@ static void fit_vertex_task(void *context, size_t begin, size_t end, size_t chun
     const vertex_context *const vertices = context;
     const vertex_fit *const fit = &vertices->fit;
     fit_task *const task = &vertices->broad->fit_tasks[chunk];
-    task->is_finite = TULLE_PICK_KERNEL(fit_vertices)(fit, task->begin, task->end, &task->motion);
+    task->is_finite = TULLE_PICK_KERNEL(fit_vertices)(fit, task->begin, task->end, &task->sums);
     if (vertices->broad->following != PATHS_WHERE_LONG) return;
     task->ways = (way_sums){0.0, 0.0};
     for (uint32_t i = task->begin; task->end - i > RECORDS_APART; i += RECORDS_APART) {
@@ -121,6 +121,7 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
                                       .x0 = x0,
                                       .x1 = x1,
                                       .records = broad->records,
+                                      .points = broad->points,
                                       .boxes = broad->vertex_boxes}};
     for (int k = 0; k < 8; k++) {
         if (k % 4 == 3) continue;
@@ -135,15 +136,24 @@ bool fit_vertex_boxes(broad_phase *broad, const surface_set *set, const double *
     bool is_finite = true;
     double motion = 0.0, count = 0.0;
     way_sums ways = {0.0, 0.0};
+    for (uint32_t s = 0; s < set->surface_count; s++)
+        if (!broad->trees[s].is_fitted) broad->trees[s].largest = 0.0;
     for (size_t i = 0; i < new_count; i++) {
         const fit_task *const task = &broad->fit_tasks[i];
+        surface_tree *const tree = &broad->trees[task->surface];
         is_finite = is_finite && task->is_finite;
+        tree->largest = fmax(tree->largest, task->sums.largest);
         if (set->surfaces[task->surface].is_static) continue;
-        motion += task->motion;
+        motion += task->sums.motion;
         ways.own += task->ways.own;
         ways.relative += task->ways.relative;
         count += (double)(task->end - task->begin);
     }
+    broad->tables.largest_point = 0.0;
+    for (uint32_t s = 0; s < set->surface_count; s++)
+        if (set->surfaces[s].is_present)
+            broad->tables.largest_point =
+                fmax(broad->tables.largest_point, broad->trees[s].largest);
     bool const moves_together =
         broad->following == PATHS_ALWAYS || ways.relative < RELATIVE_MOTION * ways.own;
     broad->is_straight = broad->following != PATHS_IN_BOXES && moves_together &&
@@ -213,7 +223,7 @@ static void fit_upper_nodes(const broad_phase *broad, surface_tree *tree) {
     }
 }
 
-void release_blocks(broad_phase *broad) {
+void broad_phase_release_blocks(broad_phase *broad) {
     memory *const heap = broad->heap;
     memory_release(heap, broad->slabs, broad->leaf_capacity * sizeof *broad->slabs);
     memory_release(heap, broad->blocks, broad->block_capacity * sizeof *broad->blocks);
@@ -241,17 +251,17 @@ bool fit_trees(broad_phase *broad, const surface_set *set, int threads) {
      * leaves; else workers keep blocks of their own. */
     memory *const heap = broad->heap;
     broad->has_all_blocks = !broad->has_labels && broad->method == BROAD_PHASE_REFIT;
-    if (!broad->has_all_blocks && broad->blocks) release_blocks(broad);
+    if (!broad->has_all_blocks && broad->blocks) broad_phase_release_blocks(broad);
     if (broad->has_all_blocks && !broad->blocks && broad->leaf_capacity > 0) {
         bool const needs_slabs = broad->following != PATHS_IN_BOXES;
         ARRAY_FREE(heap, &broad->kept_blocks);
         broad->block_capacity =
             LEAF_HEADER * broad->leaf_capacity + GROUP_FLOATS * (size_t)broad->group_count;
-        broad->blocks = memory_allocate_zeroed(heap, broad->block_capacity, sizeof *broad->blocks);
+        broad->blocks = memory_allocate(heap, broad->block_capacity * sizeof *broad->blocks);
         if (needs_slabs)
-            broad->slabs = memory_allocate_zeroed(heap, broad->leaf_capacity, sizeof *broad->slabs);
+            broad->slabs = memory_allocate(heap, broad->leaf_capacity * sizeof *broad->slabs);
         if (!broad->blocks || (needs_slabs && !broad->slabs)) {
-            release_blocks(broad);
+            broad_phase_release_blocks(broad);
             return false;
         }
     }

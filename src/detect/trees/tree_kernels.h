@@ -82,8 +82,15 @@ typedef struct vertex_fit {
     const double *x0, *x1;
     double origin[8], scale[8], half[8]; /* for both ends; the fourth of each is 0 */
     vertex_record *records;              /* null: none */
+    vertex_point *points;                /* null: none */
     vertex_box *boxes;
 } vertex_fit;
+
+/* Of some vertices, in box coordinates. */
+typedef struct vertex_sums {
+    double motion;  /* how far they move along each axis, in all */
+    double largest; /* of all coordinates, at both ends */
+} vertex_sums;
 
 typedef struct leaf_fit {
     const tree_leaf *leaves;
@@ -131,16 +138,15 @@ typedef struct leaf_tables {
     /* Which features of two leaves share no vertex, and are to be compared. A leaf has such masks
      * for itself, then for each of its neighbours. Each edge of the leaf has bits of the other's
      * edges, group by group. Each vertex of the leaf has bits of the other's triangles, and each
-     * vertex of the other has bits of the leaf's triangles. Null where leaves do not know their
-     * neighbours. */
+     * vertex of the other has bits of the leaf's triangles. Null until they are made. */
     const uint16_t *masks;
-    bool is_one_tree; /* leaves of a pair may be equal, or share vertices */
+    bool has_neighbours; /* leaves know theirs */
+    bool is_one_tree;    /* leaves of a pair may be equal, or share vertices */
 } leaf_tables;
 
-/* Records begin .. end - 1; false when a position is not finite. *motion: how far they move along
- * each axis, in all, in box coordinates. */
+/* Records begin .. end - 1; false when a position is not finite. */
 TULLE_DECLARE_KERNEL(bool, fit_vertices,
-                     (const vertex_fit *fit, size_t begin, size_t end, double *motion))
+                     (const vertex_fit *fit, size_t begin, size_t end, vertex_sums *sums))
 /* Blocks of leaves begin .. end - 1, among those of all. */
 TULLE_DECLARE_KERNEL(void, fit_leaves, (const leaf_fit *fit, size_t begin, size_t end))
 /* Boxes of nodes begin .. end - 1 whose children are leaves, and slabs of these, unless null. */

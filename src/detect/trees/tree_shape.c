@@ -9,93 +9,112 @@
 
 #include "detect/trees/broad_phase_parts.h"
 
-typedef struct shaper {
-    uint32_t *order; /* triangles */
-    const uint32_t *corners;
-    const double *rest;
-} shaper;
+enum { NINE = 9 };
 
-/* Three times the centroid of a triangle, along an axis. */
-static double sum_corners(const shaper *shape, uint32_t triangle, size_t axis) {
-    const uint32_t *const corner = shape->corners + 3 * (size_t)triangle;
-    return shape->rest[3 * (size_t)corner[0] + axis] + shape->rest[3 * (size_t)corner[1] + axis] +
-           shape->rest[3 * (size_t)corner[2] + axis];
+/* A triangle on its way to its leaf, with three times its centroid. */
+typedef struct placed_triangle {
+    double sum[3]; /* [m] of its corners */
+    uint32_t triangle;
+} placed_triangle;
+
+/* Without a branch: which comes first is anyone's guess. */
+static inline bool comes_before(const placed_triangle *a, const placed_triangle *b, size_t axis) {
+    double const x = a->sum[axis], y = b->sum[axis];
+    return (x < y) | ((x == y) & (a->triangle < b->triangle));
 }
 
-static bool comes_before(const shaper *shape, size_t axis, uint32_t a, uint32_t b) {
-    double const x = sum_corners(shape, a, axis), y = sum_corners(shape, b, axis);
-    return x < y || (x == y && a < b);
+/* The one in the middle of three. */
+static size_t choose_middle(const placed_triangle *triangles, size_t axis, size_t a, size_t b,
+                            size_t c) {
+    bool const ab = comes_before(&triangles[a], &triangles[b], axis);
+    bool const bc = comes_before(&triangles[b], &triangles[c], axis);
+    if (ab == bc) return b;
+    return comes_before(&triangles[a], &triangles[c], axis) == ab ? c : a;
+}
+
+/* Near the middle, as a rule: the middle one of three, or of the middle ones of three times three,
+ * from all over the range. */
+static size_t choose_pivot(const placed_triangle *triangles, size_t axis, size_t begin,
+                           size_t end) {
+    size_t const step = (end - begin) / NINE, middle = begin + (end - begin) / 2;
+    if (step == 0) return choose_middle(triangles, axis, begin, middle, end - 1);
+    size_t thirds[3];
+    for (size_t k = 0; k < 3; k++) {
+        size_t const at = begin + step / 2 + 3 * step * k;
+        thirds[k] = choose_middle(triangles, axis, at, at + step, at + 2 * step);
+    }
+    return choose_middle(triangles, axis, thirds[0], thirds[1], thirds[2]);
+}
+
+static inline void swap_triangles(placed_triangle *a, placed_triangle *b) {
+    placed_triangle const swapped = *a;
+    *a = *b;
+    *b = swapped;
 }
 
 /* Reorders begin .. end - 1 so that the first `middle - begin` come before all others (quickselect
- * of Hoare). The order is total, so no two are equal. */
-static void select_middle(const shaper *shape, size_t axis, size_t begin, size_t end,
+ * of Hoare, partitions of Lomuto). The order is total, so no two are equal. */
+static void select_middle(placed_triangle *triangles, size_t axis, size_t begin, size_t end,
                           size_t middle) {
     while (end - begin > 1) {
-        /* The pivot is the middle one of first, middle and last, against inputs that come sorted.
-         */
-        uint32_t first = shape->order[begin], pivot = shape->order[begin + (end - begin) / 2];
-        uint32_t const last = shape->order[end - 1];
-        if (comes_before(shape, axis, pivot, first)) {
-            uint32_t const swapped = first;
-            first = pivot;
-            pivot = swapped;
+        swap_triangles(&triangles[choose_pivot(triangles, axis, begin, end)], &triangles[end - 1]);
+        placed_triangle const pivot = triangles[end - 1];
+        size_t split = begin;
+        for (size_t i = begin; i + 1 < end; i++) {
+            bool const is_before = comes_before(&triangles[i], &pivot, axis);
+            swap_triangles(&triangles[i], &triangles[split]);
+            split += is_before;
         }
-        if (comes_before(shape, axis, last, first))
-            pivot = first;
-        else if (comes_before(shape, axis, last, pivot))
-            pivot = last;
-        size_t low = begin, high = end - 1;
-        for (;;) {
-            while (comes_before(shape, axis, shape->order[low], pivot)) low++;
-            while (comes_before(shape, axis, pivot, shape->order[high])) high--;
-            if (low >= high) break;
-            uint32_t const swapped = shape->order[low];
-            shape->order[low++] = shape->order[high];
-            shape->order[high--] = swapped;
-            if (low > high) break;
-        }
-        /* All before `split` are below or at the pivot, all from it on at or above it. */
-        size_t const split = low > begin ? low : begin + 1;
+        swap_triangles(&triangles[split], &triangles[end - 1]);
+        if (middle == split) return;
         if (middle < split)
             end = split;
         else
-            begin = split;
+            begin = split + 1;
     }
 }
 
 /* Splits leaves leaf_begin .. leaf_end - 1 of leaf_count in halves down to single leaves. Triangles
  * of leaf l are count * l / leaf_count on; recursion is log2(leaf_count) deep. */
-static void split_triangles(const shaper *shape, size_t count, size_t leaf_count, size_t leaf_begin,
-                            size_t leaf_end) {
+static void split_triangles(placed_triangle *triangles, size_t count, size_t leaf_count,
+                            size_t leaf_begin, size_t leaf_end) {
     if (leaf_end - leaf_begin < 2) return;
     size_t const leaf_middle = (leaf_begin + leaf_end) / 2;
     size_t const begin = count * leaf_begin / leaf_count, end = count * leaf_end / leaf_count;
+    placed_triangle low = triangles[begin], high = low;
+    for (size_t i = begin + 1; i < end; i++)
+        for (int axis = 0; axis < 3; axis++) {
+            double const x = triangles[i].sum[axis];
+            low.sum[axis] = x < low.sum[axis] ? x : low.sum[axis];
+            high.sum[axis] = x > high.sum[axis] ? x : high.sum[axis];
+        }
     size_t longest = 0;
-    double most = -1.0;
-    for (size_t axis = 0; axis < 3; axis++) {
-        double low = sum_corners(shape, shape->order[begin], axis), high = low;
-        for (size_t i = begin + 1; i < end; i++) {
-            double const x = sum_corners(shape, shape->order[i], axis);
-            low = x < low ? x : low;
-            high = x > high ? x : high;
-        }
-        if (high - low > most) {
-            most = high - low;
-            longest = axis;
-        }
-    }
-    select_middle(shape, longest, begin, end, count * leaf_middle / leaf_count);
-    split_triangles(shape, count, leaf_count, leaf_begin, leaf_middle);
-    split_triangles(shape, count, leaf_count, leaf_middle, leaf_end);
+    for (size_t axis = 1; axis < 3; axis++)
+        if (high.sum[axis] - low.sum[axis] > high.sum[longest] - low.sum[longest]) longest = axis;
+    select_middle(triangles, longest, begin, end, count * leaf_middle / leaf_count);
+    split_triangles(triangles, count, leaf_count, leaf_begin, leaf_middle);
+    split_triangles(triangles, count, leaf_count, leaf_middle, leaf_end);
 }
 
-void order_triangles(uint32_t *order, const surface_range *range, size_t leaf_count,
+bool order_triangles(memory *heap, uint32_t *order, const surface_range *range, size_t leaf_count,
                      const uint32_t *corners, const double *rest) {
     size_t const count = range->triangle_end - range->triangle_begin;
-    shaper const shape = {.order = order, .corners = corners, .rest = rest};
-    for (size_t i = 0; i < count; i++) order[i] = range->triangle_begin + (uint32_t)i;
-    split_triangles(&shape, count, leaf_count, 0, leaf_count);
+    placed_triangle *const triangles = memory_allocate(heap, count * sizeof *triangles);
+    if (!triangles) return false;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t const triangle = range->triangle_begin + (uint32_t)i;
+        const uint32_t *const corner = corners + 3 * (size_t)triangle;
+        placed_triangle *const placed = &triangles[i];
+        placed->triangle = triangle;
+        for (size_t axis = 0; axis < 3; axis++)
+            placed->sum[axis] = rest[3 * (size_t)corner[0] + axis] +
+                                rest[3 * (size_t)corner[1] + axis] +
+                                rest[3 * (size_t)corner[2] + axis];
+    }
+    split_triangles(triangles, count, leaf_count, 0, leaf_count);
+    for (size_t i = 0; i < count; i++) order[i] = triangles[i].triangle;
+    memory_release(heap, triangles, count * sizeof *triangles);
+    return true;
 }
 
 tulle_status shape_refit_tree(broad_phase *broad, const surface_set *set, uint32_t surface,
@@ -104,8 +123,9 @@ tulle_status shape_refit_tree(broad_phase *broad, const surface_set *set, uint32
     surface_tree *const tree = &broad->trees[surface];
     size_t const count = range->triangle_end - range->triangle_begin;
     if (count == 0) return assign_even_slots(broad, set, surface);
-    order_triangles(broad->triangles.features + range->triangle_begin, range, tree->leaf_count,
-                    set->topo->triangles, rest);
+    if (!order_triangles(broad->heap, broad->triangles.features + range->triangle_begin, range,
+                         tree->leaf_count, set->topo->triangles, rest))
+        return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t l = 0; l < tree->leaf_count; l++) {
         tree_leaf *const leaf = &broad->leaves[tree->leaf_begin + l];
         leaf->triangle_begin = range->triangle_begin + (uint32_t)(count * l / tree->leaf_count);

@@ -16,8 +16,8 @@ static inline uint32_t choose_leaf_count(size_t count) {
 }
 
 /* tree_shape.c: fills `order` with the triangles of a surface, leaf after leaf: leaf l has those
- * from count * l / leaf_count on. corners: of all triangles. */
-void order_triangles(uint32_t *order, const surface_range *range, size_t leaf_count,
+ * from count * l / leaf_count on. corners: of all triangles. False when memory is short. */
+bool order_triangles(memory *heap, uint32_t *order, const surface_range *range, size_t leaf_count,
                      const uint32_t *corners, const double *rest);
 
 #endif

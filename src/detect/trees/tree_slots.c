@@ -105,23 +105,39 @@ static void fill_slots(dealer *deal) {
     }
 }
 
+/* The leaves around a vertex, counted in the tree, each once; returns how many. */
+static uint32_t list_leaves(const dealer *deal, uint32_t vertex, uint32_t leaves[HUB_TRIANGLES]) {
+    const adjacency *const around = &deal->topo->vertex_triangles;
+    uint32_t leaf_count = 0;
+    for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
+        uint32_t const leaf = deal->triangle_leaf[around->items[i] - deal->range->triangle_begin];
+        uint32_t at = 0;
+        while (at < leaf_count && leaves[at] != leaf) at++;
+        if (at == leaf_count) leaves[leaf_count++] = leaf;
+    }
+    return leaf_count;
+}
+
 /* Leaves that share a vertex become neighbours. */
 static void join_leaves(dealer *deal) {
     const adjacency *const around = &deal->topo->vertex_triangles;
-    const uint32_t *const leaf_of = deal->triangle_leaf;
     uint32_t const first = deal->range->triangle_begin;
     for (uint32_t v = deal->range->vertex_begin; v < deal->range->vertex_end; v++) {
         const uint32_t *const triangles = around->items + around->begin[v];
         uint32_t const count = around->begin[v + 1] - around->begin[v];
-        for (uint32_t i = 0; i < count; i++) {
-            uint32_t const own = leaf_of[triangles[i] - first];
-            uint32_t *const neighbours = deal->leaves[own].neighbours;
-            if (count > HUB_TRIANGLES) neighbours[0] = LEAF_ANY;
-            for (uint32_t j = 0; j < count && neighbours[0] != LEAF_ANY; j++) {
-                uint32_t const other = leaf_of[triangles[j] - first];
-                if (other <= own) continue;
+        if (count > HUB_TRIANGLES) {
+            for (uint32_t i = 0; i < count; i++)
+                deal->leaves[deal->triangle_leaf[triangles[i] - first]].neighbours[0] = LEAF_ANY;
+            continue;
+        }
+        uint32_t leaves[HUB_TRIANGLES];
+        uint32_t const leaf_count = list_leaves(deal, v, leaves);
+        for (uint32_t i = 0; i < leaf_count; i++) {
+            uint32_t *const neighbours = deal->leaves[leaves[i]].neighbours;
+            for (uint32_t j = 0; j < leaf_count && neighbours[0] != LEAF_ANY; j++) {
+                if (leaves[j] <= leaves[i]) continue;
                 /* no leaf has 0 as neighbour of higher number: it marks a free place */
-                uint32_t const neighbour = deal->leaf_begin + other;
+                uint32_t const neighbour = deal->leaf_begin + leaves[j];
                 size_t at = 0;
                 while (at < LEAF_NEIGHBOURS && neighbours[at] != neighbour && neighbours[at] != 0)
                     at++;
@@ -132,6 +148,29 @@ static void join_leaves(dealer *deal) {
             }
         }
     }
+}
+
+/* Lists the records of the corners of each leaf, each once; false when memory is short. */
+static bool list_corners(dealer *deal) {
+    broad_phase *const broad = deal->broad;
+    uint32_t *const listed_by = deal->vertex_leaf; /* no longer needed: now of records */
+    uint32_t const first = deal->range->vertex_begin;
+    for (uint32_t v = first; v < deal->range->vertex_end; v++) listed_by[v - first] = TULLE_NONE;
+    for (uint32_t l = 0; l < deal->leaf_count; l++) {
+        tree_leaf *const leaf = &deal->leaves[l];
+        if (!ARRAY_RESERVE(broad->heap, &broad->leaf_corners, LEAF_SLOTS)) return false;
+        const uint32_t *const corners = broad->triangles.corners + 3 * (size_t)leaf->triangle_begin;
+        leaf->corner_begin = (uint32_t)broad->leaf_corners.count;
+        for (uint32_t i = 0; i < 3 * (leaf->triangle_end - leaf->triangle_begin); i++) {
+            if (listed_by[corners[i] - first] == l) continue;
+            listed_by[corners[i] - first] = l;
+            broad->leaf_corners.data[broad->leaf_corners.count++] = corners[i];
+        }
+        leaf->corner_end = (uint32_t)broad->leaf_corners.count;
+        leaf->group_begin = broad->group_count;
+        broad->group_count += count_groups(leaf);
+    }
+    return true;
 }
 
 tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint32_t surface) {
@@ -166,27 +205,7 @@ tulle_status assign_even_slots(broad_phase *broad, const surface_set *set, uint3
         for (size_t i = 0; i < LEAF_NEIGHBOURS && neighbours[i] != 0; i++)
             tree->near_pair_count += neighbours[0] != LEAF_ANY;
     }
-    /* the records of the corners of each leaf, each once */
-    bool has_room = true;
-    for (uint32_t l = 0; l < tree->leaf_count; l++) {
-        tree_leaf *const leaf = &deal.leaves[l];
-        has_room = ARRAY_RESERVE(heap, &broad->leaf_corners, LEAF_SLOTS);
-        if (!has_room) break;
-        const uint32_t *const corners = broad->triangles.corners + 3 * (size_t)leaf->triangle_begin;
-        uint32_t *const own = broad->leaf_corners.data + broad->leaf_corners.count;
-        uint32_t count = 0;
-        for (uint32_t i = 0; i < 3 * (leaf->triangle_end - leaf->triangle_begin); i++) {
-            uint32_t at = 0;
-            while (at < count && own[at] != corners[i]) at++;
-            if (at == count) own[count++] = corners[i];
-        }
-        leaf->group_begin = broad->group_count;
-        broad->group_count += count_groups(leaf);
-        leaf->corner_begin = (uint32_t)broad->leaf_corners.count;
-        broad->leaf_corners.count += count;
-        leaf->corner_end = (uint32_t)broad->leaf_corners.count;
-    }
-    has_room = has_room && mask_leaves(broad, tree) == TULLE_OK;
+    bool const has_room = list_corners(&deal);
     memory_release(heap, owners, owner_bytes);
     return has_room ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }

@@ -236,9 +236,10 @@ BOX_INLINE const float *get_block(const leaf_fit *fit, leaf_cache *cache, uint32
 /* How pairs of two leaves of one tree that share a vertex are left out; masks: where. */
 BOX_INLINE sharing choose_sharing(const leaf_tables *tables, const tree_leaf *leaf, uint32_t first,
                                   uint32_t second, const uint16_t **masks) {
-    if (!tables->masks || leaf->neighbours[0] == LEAF_ANY) return SHARING_COMPARED;
+    if (!tables->has_neighbours || leaf->neighbours[0] == LEAF_ANY) return SHARING_COMPARED;
     uint32_t const found = lanes8_equal(leaf->neighbours, second);
     if (first != second && !found) return SHARING_NONE;
+    if (!tables->masks) return SHARING_COMPARED;
     uint32_t const index = first == second ? 0 : 1 + first_lane(found);
     *masks = tables->masks + leaf->mask_begin + (size_t)index * leaf->mask_stride;
     return SHARING_MASKED;

@@ -103,12 +103,14 @@ static inline double add_motion(path_part x[PARTS]) {
 #endif
 }
 
-bool TULLE_KERNEL(fit_vertices)(const vertex_fit *fit, size_t begin, size_t end, double *motion) {
+bool TULLE_KERNEL(fit_vertices)(const vertex_fit *fit, size_t begin, size_t end,
+                                vertex_sums *sums) {
     static const double smallest[8] = {FLOAT_UNDERFLOW, FLOAT_UNDERFLOW, FLOAT_UNDERFLOW, 0.0,
                                        FLOAT_UNDERFLOW, FLOAT_UNDERFLOW, FLOAT_UNDERFLOW, 0.0};
     path_part const origin = load_numbers(fit->origin), scale = load_numbers(fit->scale);
     path_part const half = load_numbers(fit->half), tiny = load_numbers(smallest);
     path_part doubt = {0.0}; /* becomes NaN with the first value that is not finite */
+    path_part most = {0.0};
     double moved = 0.0;
     for (size_t i = begin; i < end; i++) {
         size_t const vertex = fit->vertices ? fit->vertices[i] : i;
@@ -125,13 +127,21 @@ bool TULLE_KERNEL(fit_vertices)(const vertex_fit *fit, size_t begin, size_t end,
                 memcpy((char *)&fit->records[i] + sizeof at * (size_t)part, &at, sizeof at);
             doubt += at - at;
             x[part] = clamp((at - origin) * scale);
+            most = greater(most, absolute(x[part]));
+            if (fit->points) {
+                part_sides const point = __builtin_convertvector(x[part], part_sides);
+                memcpy((char *)&fit->points[i] + sizeof point * (size_t)part, &point, sizeof point);
+            }
             compute_sides(x[part], half, tiny, sides[part]);
         }
         write_sides(sides, &fit->boxes[i]);
         moved += add_motion(x);
     }
-    *motion = moved;
+    *sums = (vertex_sums){.motion = moved};
     double sum = 0.0;
-    for (size_t k = 0; k < sizeof doubt / sizeof(double); k++) sum += doubt[k];
+    for (size_t k = 0; k < sizeof doubt / sizeof(double); k++) {
+        sum += doubt[k];
+        if (most[k] > sums->largest) sums->largest = most[k];
+    }
     return sum == 0.0;
 }
