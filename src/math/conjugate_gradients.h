@@ -46,7 +46,7 @@ typedef enum conjugate_gradients_end {
     CONJUGATE_GRADIENTS_NOT_POSITIVE, /* p . A p <= 0 for a direction p: A is not positive definite
                                        */
     CONJUGATE_GRADIENTS_NOT_FINITE,   /* a product or a dot became infinite or NaN */
-    CONJUGATE_GRADIENTS_STALLED       /* of single_solver only: no nearer by single precision */
+    CONJUGATE_GRADIENTS_STALLED       /* of single_solve only: no nearer by single precision */
 } conjugate_gradients_end;
 
 typedef struct conjugate_gradients_result {

@@ -1,9 +1,10 @@
 /* detect/impact/narrow_phase.c - tests of candidates in batches, see narrow_phase.h.
  *
- * Each worker takes its pairs through the filters as they come, eight at a time. Pairs that survive
- * wait in the worker's pool of that kind; a full pool goes through conservative advancement.
- * Pairs out of the range of the kernels are tested one by one. Events go to blocks of a shared
- * store and are sorted at the end, so neither they nor their order depend on who tested what. */
+ * Each worker takes its pairs through the filters as they come, several at a time. Pairs that
+ * survive wait in the worker's pool of that kind; a full pool goes through conservative
+ * advancement. Pairs out of the range of the kernels are tested one by one. Events go to blocks of
+ * a shared store and are sorted at the end, so neither they nor their order depend on who tested
+ * what. */
 #include "detect/impact/narrow_phase.h"
 
 #include "base/timer.h"

@@ -55,9 +55,9 @@ typedef struct broad_phase_options {
                         Null: they ask nothing. */
     uint64_t most_candidates; /* find_pairs ends with TULLE_ERROR_LIMIT where there are more,
                                  whoever counts them; 0: any number */
-    arena *scratch; /* For callers of find_pairs alone. The records in pair_tables are then null,
-                       and each build_trees puts the boxes of vertices into the arena, which must
-                       not be released before find_pairs. Null: they stay where they are. */
+    arena *scratch; /* For callers of find_pairs alone. Records and points in pair_tables are then
+                       null, and each build_trees puts the boxes of vertices into the arena, which
+                       must not be released before find_pairs. Null: they stay where they are. */
 } broad_phase_options;
 /* The options hold from the next build_trees on. Before the first call all of them are zero. */
 void broad_phase_configure(broad_phase *broad, broad_phase_options options);
