@@ -47,6 +47,8 @@ typedef struct single_case {
     const spring_system *system;
     const spring_matrix *matrix;
     nested_aggregates *aggregates; /* null: without */
+    const late_aggregates *late;   /* of `single`; null: none */
+    single_system *single;
     conjugate_gradients_problem *problem;
     size_t apart_count; /* terms between vertices far apart */
     arena *scratch;
@@ -56,15 +58,15 @@ typedef struct single_case {
 static conjugate_gradients_result solve_single(const single_case *given, double *x) {
     const spring_matrix *const matrix = given->matrix;
     arena_mark const mark = arena_get_mark(given->scratch);
-    single_system single;
-    assert_true(single_system_make(&given->system->matrix, given->scratch, &single));
-    assert_true(single_system_set_terms(&single, matrix->terms, matrix->term_count,
+    single_system own, *const single = given->single ? given->single : &own;
+    assert_true(single_system_make(&given->system->matrix, given->scratch, single));
+    assert_true(single_system_set_terms(single, matrix->terms, matrix->term_count,
                                         given->problem->threads, given->scratch));
-    assert_int_equal(single.apart_count, given->apart_count);
-    single.aggregates = given->aggregates;
+    assert_int_equal(single->apart_count, given->apart_count);
+    single->aggregates = given->aggregates;
     memset(x, 0, 3 * given->problem->vertex_count * sizeof(double));
     conjugate_gradients_result result;
-    assert_int_equal(single_solve(given->problem, &single, NULL, x, given->scratch, &result),
+    assert_int_equal(single_solve(given->problem, single, given->late, x, given->scratch, &result),
                      TULLE_OK);
     arena_release(given->scratch, mark);
     return result;
@@ -163,7 +165,8 @@ static void check_single_solve(bool is_by_rows) {
     make_test_problem(&test, 33, 300.0, 1e-10);
     if (is_by_rows) solve_by_rows(&test);
     solve_plainly(&test);
-    single_case const given = {&test.system, &test.matrix, NULL, &test.problem, 6, &test.scratch};
+    single_case const given = {&test.system, &test.matrix,  NULL, NULL,
+                               NULL,         &test.problem, 6,    &test.scratch};
     check_bits(&given, test.x);
     check_solution(&test);
     test.problem.max_iterations = 3;
@@ -186,7 +189,8 @@ static void check_aggregates(bool is_by_rows) {
     make_test_problem(&test, 60, 3000.0, 1e-9);
     if (is_by_rows) solve_by_rows(&test);
     solve_plainly(&test);
-    single_case given = {&test.system, &test.matrix, NULL, &test.problem, 6, &test.scratch};
+    single_case given = {&test.system, &test.matrix,  NULL, NULL,
+                         NULL,         &test.problem, 6,    &test.scratch};
     test.problem.threads = 1;
     int const without = solve_single(&given, test.x).iterations;
     given.aggregates =
@@ -209,6 +213,68 @@ static void test_aggregates(void **state) {
     check_aggregates(true);
 }
 
+/* Aggregates that a system gets when it asks for them. */
+typedef struct aggregate_offer {
+    single_system *system;
+    nested_aggregates *aggregates; /* null: no memory */
+    int calls;
+} aggregate_offer;
+
+static bool accept_offer(void *context) {
+    aggregate_offer *const offer = context;
+    offer->calls++;
+    offer->system->aggregates = offer->aggregates;
+    return offer->aggregates != NULL;
+}
+
+/* A solve that takes long goes on with aggregates, once. Without memory for them it fails. */
+static void test_late_aggregates(void **state) {
+    (void)state;
+    test_problem test;
+    make_test_problem(&test, 60, 3000.0, 1e-9);
+    solve_plainly(&test);
+    test.problem.threads = 1;
+    single_case given = {&test.system, &test.matrix,  NULL, NULL,
+                         NULL,         &test.problem, 6,    &test.scratch};
+    int const without = solve_single(&given, test.x).iterations;
+    nested_aggregates *const aggregates =
+        nested_aggregates_build(&test.system.heap, &test.system.matrix, &test.scratch);
+    assert_non_null(aggregates);
+    assert_true(nested_aggregates_set_matrix(aggregates, &test.system.matrix, test.system.is_fixed,
+                                             1, &test.scratch));
+    nested_aggregates_set_terms(aggregates, test.terms, 12, 1);
+    given.aggregates = aggregates;
+    int const with = solve_single(&given, test.x).iterations;
+    given.aggregates = NULL;
+    single_system single;
+    aggregate_offer offer = {&single, aggregates, 0};
+    late_aggregates late = {8, accept_offer, &offer};
+    given.single = &single;
+    given.late = &late;
+    conjugate_gradients_result const result = solve_single(&given, test.x);
+    assert_int_equal(offer.calls, 1);
+    assert_int_equal(result.end, CONJUGATE_GRADIENTS_CONVERGED);
+    assert_true(result.residual <= 1e-9 && result.iterations != with);
+    assert_true(3 * result.iterations < 2 * without);
+    check_solution(&test);
+    late.plain_iterations = without + 1; /* it is done before */
+    assert_int_equal(solve_single(&given, test.x).iterations, without);
+    assert_int_equal(offer.calls, 1);
+    late.plain_iterations = 8;
+    offer.aggregates = NULL;
+    arena_mark const mark = arena_get_mark(&test.scratch);
+    assert_true(single_system_make(&test.system.matrix, &test.scratch, &single));
+    assert_true(single_system_set_terms(&single, test.terms, 12, 1, &test.scratch));
+    memset(test.x, 0, 3 * test.problem.vertex_count * sizeof(double));
+    conjugate_gradients_result failed;
+    assert_int_equal(single_solve(&test.problem, &single, &late, test.x, &test.scratch, &failed),
+                     TULLE_ERROR_OUT_OF_MEMORY);
+    arena_release(&test.scratch, mark);
+    assert_int_equal(offer.calls, 2);
+    nested_aggregates_destroy(&test.system.heap, aggregates);
+    destroy_test_problem(&test);
+}
+
 static conjugate_gradients_result solve_double(test_problem *test) {
     memset(test->x, 0, 3 * test->problem.vertex_count * sizeof(double));
     conjugate_gradients_result result;
@@ -225,7 +291,8 @@ static void test_patience(void **state) {
     solve_plainly(&test);
     test.problem.threads = 1;
     conjugate_gradients_problem *const problem = &test.problem;
-    single_case const given = {&test.system, &test.matrix, NULL, problem, 6, &test.scratch};
+    single_case const given = {&test.system, &test.matrix, NULL, NULL,
+                               NULL,         problem,      6,    &test.scratch};
     for (int is_single = 0; is_single < 2; is_single++) {
         problem->late_tolerance = 0.0;
         problem->patience = 5; /* without a late tolerance it means nothing */
@@ -256,6 +323,7 @@ int main(void) {
     struct CMUnitTest const tests[] = {
         cmocka_unit_test(test_single_solve),
         cmocka_unit_test(test_aggregates),
+        cmocka_unit_test(test_late_aggregates),
         cmocka_unit_test(test_patience),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -423,6 +423,7 @@ static tulle_status solve_linear(motion_solve *solve) {
     } else { /* no hard row joins bodies to cloth: these are solved by themselves, at once */
         solve->is_cloth_only = true;
         problem.vertex_count = scene->cloth_vertex_count;
+        problem.is_idle = solve->matrix.is_idle;
         precondition_bodies(scene, solve->diagonal, solve->right_hand_side, solve->u);
         if (settings->effort->patience > 0 && solve->reference > 0.0) {
             problem.patience = choose_patience(solve);
