@@ -9,7 +9,7 @@
 
 #include "detect/trees/broad_phase_parts.h"
 
-enum { NINE = 9 };
+enum { PIVOT_SAMPLES = 9 };
 
 /* A triangle on its way to its leaf, with three times its centroid. */
 typedef struct placed_triangle {
@@ -36,7 +36,7 @@ static size_t choose_middle(const placed_triangle *triangles, size_t axis, size_
  * from all over the range. */
 static size_t choose_pivot(const placed_triangle *triangles, size_t axis, size_t begin,
                            size_t end) {
-    size_t const step = (end - begin) / NINE, middle = begin + (end - begin) / 2;
+    size_t const step = (end - begin) / PIVOT_SAMPLES, middle = begin + (end - begin) / 2;
     if (step == 0) return choose_middle(triangles, axis, begin, middle, end - 1);
     size_t thirds[3];
     for (size_t k = 0; k < 3; k++) {
