@@ -136,9 +136,11 @@ static void renew_rows(void *context, size_t begin, size_t end, size_t chunk, in
 /* Adds a block to the copy, at an entry of the pattern in this row. */
 static void add_block(single_system *system, size_t entry, size_t row, const float *block) {
     const single_diagonals *const diagonals = &system->diagonals;
-    float *to = system->copy.values + SINGLE_BLOCK * entry;
+    float *to;
     size_t stride = 1;
-    if (diagonals->pattern) {
+    if (!diagonals->pattern) {
+        to = system->copy.values + SINGLE_BLOCK * entry;
+    } else {
         if (diagonals->pattern->of_blocks[entry] == NO_DIAGONAL) return;
         stride = diagonals->stride;
         to = diagonals->planes + row +
