@@ -7,10 +7,16 @@
 #include <math.h>
 #include <string.h>
 
-/* Friction is settled when its misfit is less than this part of the momentum that a cloth gains in
- * a step. The misfits of sliding cloth have the same direction in every step, so they add up: with
- * a larger part cloth slides too fast (docs/experiments/contact.md). */
+/* Friction between cloths is settled when its misfit is less than this part of the momentum that a
+ * cloth gains in a step. The misfits of sliding cloth have the same direction in every step, so
+ * they add up: with a larger part cloth slides too fast (docs/experiments/contact.md). */
 static const double SETTLED_SHARE = 0.01;
+
+/* Whether a side of the row is of an obstacle, which no impulse moves. */
+static bool is_on_obstacle(const contact_scene *scene, const row_frame *frame) {
+    return !frame->has_body && (frame->vertices[0] >= scene->cloth_vertex_count ||
+                                frame->vertices[3] >= scene->cloth_vertex_count);
+}
 
 /* Whether misfits give a cloth that nothing holds more speed than settings and the step's own
  * change of its motion allow, or a cloth still slips as a whole on the rows that hold it: their
@@ -71,7 +77,8 @@ tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iter
             if (row->frame.vertices[k] >= scene->cloth_vertex_count) continue;
             friction_sums *const sum = &sums[scene->vertex_surface[row->frame.vertices[k]]];
             double const weight = row->frame.weights[k];
-            sum->misfit = vec3_add_scaled(sum->misfit, misfit, weight);
+            vec3 *const to = is_on_obstacle(scene, &row->frame) ? &sum->missed : &sum->misfit;
+            *to = vec3_add_scaled(*to, misfit, weight);
             sum->slip = vec3_add_scaled(sum->slip, slip, weight * penalty);
             if (sticks) sum->held += fabs(weight) * penalty;
         }

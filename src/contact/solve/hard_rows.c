@@ -81,6 +81,17 @@ static vec3 set_friction(contact_row *row, vec3 trial, vec3 slip, bool is_held) 
     return friction;
 }
 
+mat3 get_pull(const contact_row *row) {
+    const row_solve *const solve = &row->solve;
+    vec3 const n = row->frame.normal;
+    mat3 const all = mat3_identity(solve->slip_pull);
+    mat3 const along = mat3_outer(solve->slip_free, solve->slip_free, -solve->slip_pull);
+    mat3 pull = mat3_outer(n, n, solve->stiffness - solve->slip_pull);
+    mat3_add_scaled(&pull, &all, 1.0);
+    mat3_add_scaled(&pull, &along, 1.0);
+    return pull;
+}
+
 void make_pull(const contact_settings *settings, contact_row *row, const double *u) {
     row_solve *const solve = &row->solve;
     vec3 const n = row->frame.normal;
@@ -97,11 +108,7 @@ void make_pull(const contact_settings *settings, contact_row *row, const double 
         else
             set_friction(row, before, slip, true);
     }
-    mat3 const all = mat3_identity(solve->slip_pull);
-    mat3 const along = mat3_outer(solve->slip_free, solve->slip_free, -solve->slip_pull);
-    solve->pull = mat3_outer(n, n, solve->stiffness - solve->slip_pull);
-    mat3_add_scaled(&solve->pull, &all, 1.0);
-    mat3_add_scaled(&solve->pull, &along, 1.0);
+    solve->pull = get_pull(row);
 }
 
 /* An impulse that is too large makes a vertex fly off, which drags its neighbours apart: a row that

@@ -18,6 +18,9 @@ void prepare_hard_rows(const contact_scene *scene, const double *diagonal, conta
  * to each other for nothing. */
 static const double LEAST_VIOLATION = 1e-5;
 
+/* K of a row [kg] by its state: how its impulse answers a velocity. */
+mat3 get_pull(const contact_row *row);
+
 /* Sets K, solve.pull. The friction of a row that was not in the matrix in the round before begins
  * by the slip of u. */
 void make_pull(const contact_settings *settings, contact_row *row, const double *u);

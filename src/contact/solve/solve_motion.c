@@ -18,6 +18,7 @@
 #include "contact/solve/body_drives.h"
 #include "contact/solve/end_round.h"
 #include "contact/solve/hard_rows.h"
+#include "contact/solve/missed_friction.h"
 #include "contact/solve/project_impulses.h"
 #include "contact/solve/solve_bodies.h"
 #include "contact/solve/solve_in_phases.h"
@@ -583,6 +584,8 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
         if (round + 1 >= settings->solve_rounds && report->has_settled) break;
     }
     if (status == TULLE_OK && row_count > 0) {
+        /* after a solve that ended early another one follows */
+        if (!report->is_early) give_missed_friction(scene, list, solve.sums, u);
         for (size_t i = 0; i < row_count; i++) rows[i].solve.is_in_matrix = false;
         /* mends what the tolerance of the solve left; larger changes would give springs energy */
         if (report->violation <= LEAST_VIOLATION)

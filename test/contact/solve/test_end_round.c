@@ -61,6 +61,14 @@ static void make_world(round_world *world) {
     world->list.rows.count = CLOTH_COUNT;
 }
 
+/* What the rows lie on becomes heavy cloth: what friction on obstacles misses has no bound. */
+static void lie_on_cloth(round_world *world, bool is_on_cloth) {
+    world->scene.cloth_vertex_count = is_on_cloth ? COUNT : CLOTH_COUNT;
+    world->ranges[1].is_obstacle = !is_on_cloth;
+    for (uint32_t v = CLOTH_COUNT; v < COUNT; v++)
+        world->inverse_mass[v] = is_on_cloth ? 1e-9 : 0.0;
+}
+
 /* The row of vertex r pushes in the matrix and sticks, and its vertex slips along x at `slip`. The
  * solve took no friction for granted, so the misfit is all of it: -PENALTY slip. */
 static void stick(round_world *world, uint32_t r, double slip) {
@@ -142,12 +150,14 @@ static void bounds_of_costly_rounds_are_wider(void **state) {
     world.rows[1].law.bias = 0.0;
 
     world.scene.settings.settled_drift = 1e-5; /* 4e-5 N s, or 2e-4 */
+    lie_on_cloth(&world, true);
     stick(&world, 0, 1.9e-5);
     assert_true(is_settled(&world, MANY_ITERATIONS));
     assert_false(is_settled(&world, 32));
     stick(&world, 0, 2.1e-5);
     assert_false(is_settled(&world, MANY_ITERATIONS));
     world.scene.settings.settled_drift = 1e9;
+    lie_on_cloth(&world, false);
 
     /* the cloth moves at 0.1 m/s, root mean square, so it may slip at 1e-3 m/s */
     world.scene.settings.settled_slip = 1e-4;
@@ -214,13 +224,16 @@ static void cloth_that_slips_as_a_whole_goes_on(void **state) {
     arena_destroy(&world.scratch);
 }
 
-/* A misfit gives the cloth a speed: its mass times settled_drift is allowed, and a hundredth of the
- * momentum that the step gives it. */
+/* Between cloths a misfit gives a cloth a speed: its mass times settled_drift is allowed, and a
+ * hundredth of the momentum that the step gives it. */
 static void a_drift_is_bounded(void **state) {
     (void)state;
     round_world world;
     make_world(&world);
     world.scene.settings.settled_drift = 1e-5;
+    stick(&world, 0, 4.1e-6);
+    assert_true(is_settled(&world, MANY_ITERATIONS)); /* on an obstacle */
+    lie_on_cloth(&world, true);
     stick(&world, 0, 3.9e-6); /* 3.9e-5 of 4e-5 N s */
     assert_true(is_settled(&world, MANY_ITERATIONS));
     stick(&world, 0, 4.1e-6);
@@ -262,11 +275,21 @@ static void sums_are_those_of_the_rows(void **state) {
                      TULLE_OK);
     /* the second row sees half of its vertex's slip, and acts on it with half of its force */
     double const momentum = PENALTY * (1e-3 + 0.5 * 1.5e-3);
-    assert_true(fabs(world.sums[0].misfit.x + momentum) < 1e-15);
+    assert_true(fabs(world.sums[0].missed.x + momentum) < 1e-15);
+    assert_true(vec3_norm2(world.sums[0].misfit) == 0.0);
     assert_true(fabs(world.sums[0].slip.x - momentum) < 1e-15);
     assert_true(world.sums[0].held == 1.5 * PENALTY);
     assert_true(world.sums[0].slip.y == 0.0 && world.sums[0].slip.z == 0.0);
-    assert_true(world.sums[1].held == 0.0 && vec3_norm2(world.sums[1].misfit) == 0.0);
+    assert_true(world.sums[1].held == 0.0 && vec3_norm2(world.sums[1].missed) == 0.0);
+    arena_destroy(&world.scratch);
+    /* on cloth, which gets the opposite */
+    make_world(&world);
+    stick(&world, 0, 1e-3);
+    lie_on_cloth(&world, true);
+    assert_int_equal(end_round(&world.scene, &world.list, 1, world.sums, world.u, &world.result),
+                     TULLE_OK);
+    assert_true(vec3_norm2(world.sums[0].missed) == 0.0 && world.sums[0].misfit.x < -0.9e-2);
+    assert_true(fabs(world.sums[0].misfit.x + world.sums[1].misfit.x) < 1e-15);
     arena_destroy(&world.scratch);
 }
 
