@@ -35,8 +35,9 @@ static const double HOPELESS_GROWTH = 80.0;
  * foresee impacts by: they may hit everything. */
 static const double LEAP = 4.0;
 
-/* [bytes] of scratch for each vertex of cloth that other stages may need while terms are kept. */
-enum { SCRATCH_BESIDE_TERMS = 640 };
+/* [bytes] of scratch for each vertex of cloth that other stages may need while terms are kept, and
+ * that terms may take in any case. */
+enum { SCRATCH_BESIDE_TERMS = 640, SMALL_TERMS = 1 << 22 };
 
 tulle_status world_tell_failure(const step_context *context, tulle_status status) {
     unsigned long long const step = context->world->step_count;
@@ -78,12 +79,14 @@ tulle_status world_compute_forces(step_context *context) {
     motion_state *const dynamics = &context->dynamics;
     if (!dynamics->guess) {
         context->damping = world_choose_damping(context);
-        /* Terms are kept for later linearisations where a step takes that much memory anyway. With
-         * contacts it does: their search has taken more than what comes after it. */
-        size_t const needed = SCRATCH_BESIDE_TERMS * world->cloth_vertex_count +
-                              measure_force_terms(world->model, &world->def.wind);
+        /* Terms are kept for later linearisations where they are small, or where a step takes that
+         * much memory anyway: where the search for contacts has taken more than what comes after
+         * it. */
+        size_t const size = measure_force_terms(world->model, &world->def.wind);
+        size_t const needed = SCRATCH_BESIDE_TERMS * world->cloth_vertex_count + size;
+        bool const are_kept = size <= SMALL_TERMS || arena_get_room(&world->scratch) > needed;
         context->terms = (force_terms){0};
-        dynamics->terms = arena_get_room(&world->scratch) > needed ? &context->terms : NULL;
+        dynamics->terms = are_kept ? &context->terms : NULL;
     }
     environment const surroundings = {vec3_load(world->def.gravity, 0), world->def.wind};
     force_options const options = {world->def.integrator, world->threads, context->damping,
