@@ -331,8 +331,7 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
         graph = coarse;
     }
     size_t const first_count = all->levels[0].entry_count;
-    if (ok)
-        all->first_values = memory_allocate(heap, BLOCK_NUMBERS * first_count * sizeof(double));
+    if (ok) all->first_values = memory_allocate(heap, BLOCK_NUMBERS * first_count * sizeof(double));
     ok = ok && all->first_values;
     arena_release(scratch, mark);
     if (!ok) {

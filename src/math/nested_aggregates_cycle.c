@@ -81,10 +81,8 @@ static void multiply(const aggregate_level *level, size_t begin, size_t end) {
                                   .scalar_columns = level->columns,
                                   .values = level->values,
                                   .scalar_values = level->values};
-    single_vectors const vectors = {.direction = level->guess,
-                                    .product = level->product,
-                                    .vertex_step = 3,
-                                    .number_step = 1};
+    single_vectors const vectors = {
+        .direction = level->guess, .product = level->product, .vertex_step = 3, .number_step = 1};
     (void)TULLE_PICK_KERNEL(single_multiply)(&matrix, &vectors, begin, end);
 }
 
@@ -106,7 +104,8 @@ static void spread_chunk(void *context, size_t begin, size_t end, size_t chunk, 
     for (size_t m = begin; m < end; m++) {
         floats4 sum = {guess[3 * m], guess[3 * m + 1], guess[3 * m + 2], 0.0F};
         for (uint32_t k = list->begin[m]; k < list->begin[m + 1]; k++)
-            sum += floats4_load(above->correction + 3 * (size_t)list->columns[k]) * list->weights[k];
+            sum +=
+                floats4_load(above->correction + 3 * (size_t)list->columns[k]) * list->weights[k];
         store3(guess + 3 * m, sum);
     }
 }

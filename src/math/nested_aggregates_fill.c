@@ -98,10 +98,8 @@ void nested_aggregates_set_matrix(nested_aggregates *aggregates, const block_mat
         memset(aggregates->is_fixed, 0, aggregates->vertex_count);
     if (aggregates->level_count == 0) return;
     const aggregate_level *const level = &aggregates->levels[0];
-    fill_task task = {.all = aggregates,
-                      .matrix = matrix,
-                      .level = level,
-                      .values = aggregates->first_values};
+    fill_task task = {
+        .all = aggregates, .matrix = matrix, .level = level, .values = aggregates->first_values};
     parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, sum_first_rows, &task);
     parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, mirror_rows, &task);
 }
