@@ -8,7 +8,7 @@
 const solve_effort solve_efforts[] = {
     [TULLE_QUALITY_DRAFT] = {100.0, 16, 0, 100.0, 0.1},
     /* 100 times lets a loop of silk hang 1.2 % too high and damps a swing by Crank-Nicolson */
-    [TULLE_QUALITY_NORMAL] = {30.0, 32, 32, 4.5, 0.01},
+    [TULLE_QUALITY_NORMAL] = {30.0, 48, 32, 4.5, 0.01},
     [TULLE_QUALITY_EXACT] = {0.0, 0, 32, 1.0, 0.0},
 };
 

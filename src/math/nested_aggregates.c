@@ -251,14 +251,9 @@ static bool make_entries(memory *heap, const block_matrix *matrix, const aggrega
         if (pass == 1) break;
         level->entry_count = end;
         level->columns = memory_allocate(heap, end * sizeof(uint32_t));
-        level->mirrors = memory_allocate(heap, end * sizeof(uint32_t));
-        if (!level->columns || !level->mirrors) return false;
+        if (!level->columns) return false;
     }
-    for (uint32_t a = 0; a < count; a++)
-        for (uint32_t k = level->row_begin[a]; k < level->row_begin[a + 1]; k++) {
-            level->mirrors[k] = nested_aggregates_find(level, level->columns[k], a);
-            if (level->columns[k] == a) level->diagonals[a] = k;
-        }
+    for (uint32_t a = 0; a < count; a++) level->diagonals[a] = nested_aggregates_find(level, a, a);
     arena_release(scratch, mark);
     return true;
 }
@@ -330,9 +325,6 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
              make_coarse_graph(&graph, level, scratch, &coarse);
         graph = coarse;
     }
-    size_t const first_count = all->levels[0].entry_count;
-    if (ok) all->first_values = memory_allocate(heap, BLOCK_NUMBERS * first_count * sizeof(double));
-    ok = ok && all->first_values;
     arena_release(scratch, mark);
     if (!ok) {
         nested_aggregates_destroy(heap, all);
@@ -362,7 +354,6 @@ void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates) {
         memory_release(heap, level->row_begin, (count + 1) * sizeof(uint32_t));
         memory_release(heap, level->columns, entries * sizeof(uint32_t));
         memory_release(heap, level->diagonals, count * sizeof(uint32_t));
-        memory_release(heap, level->mirrors, entries * sizeof(uint32_t));
         memory_release(heap, level->no_scalars, (count + 1) * sizeof(uint32_t));
         memory_release(heap, level->values,
                        (SINGLE_BLOCK * entries + SINGLE_PADDING) * sizeof(float));
@@ -371,8 +362,6 @@ void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates) {
     }
     memory_release(heap, aggregates->block_places, aggregates->block_count);
     memory_release(heap, aggregates->scalar_places, aggregates->scalar_count);
-    memory_release(heap, aggregates->first_values,
-                   BLOCK_NUMBERS * aggregates->levels[0].entry_count * sizeof(double));
     memory_release(heap, aggregates->is_fixed, aggregates->vertex_count);
     memory_release(heap, aggregates, sizeof *aggregates);
 }

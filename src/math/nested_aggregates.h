@@ -35,13 +35,12 @@ typedef struct aggregate_level {
     size_t entry_count;
     uint32_t *row_begin, *columns; /* count + 1; entry_count */
     uint32_t *diagonals;           /* count: the entry on the diagonal */
-    uint32_t *mirrors;             /* entry_count: (b, a) of (a, b) */
     uint32_t *no_scalars;          /* count + 1 zeros, which the kernel asks for */
     float *values;                 /* SINGLE_BLOCK an entry, and padding */
     float *inverse;                /* 9 * count of the diagonal's inverse, and padding */
     /* 3 * count and padding: P^T r; what comes before and after the level above; a product */
     float *residual, *guess, *correction, *product;
-    double *dots; /* residual . correction, for each chunk of a loop */
+    double *dots; /* residual . correction, for each chunk of a loop; count at most */
 } aggregate_level;
 
 typedef struct nested_aggregates {
@@ -51,8 +50,7 @@ typedef struct nested_aggregates {
     /* Of each entry of the matrix, the place of its entry in its row of the first level, or
      * NO_PLACE where its mirror image or none is counted. */
     uint8_t *block_places, *scalar_places;
-    double *first_values; /* BLOCK_NUMBERS an entry of the first level: the matrix without terms */
-    uint8_t *is_fixed;    /* vertex_count, of the last matrix */
+    uint8_t *is_fixed; /* vertex_count, of the last matrix */
 } nested_aggregates;
 
 enum { NO_PLACE = 255 };
@@ -60,19 +58,24 @@ enum { NO_PLACE = 255 };
 /* Entry (row, column) of a level; TULLE_NONE: it has none. */
 uint32_t nested_aggregates_find(const aggregate_level *level, uint32_t row, uint32_t column);
 
+/* What aggregates take their numbers from. */
+typedef struct aggregated_system {
+    const block_matrix *matrix;
+    const uint8_t *is_fixed;
+    const matrix_term *terms;
+    size_t term_count;
+} aggregated_system;
+
 /* Aggregates of the vertices that the matrix joins. Null: no memory. During the call
  * scratch holds the graphs of the levels. */
 nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *matrix,
                                            arena *scratch);
 void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates);
 
-/* Takes the numbers of a matrix without the rows and columns of fixed vertices (null: none). */
-void nested_aggregates_set_matrix(nested_aggregates *aggregates, const block_matrix *matrix,
-                                  const uint8_t *is_fixed, int threads);
-/* Puts these terms on the last matrix in place of earlier ones, and makes the aggregates ready
- * for use. During the call scratch holds sums. False: no memory. */
-bool nested_aggregates_set_terms(nested_aggregates *aggregates, const matrix_term *terms,
-                                 size_t count, int threads, arena *scratch);
+/* Takes the numbers of a matrix and of terms on it, without the rows and columns of fixed vertices
+ * (null: none). During the call scratch holds sums. False: no memory. */
+bool nested_aggregates_set(nested_aggregates *aggregates, const aggregated_system *system,
+                           int threads, arena *scratch);
 
 /* The correction C P^T r as values of the first level's aggregates (levels[0].correction), for the
  * residual r of `vectors`; returns r . P correction. The same bits for any number of threads. */

@@ -17,7 +17,7 @@
 enum { AGGREGATES_PER_CHUNK = 64 };
 
 typedef struct fill_task {
-    nested_aggregates *all;
+    const nested_aggregates *all;
     const block_matrix *matrix;
     const aggregate_level *level, *below;
     const double *values_below;
@@ -83,25 +83,12 @@ static void mirror_rows(void *context, size_t begin, size_t end, size_t chunk, i
     (void)chunk, (void)worker;
     const fill_task *const task = context;
     const aggregate_level *const level = task->level;
-    for (size_t a = begin; a < end; a++)
-        for (uint32_t k = level->row_begin[a]; k < level->diagonals[a]; k++)
+    for (uint32_t a = (uint32_t)begin; a < end; a++)
+        for (uint32_t k = level->row_begin[a]; k < level->diagonals[a]; k++) {
+            uint32_t const mirror = nested_aggregates_find(level, level->columns[k], a);
             memcpy(task->values + BLOCK_NUMBERS * (size_t)k,
-                   task->values + BLOCK_NUMBERS * (size_t)level->mirrors[k],
-                   BLOCK_NUMBERS * sizeof(double));
-}
-
-void nested_aggregates_set_matrix(nested_aggregates *aggregates, const block_matrix *matrix,
-                                  const uint8_t *is_fixed, int threads) {
-    if (is_fixed)
-        memcpy(aggregates->is_fixed, is_fixed, aggregates->vertex_count);
-    else
-        memset(aggregates->is_fixed, 0, aggregates->vertex_count);
-    if (aggregates->level_count == 0) return;
-    const aggregate_level *const level = &aggregates->levels[0];
-    fill_task task = {
-        .all = aggregates, .matrix = matrix, .level = level, .values = aggregates->first_values};
-    parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, sum_first_rows, &task);
-    parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, mirror_rows, &task);
+                   task->values + BLOCK_NUMBERS * (size_t)mirror, BLOCK_NUMBERS * sizeof(double));
+        }
 }
 
 /* ---- terms ---- */
@@ -184,27 +171,29 @@ static void round_rows(void *context, size_t begin, size_t end, size_t chunk, in
     }
 }
 
-bool nested_aggregates_set_terms(nested_aggregates *aggregates, const matrix_term *terms,
-                                 size_t count, int threads, arena *scratch) {
+bool nested_aggregates_set(nested_aggregates *aggregates, const aggregated_system *system,
+                           int threads, arena *scratch) {
+    if (system->is_fixed)
+        memcpy(aggregates->is_fixed, system->is_fixed, aggregates->vertex_count);
+    else
+        memset(aggregates->is_fixed, 0, aggregates->vertex_count);
     arena_mark const mark = arena_get_mark(scratch);
-    fill_task task = {.all = aggregates};
+    fill_task task = {.all = aggregates, .matrix = system->matrix};
     bool ok = true;
     for (size_t l = 0; ok && l < aggregates->level_count; l++) {
         const aggregate_level *const level = &aggregates->levels[l];
-        size_t const size = BLOCK_NUMBERS * level->entry_count;
         task.below = task.level;
         task.values_below = task.values;
         task.level = level;
-        task.values = ARENA_NEW(scratch, double, size);
+        task.values = ARENA_NEW(scratch, double, BLOCK_NUMBERS * level->entry_count);
         ok = task.values != NULL;
-        if (ok && l == 0) {
-            memcpy(task.values, aggregates->first_values, size * sizeof(double));
-            for (size_t t = 0; t < count; t++) add_term(aggregates, &terms[t], task.values);
-        } else if (ok) {
-            parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, multiply_rows, &task);
-            parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, mirror_rows, &task);
-        }
-        if (ok) parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, round_rows, &task);
+        if (!ok) break;
+        parallel_body const sum_rows = l == 0 ? sum_first_rows : multiply_rows;
+        parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, sum_rows, &task);
+        parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, mirror_rows, &task);
+        for (size_t t = 0; l == 0 && t < system->term_count; t++)
+            add_term(aggregates, &system->terms[t], task.values);
+        parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, round_rows, &task);
     }
     arena_release(scratch, mark);
     return ok;

@@ -248,8 +248,9 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
     uint64_t random = 5;
     for (size_t i = 0; i < size; i++) r[i] = (float)random_signed(&random);
     for (size_t i = 0; i < size; i++) other[i] = (float)random_signed(&random);
-    nested_aggregates_set_matrix(all, &system->matrix, system->is_fixed, 2);
-    assert_true(nested_aggregates_set_terms(all, matrix->terms, matrix->term_count, 2, &scratch));
+    aggregated_system const given = {&system->matrix, system->is_fixed, matrix->terms,
+                                     matrix->term_count};
+    assert_true(nested_aggregates_set(all, &given, 2, &scratch));
     dense_level dense[AGGREGATE_LEVELS_MAX];
     for (size_t l = 0; l < all->level_count; l++) {
         if (l > 0) check_weights(&all->levels[l]);
@@ -262,9 +263,7 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
     single_vectors const vectors = {.residual = r, .vertex_step = 3, .number_step = 1};
     double const found = nested_aggregates_correct(all, &vectors, 1);
     for (int threads = 1; threads <= 8; threads *= 2) {
-        nested_aggregates_set_matrix(all, &system->matrix, system->is_fixed, threads);
-        assert_true(
-            nested_aggregates_set_terms(all, matrix->terms, matrix->term_count, threads, &scratch));
+        assert_true(nested_aggregates_set(all, &given, threads, &scratch));
         assert_true(nested_aggregates_correct(all, &vectors, threads) == found);
     }
     /* a residual in planes gives the same bits */
@@ -367,8 +366,8 @@ static void test_memory(void **state) {
         arena_destroy(&scratch);
         if (all) {
             left = 0;
-            nested_aggregates_set_matrix(all, &system.matrix, NULL, 1);
-            assert_false(nested_aggregates_set_terms(all, NULL, 0, 1, &scratch));
+            aggregated_system const given = {&system.matrix, NULL, NULL, 0};
+            assert_false(nested_aggregates_set(all, &given, 1, &scratch));
             nested_aggregates_destroy(&heap, all);
         }
         assert_int_equal(heap.bytes_held, 0);
