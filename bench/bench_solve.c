@@ -118,10 +118,10 @@ static bench_cloth *make_cloth(size_t side, int threads) {
               "the copy");
     check(cloth->singles[1].diagonals.pattern != NULL, "the copy by diagonals");
     cloth->aggregates = nested_aggregates_build(&cloth->heap, matrix, &cloth->scratch);
-    check(cloth->aggregates && nested_aggregates_set_matrix(cloth->aggregates, matrix, NULL,
-                                                            threads, &cloth->scratch),
-          "the aggregates");
-    nested_aggregates_set_terms(cloth->aggregates, NULL, 0, threads);
+    check(cloth->aggregates != NULL, "the aggregates");
+    aggregated_system const all = {matrix, NULL, NULL, 0};
+    check(nested_aggregates_set(cloth->aggregates, &all, threads, &cloth->scratch),
+          "the numbers of aggregates");
     return cloth;
 }
 

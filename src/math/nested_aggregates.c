@@ -1,8 +1,9 @@
 /* math/nested_aggregates.c - aggregates of a mesh, see nested_aggregates.h. Numbers are in
- * nested_aggregates_fill.c.
+ * nested_aggregates_fill.c, their use is in nested_aggregates_cycle.c.
  *
  * Based on: Vanek, Mandel, Brezina, Algebraic multigrid by smoothed aggregation, 1996 (aggregates
- * are neighbourhoods that do not meet; what is left joins one of them). */
+ * are neighbourhoods that do not meet; what is left joins one of them). Departure: weights are
+ * smoothed by a mean over neighbours instead of the matrix, so they are found once per mesh. */
 #include "math/nested_aggregates.h"
 
 #include <string.h>
@@ -46,6 +47,18 @@ static size_t choose_parents(const member_graph *graph, uint32_t *parents, uint3
     return count;
 }
 
+/* Sorts the members by aggregate. */
+static void sort_members(aggregate_level *level) {
+    uint32_t *const begin = level->member_begin;
+    for (size_t m = 0; m < level->member_count; m++) begin[level->parents[m] + 1]++;
+    for (size_t a = 0; a < level->count; a++) begin[a + 1] += begin[a];
+    for (size_t m = level->member_count; m-- > 0;)
+        level->members[--begin[level->parents[m] + 1]] = (uint32_t)m;
+    /* Each entry has come down to the begin of the aggregate before it. */
+    memmove(begin, begin + 1, level->count * sizeof(uint32_t));
+    begin[level->count] = (uint32_t)level->member_count;
+}
+
 /* The aggregates of a graph as a new level; false: no memory, and the level may be half made. */
 static bool add_level(memory *heap, const member_graph *graph, arena *scratch,
                       nested_aggregates *all) {
@@ -55,29 +68,10 @@ static bool add_level(memory *heap, const member_graph *graph, arena *scratch,
     uint32_t *const before = ARENA_NEW(scratch, uint32_t, graph->count);
     if (!level->parents || !before) return false;
     level->count = choose_parents(graph, level->parents, before);
-
-    size_t const blocks = 9 * level->count, vectors = 3 * level->count + SINGLE_PADDING;
     level->member_begin = memory_allocate_zeroed(heap, level->count + 1, sizeof(uint32_t));
     level->members = memory_allocate(heap, level->member_count * sizeof(uint32_t));
-    level->matrix_blocks = memory_allocate_zeroed(heap, blocks, sizeof(double));
-    level->blocks = memory_allocate_zeroed(heap, blocks, sizeof(double));
-    level->inverse = memory_allocate_zeroed(heap, blocks + SINGLE_PADDING, sizeof(float));
-    level->residual = memory_allocate_zeroed(heap, vectors, sizeof(float));
-    level->correction = memory_allocate_zeroed(heap, vectors, sizeof(float));
-    level->dots = memory_allocate_zeroed(heap, level->count, sizeof(double));
-    if (!level->member_begin || !level->members || !level->matrix_blocks || !level->blocks ||
-        !level->inverse || !level->residual || !level->correction || !level->dots)
-        return false;
-
-    /* Sorts the members by aggregate. */
-    uint32_t *const begin = level->member_begin;
-    for (size_t m = 0; m < level->member_count; m++) begin[level->parents[m] + 1]++;
-    for (size_t a = 0; a < level->count; a++) begin[a + 1] += begin[a];
-    for (size_t m = level->member_count; m-- > 0;)
-        level->members[--begin[level->parents[m] + 1]] = (uint32_t)m;
-    /* Each entry has come down to the begin of the aggregate before it. */
-    memmove(begin, begin + 1, level->count * sizeof(uint32_t));
-    begin[level->count] = (uint32_t)level->member_count;
+    if (!level->member_begin || !level->members) return false;
+    sort_members(level);
     return true;
 }
 
@@ -107,19 +101,192 @@ static bool make_coarse_graph(const member_graph *graph, const aggregate_level *
     return true;
 }
 
-/* For each entry of a pattern the first level whose aggregates join its row and column. */
-static void compute_entry_levels(const nested_aggregates *all, const uint32_t *begin,
-                                 const uint32_t *columns, uint8_t *levels) {
-    for (uint32_t row = 0; row < all->vertex_count; row++) {
+/* ---- weights ---- */
+
+static bool make_list(memory *heap, size_t row_count, size_t entry_count, weight_list *list) {
+    list->count = entry_count;
+    list->begin = memory_allocate_zeroed(heap, row_count + 1, sizeof(uint32_t));
+    list->columns = memory_allocate(heap, entry_count * sizeof(uint32_t));
+    list->weights = memory_allocate(heap, entry_count * sizeof(float));
+    return list->begin && list->columns && list->weights;
+}
+
+static void release_list(memory *heap, size_t row_count, const weight_list *list) {
+    memory_release(heap, list->columns, list->count * sizeof(uint32_t));
+    memory_release(heap, list->weights, list->count * sizeof(float));
+    memory_release(heap, list->begin, (row_count + 1) * sizeof(uint32_t));
+}
+
+/* Adds the weight of a member's neighbour, or of itself, to a row that begins at `first`; returns
+ * the new end of the row. */
+static uint32_t add_weight(weight_list *list, uint32_t first, uint32_t end, uint32_t aggregate,
+                           float weight) {
+    for (uint32_t k = first; k < end; k++)
+        if (list->columns[k] == aggregate) {
+            list->weights[k] += weight;
+            return end;
+        }
+    list->columns[end] = aggregate;
+    list->weights[end] = weight;
+    return end + 1;
+}
+
+/* Each member has the mean of the parents of its neighbours and its own. */
+static bool make_weights(memory *heap, const member_graph *graph, arena *scratch,
+                         aggregate_level *level) {
+    size_t const most = graph->count + graph->begin[graph->count];
+    weight_list wide = {.columns = ARENA_NEW(scratch, uint32_t, most),
+                        .weights = ARENA_NEW(scratch, float, most),
+                        .begin = ARENA_NEW(scratch, uint32_t, graph->count + 1)};
+    if (!wide.columns || !wide.weights || !wide.begin) return false;
+    uint32_t end = 0;
+    for (uint32_t m = 0; m < graph->count; m++) {
+        uint32_t const first = wide.begin[m] = end;
+        float const share = 1.0F / (float)(1 + graph->begin[m + 1] - graph->begin[m]);
+        end = add_weight(&wide, first, end, level->parents[m], share);
+        for (uint32_t k = graph->begin[m]; k < graph->begin[m + 1]; k++)
+            end = add_weight(&wide, first, end, level->parents[graph->neighbours[k]], share);
+    }
+    wide.begin[graph->count] = end;
+    weight_list *const by = &level->of_members, *const across = &level->of_aggregates;
+    if (!make_list(heap, level->member_count, end, by) ||
+        !make_list(heap, level->count, end, across))
+        return false;
+    memcpy(by->begin, wide.begin, (level->member_count + 1) * sizeof(uint32_t));
+    memcpy(by->columns, wide.columns, end * sizeof(uint32_t));
+    memcpy(by->weights, wide.weights, end * sizeof(float));
+    for (uint32_t k = 0; k < end; k++) across->begin[by->columns[k] + 1]++;
+    for (size_t a = 0; a < level->count; a++) across->begin[a + 1] += across->begin[a];
+    for (uint32_t m = (uint32_t)level->member_count; m-- > 0;)
+        for (uint32_t k = by->begin[m + 1]; k-- > by->begin[m];) {
+            uint32_t const to = --across->begin[by->columns[k] + 1];
+            across->columns[to] = m;
+            across->weights[to] = by->weights[k];
+        }
+    memmove(across->begin, across->begin + 1, level->count * sizeof(uint32_t));
+    across->begin[level->count] = end;
+    return true;
+}
+
+/* ---- entries ---- */
+
+/* Columns of a row as they are found. */
+typedef struct row_columns {
+    uint32_t row, count;
+    uint32_t *columns, *marks; /* the last row that a column was found in */
+} row_columns;
+
+static void add_column(row_columns *found, uint32_t column) {
+    if (found->marks[column] == found->row) return;
+    found->marks[column] = found->row;
+    uint32_t k = found->count++; /* rows are short */
+    for (; k > 0 && found->columns[k - 1] > column; k--) found->columns[k] = found->columns[k - 1];
+    found->columns[k] = column;
+}
+
+/* The aggregates that an aggregate of the first level is joined to. */
+static void find_first_columns(const aggregate_level *level, const block_matrix *matrix,
+                               row_columns *found) {
+    for (uint32_t i = level->member_begin[found->row]; i < level->member_begin[found->row + 1];
+         i++) {
+        uint32_t const v = level->members[i];
+        for (uint32_t k = matrix->row_begin[v]; k < matrix->row_begin[v + 1]; k++)
+            add_column(found, level->parents[matrix->columns[k]]);
+        for (uint32_t k = matrix->scalar_begin[v]; k < matrix->scalar_begin[v + 1]; k++)
+            add_column(found, level->parents[matrix->scalar_columns[k]]);
+    }
+}
+
+/* The same of a level above it. */
+static void find_columns(const aggregate_level *level, const aggregate_level *below,
+                         row_columns *found) {
+    const weight_list *const members = &level->of_aggregates, *const parents = &level->of_members;
+    for (uint32_t i = members->begin[found->row]; i < members->begin[found->row + 1]; i++) {
+        uint32_t const member = members->columns[i];
+        for (uint32_t k = below->row_begin[member]; k < below->row_begin[member + 1]; k++) {
+            uint32_t const other = below->columns[k];
+            for (uint32_t j = parents->begin[other]; j < parents->begin[other + 1]; j++)
+                add_column(found, parents->columns[j]);
+        }
+    }
+}
+
+uint32_t nested_aggregates_find(const aggregate_level *level, uint32_t row, uint32_t column) {
+    uint32_t low = level->row_begin[row], high = level->row_begin[row + 1];
+    while (low < high) {
+        uint32_t const middle = low + (high - low) / 2;
+        if (level->columns[middle] < column)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    bool const is_there = low < level->row_begin[row + 1] && level->columns[low] == column;
+    return is_there ? low : TULLE_NONE;
+}
+
+/* Entries and arrays of a level; `below` is null for the first. */
+static bool make_entries(memory *heap, const block_matrix *matrix, const aggregate_level *below,
+                         arena *scratch, aggregate_level *level) {
+    size_t const count = level->count;
+    arena_mark const mark = arena_get_mark(scratch);
+    row_columns found = {.columns = ARENA_NEW(scratch, uint32_t, count),
+                         .marks = ARENA_NEW(scratch, uint32_t, count)};
+    level->row_begin = memory_allocate_zeroed(heap, count + 1, sizeof(uint32_t));
+    level->diagonals = memory_allocate(heap, count * sizeof(uint32_t));
+    if (!found.columns || !found.marks || !level->row_begin || !level->diagonals) return false;
+    for (int pass = 0; pass < 2; pass++) { /* counts, then writes */
+        memset(found.marks, 0xff, count * sizeof(uint32_t));
+        uint32_t end = 0;
+        for (found.row = 0; found.row < count; found.row++) {
+            found.count = 0;
+            if (below)
+                find_columns(level, below, &found);
+            else
+                find_first_columns(level, matrix, &found);
+            if (pass == 1)
+                memcpy(level->columns + end, found.columns, found.count * sizeof(uint32_t));
+            end += found.count;
+            level->row_begin[found.row + 1] = end;
+        }
+        if (pass == 1) break;
+        level->entry_count = end;
+        level->columns = memory_allocate(heap, end * sizeof(uint32_t));
+        if (!level->columns) return false;
+    }
+    for (uint32_t a = 0; a < count; a++) level->diagonals[a] = nested_aggregates_find(level, a, a);
+    arena_release(scratch, mark);
+    return true;
+}
+
+static bool make_vectors(memory *heap, aggregate_level *level) {
+    size_t const size = 3 * level->count + SINGLE_PADDING;
+    float **const vectors[] = {&level->residual, &level->guess, &level->correction,
+                               &level->product};
+    bool ok = true;
+    for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++) {
+        *vectors[i] = memory_allocate_zeroed(heap, size, sizeof(float));
+        ok &= *vectors[i] != NULL;
+    }
+    level->no_scalars = memory_allocate_zeroed(heap, level->count + 1, sizeof(uint32_t));
+    level->values = memory_allocate_zeroed(heap, SINGLE_BLOCK * level->entry_count + SINGLE_PADDING,
+                                           sizeof(float));
+    level->inverse = memory_allocate_zeroed(heap, 9 * level->count + SINGLE_PADDING, sizeof(float));
+    level->dots = memory_allocate_zeroed(heap, level->count, sizeof(double));
+    return ok && level->no_scalars && level->values && level->inverse && level->dots;
+}
+
+/* For each entry of a pattern the place of its entry in the row of the first level. Each pair of
+ * aggregates counts once, from the row of the lower one; so does each pair of vertices of one
+ * aggregate. */
+static void compute_places(const aggregate_level *level, size_t row_count, const uint32_t *begin,
+                           const uint32_t *columns, uint8_t *places) {
+    for (uint32_t row = 0; row < row_count; row++) {
+        uint32_t const a = level->parents[row];
         for (uint32_t k = begin[row]; k < begin[row + 1]; k++) {
-            uint32_t a = row, b = columns[k];
-            size_t level = 0;
-            for (; level < all->level_count; level++) {
-                a = all->levels[level].parents[a];
-                b = all->levels[level].parents[b];
-                if (a == b) break;
-            }
-            levels[k] = (uint8_t)level;
+            uint32_t const b = level->parents[columns[k]];
+            bool const is_mirror = b < a || (b == a && columns[k] < row);
+            uint32_t const place = nested_aggregates_find(level, a, b) - level->row_begin[a];
+            places[k] = is_mirror || place >= NO_PLACE ? NO_PLACE : (uint8_t)place;
         }
     }
 }
@@ -131,10 +298,10 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
     all->vertex_count = matrix->row_count;
     all->block_count = matrix->block_count;
     all->scalar_count = matrix->scalar_count;
-    all->block_levels = memory_allocate(heap, all->block_count);
-    all->scalar_levels = memory_allocate(heap, all->scalar_count);
+    all->block_places = memory_allocate(heap, all->block_count);
+    all->scalar_places = memory_allocate(heap, all->scalar_count);
     all->is_fixed = memory_allocate_zeroed(heap, all->vertex_count, 1);
-    bool ok = all->block_levels && all->scalar_levels && all->is_fixed;
+    bool ok = all->block_places && all->scalar_places && all->is_fixed;
 
     arena_mark const mark = arena_get_mark(scratch);
     /* The matrix's rows are used as they are. They also name each vertex itself, which does no
@@ -150,8 +317,12 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
         }
         if (joined_count <= FEW_AGGREGATES) break;
         member_graph coarse = {0};
+        aggregate_level *const level = &all->levels[l];
+        const aggregate_level *const below = l > 0 ? level - 1 : NULL;
         ok = add_level(heap, &graph, scratch, all) &&
-             make_coarse_graph(&graph, &all->levels[l], scratch, &coarse);
+             (l == 0 || make_weights(heap, &graph, scratch, level)) &&
+             make_entries(heap, matrix, below, scratch, level) && make_vectors(heap, level) &&
+             make_coarse_graph(&graph, level, scratch, &coarse);
         graph = coarse;
     }
     arena_release(scratch, mark);
@@ -159,8 +330,11 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
         nested_aggregates_destroy(heap, all);
         return NULL;
     }
-    compute_entry_levels(all, matrix->row_begin, matrix->columns, all->block_levels);
-    compute_entry_levels(all, matrix->scalar_begin, matrix->scalar_columns, all->scalar_levels);
+    if (all->level_count == 0) return all;
+    compute_places(&all->levels[0], all->vertex_count, matrix->row_begin, matrix->columns,
+                   all->block_places);
+    compute_places(&all->levels[0], all->vertex_count, matrix->scalar_begin, matrix->scalar_columns,
+                   all->scalar_places);
     return all;
 }
 
@@ -168,19 +342,26 @@ void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates) {
     if (!aggregates) return;
     for (size_t l = 0; l < aggregates->level_count; l++) {
         const aggregate_level *const level = &aggregates->levels[l];
-        size_t const vectors = 3 * level->count + SINGLE_PADDING;
+        size_t const count = level->count, entries = level->entry_count;
+        float *const vectors[] = {level->residual, level->guess, level->correction, level->product};
+        for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
+            memory_release(heap, vectors[i], (3 * count + SINGLE_PADDING) * sizeof(float));
         memory_release(heap, level->parents, level->member_count * sizeof(uint32_t));
-        memory_release(heap, level->member_begin, (level->count + 1) * sizeof(uint32_t));
+        memory_release(heap, level->member_begin, (count + 1) * sizeof(uint32_t));
         memory_release(heap, level->members, level->member_count * sizeof(uint32_t));
-        memory_release(heap, level->matrix_blocks, 9 * level->count * sizeof(double));
-        memory_release(heap, level->blocks, 9 * level->count * sizeof(double));
-        memory_release(heap, level->inverse, (9 * level->count + SINGLE_PADDING) * sizeof(float));
-        memory_release(heap, level->residual, vectors * sizeof(float));
-        memory_release(heap, level->correction, vectors * sizeof(float));
-        memory_release(heap, level->dots, level->count * sizeof(double));
+        release_list(heap, level->member_count, &level->of_members);
+        release_list(heap, count, &level->of_aggregates);
+        memory_release(heap, level->row_begin, (count + 1) * sizeof(uint32_t));
+        memory_release(heap, level->columns, entries * sizeof(uint32_t));
+        memory_release(heap, level->diagonals, count * sizeof(uint32_t));
+        memory_release(heap, level->no_scalars, (count + 1) * sizeof(uint32_t));
+        memory_release(heap, level->values,
+                       (SINGLE_BLOCK * entries + SINGLE_PADDING) * sizeof(float));
+        memory_release(heap, level->inverse, (9 * count + SINGLE_PADDING) * sizeof(float));
+        memory_release(heap, level->dots, count * sizeof(double));
     }
-    memory_release(heap, aggregates->block_levels, aggregates->block_count);
-    memory_release(heap, aggregates->scalar_levels, aggregates->scalar_count);
+    memory_release(heap, aggregates->block_places, aggregates->block_count);
+    memory_release(heap, aggregates->scalar_places, aggregates->scalar_count);
     memory_release(heap, aggregates->is_fixed, aggregates->vertex_count);
     memory_release(heap, aggregates, sizeof *aggregates);
 }

@@ -1,9 +1,9 @@
-/* math/nested_aggregates.h - a preconditioner for matrices over the vertices of a mesh. It does for
- * aggregates of vertices, for aggregates of these, and so on, what the blocks of the diagonal do
- * for vertices.
+/* math/nested_aggregates.h - a preconditioner for matrices over the vertices of a mesh. It solves
+ * for aggregates of vertices, and by a cycle over aggregates of these, and so on, what the blocks
+ * of the diagonal solve for vertices.
  *
- * With P_l, which gives all vertices of an aggregate its value,
- *     B = D^-1 + sum over levels l of P_l G_l^-1 P_l^T,    G_l the diagonal blocks of P_l^T A P_l;
+ * With P, which gives all vertices of an aggregate its value, and C, a cycle for A_0 = P^T A P,
+ *     B = D^-1 + P C P^T;
  * D^-1 is the caller's. Aggregates are found once per mesh, numbers for each matrix. */
 #ifndef TULLE_MATH_NESTED_AGGREGATES_H
 #define TULLE_MATH_NESTED_AGGREGATES_H
@@ -15,28 +15,56 @@
 
 enum { AGGREGATE_LEVELS_MAX = 6 };
 
+/* Sparse weights: of each row from begin to the next one's. */
+typedef struct weight_list {
+    size_t count;
+    uint32_t *begin, *columns;
+    float *weights;
+} weight_list;
+
 /* The aggregates of one level; its members are vertices or the aggregates of the level below. */
 typedef struct aggregate_level {
     size_t count, member_count;
     uint32_t *parents;      /* member_count: the aggregate of each member */
     uint32_t *member_begin; /* count + 1, into members */
     uint32_t *members;      /* member_count, ascending in an aggregate */
-    double *matrix_blocks;  /* 9 * count: G of the matrix without terms */
-    double *blocks;         /* 9 * count: G */
-    float *inverse;         /* 9 * count of G^-1, and padding */
-    float *residual;        /* 3 * count: P^T r, and padding */
-    float *correction;      /* 3 * count and padding: at last, of all levels from this one up */
-    double *dots;           /* count at most: of both, for each chunk of a loop */
+    /* P of the levels above the first, by members and by aggregates: the mean of the parents of a
+     * member and its neighbours. That of the first gives each vertex its parent's value. */
+    weight_list of_members, of_aggregates;
+    /* A of the level. Both triangles, columns ascending in a row. */
+    size_t entry_count;
+    uint32_t *row_begin, *columns; /* count + 1; entry_count */
+    uint32_t *diagonals;           /* count: the entry on the diagonal */
+    uint32_t *no_scalars;          /* count + 1 zeros, which the kernel asks for */
+    float *values;                 /* SINGLE_BLOCK an entry, and padding */
+    float *inverse;                /* 9 * count of the diagonal's inverse, and padding */
+    /* 3 * count and padding: P^T r; what comes before and after the level above; a product */
+    float *residual, *guess, *correction, *product;
+    double *dots; /* residual . correction, for each chunk of a loop; count at most */
 } aggregate_level;
 
 typedef struct nested_aggregates {
     size_t vertex_count, block_count, scalar_count;
     size_t level_count;
     aggregate_level levels[AGGREGATE_LEVELS_MAX];
-    /* Of each entry of the matrix: the first level whose aggregates join row and column. */
-    uint8_t *block_levels, *scalar_levels;
+    /* Of each entry of the matrix, the place of its entry in its row of the first level, or
+     * NO_PLACE where its mirror image or none is counted. */
+    uint8_t *block_places, *scalar_places;
     uint8_t *is_fixed; /* vertex_count, of the last matrix */
 } nested_aggregates;
+
+enum { NO_PLACE = 255 };
+
+/* Entry (row, column) of a level; TULLE_NONE: it has none. */
+uint32_t nested_aggregates_find(const aggregate_level *level, uint32_t row, uint32_t column);
+
+/* What aggregates take their numbers from. */
+typedef struct aggregated_system {
+    const block_matrix *matrix;
+    const uint8_t *is_fixed;
+    const matrix_term *terms;
+    size_t term_count;
+} aggregated_system;
 
 /* Aggregates of the vertices that the matrix joins. Null: no memory. During the call
  * scratch holds the graphs of the levels. */
@@ -44,18 +72,13 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
                                            arena *scratch);
 void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates);
 
-/* Takes the numbers of a matrix without the rows and columns of fixed vertices (null: none).
- * During the call scratch holds sums of blocks. False: no memory. */
-bool nested_aggregates_set_matrix(nested_aggregates *aggregates, const block_matrix *matrix,
-                                  const uint8_t *is_fixed, int threads, arena *scratch);
-/* Puts these terms on the last matrix in place of earlier ones, and makes the aggregates ready
- * for use. */
-void nested_aggregates_set_terms(nested_aggregates *aggregates, const matrix_term *terms,
-                                 size_t count, int threads);
+/* Takes the numbers of a matrix and of terms on it, without the rows and columns of fixed vertices
+ * (null: none). During the call scratch holds sums. False: no memory. */
+bool nested_aggregates_set(nested_aggregates *aggregates, const aggregated_system *system,
+                           int threads, arena *scratch);
 
-/* The correction sum P_l G_l^-1 P_l^T r as values of the first level's aggregates (levels[0]
- * .correction), for the residual r of `vectors`; returns r . correction. The same bits for any
- * number of threads. */
+/* The correction C P^T r as values of the first level's aggregates (levels[0].correction), for the
+ * residual r of `vectors`; returns r . P correction. The same bits for any number of threads. */
 double nested_aggregates_correct(nested_aggregates *aggregates, const single_vectors *vectors,
                                  int threads);
 

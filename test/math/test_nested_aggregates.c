@@ -1,5 +1,6 @@
-/* Nested aggregates: that they are a partition at every level, and their correction against the
- * formula with the whole matrix, for grids, graphs of any kind, fixed vertices and stiff terms. */
+/* Nested aggregates: that they are a partition at every level, their matrices against products with
+ * the whole one, and their cycle against one in double precision, for grids, graphs of any kind,
+ * fixed vertices and stiff terms. */
 #include "math/nested_aggregates.h"
 #include "math/vec3.h"
 #include "support/failing_heap.h"
@@ -13,16 +14,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-/* The aggregate of each vertex at a level. */
-static uint32_t *find_ancestors(const nested_aggregates *all, size_t level) {
-    uint32_t *const ancestors = malloc(all->vertex_count * sizeof(uint32_t));
-    for (size_t v = 0; v < all->vertex_count; v++) {
-        ancestors[v] = all->levels[0].parents[v];
-        for (size_t l = 1; l <= level; l++) ancestors[v] = all->levels[l].parents[ancestors[v]];
-    }
-    return ancestors;
-}
 
 static void check_partition(const nested_aggregates *all) {
     size_t count = all->vertex_count;
@@ -46,54 +37,204 @@ static void check_partition(const nested_aggregates *all) {
     }
 }
 
-/* G of one aggregate, from products of the whole matrix: 9 numbers. */
-static void find_block(const spring_system *system, const spring_matrix *matrix,
-                       const uint32_t *ancestors, uint32_t aggregate, double *block) {
-    size_t const count = system->matrix.row_count;
-    double *const x = malloc(3 * count * sizeof(double)), *const y = malloc(3 * count * sizeof *x);
-    memset(block, 0, 9 * sizeof(double));
-    for (size_t axis = 0; axis < 3; axis++) {
-        memset(x, 0, 3 * count * sizeof(double));
-        for (size_t v = 0; v < count; v++) x[3 * v + axis] = ancestors[v] == aggregate;
-        spring_system_multiply(system, matrix, x, y);
-        for (size_t v = 0; v < count; v++)
-            for (size_t i = 0; i < 3 && ancestors[v] == aggregate; i++)
-                block[3 * axis + i] += y[3 * v + i];
+/* The weights of a level above the first: each member's add up to one, over its parent and those of
+ * its neighbours, and both lists say the same. */
+static void check_weights(const aggregate_level *level) {
+    const weight_list *const by = &level->of_members, *const across = &level->of_aggregates;
+    assert_int_equal(by->count, across->count);
+    assert_int_equal(by->begin[level->member_count], by->count);
+    assert_int_equal(across->begin[level->count], across->count);
+    double sum_across = 0.0;
+    for (uint32_t m = 0; m < level->member_count; m++) {
+        double sum = 0.0;
+        bool has_parent = false;
+        for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++) {
+            uint32_t const a = by->columns[k];
+            sum += (double)by->weights[k];
+            has_parent |= a == level->parents[m];
+            bool is_found = false;
+            for (uint32_t i = across->begin[a]; i < across->begin[a + 1]; i++)
+                is_found |= across->columns[i] == m && across->weights[i] == by->weights[k];
+            assert_true(is_found);
+        }
+        assert_true(has_parent && fabs(sum - 1.0) < 1e-6);
+        sum_across += sum;
     }
-    free(x), free(y);
+    assert_true(fabs(sum_across - (double)level->member_count) < 1e-4);
 }
 
-/* Adds P G^-1 P^T r of a level to z; returns r . that. G z = r is checked rather than solved. */
-static double check_level(const spring_system *system, const spring_matrix *matrix,
-                          const nested_aggregates *all, size_t l, const float *r, double *z) {
-    const aggregate_level *const level = &all->levels[l];
-    uint32_t *const ancestors = find_ancestors(all, l);
-    double dot = 0.0;
-    for (uint32_t a = 0; a < level->count; a++) {
-        double sum[3] = {0.0, 0.0, 0.0}, block[9], own[3], largest = 0.0;
-        for (size_t v = 0; v < all->vertex_count; v++)
-            for (size_t i = 0; i < 3 && ancestors[v] == a && !system->is_fixed[v]; i++)
-                sum[i] += (double)r[3 * v + i];
-        find_block(system, matrix, ancestors, a, block);
-        for (size_t i = 0; i < 3; i++) {
-            own[i] = 0.0;
-            for (size_t j = 0; j < 3; j++)
-                own[i] += (double)level->inverse[9 * a + 3 * j + i] * sum[j];
-            largest = fmax(largest, fabs(sum[i]));
+/* A of a level, all of its 3 count x 3 count numbers. */
+typedef struct dense_level {
+    size_t count, size;
+    double *a;
+} dense_level;
+
+static double *get_block(const dense_level *dense, size_t row, size_t column, size_t i, size_t j) {
+    return dense->a + (3 * row + i) * dense->size + 3 * column + j;
+}
+
+static dense_level make_dense(size_t count) {
+    dense_level const dense = {count, 3 * count, calloc(9 * count * count, sizeof(double))};
+    assert_non_null(dense.a);
+    return dense;
+}
+
+/* Adds a term as the first level counts it. */
+static void add_expected_term(const nested_aggregates *all, const matrix_term *term,
+                              const dense_level *dense) {
+    const aggregate_level *const level = &all->levels[0];
+    double *const weights = calloc(level->count, sizeof(double));
+    bool is_joined = true;
+    for (size_t k = 0; k < 4; k++)
+        if (term->vertices[k] != TULLE_NONE && !all->is_fixed[term->vertices[k]])
+            weights[level->parents[term->vertices[k]]] += term->weights[k];
+    for (uint32_t a = 0; a < level->count; a++)
+        for (uint32_t b = 0; b < level->count && weights[a] != 0.0; b++)
+            is_joined &= weights[b] == 0.0 || nested_aggregates_find(level, a, b) != TULLE_NONE;
+    for (uint32_t a = 0; a < level->count; a++)
+        for (uint32_t b = 0; b < level->count && weights[a] != 0.0; b++)
+            for (size_t i = 0; i < 9 && weights[b] != 0.0 && (is_joined || a == b); i++)
+                *get_block(dense, a, b, i / 3, i % 3) +=
+                    weights[a] * weights[b] * term->stiffness.m[i];
+    free(weights);
+}
+
+/* P^T A P of the whole matrix, and terms. */
+static dense_level make_first(const spring_system *system, const spring_matrix *matrix,
+                              const nested_aggregates *all) {
+    const aggregate_level *const level = &all->levels[0];
+    dense_level const dense = make_dense(level->count);
+    size_t const count = system->matrix.row_count;
+    double *const x = malloc(3 * count * sizeof(double)), *const y = malloc(3 * count * sizeof *x);
+    spring_matrix const none = {NULL, 0};
+    for (uint32_t b = 0; b < level->count; b++)
+        for (size_t axis = 0; axis < 3; axis++) {
+            memset(x, 0, 3 * count * sizeof(double));
+            for (size_t v = 0; v < count; v++)
+                x[3 * v + axis] = level->parents[v] == b && !system->is_fixed[v];
+            spring_system_multiply(system, &none, x, y);
+            for (size_t v = 0; v < count; v++)
+                for (size_t i = 0; i < 3 && !system->is_fixed[v]; i++)
+                    *get_block(&dense, level->parents[v], b, i, axis) += y[3 * v + i];
         }
-        bool has_free = false;
-        for (size_t v = 0; v < all->vertex_count; v++)
-            has_free |= ancestors[v] == a && !system->is_fixed[v];
-        for (size_t i = 0; i < 3 && has_free; i++) {
-            double const back = block[i] * own[0] + block[3 + i] * own[1] + block[6 + i] * own[2];
-            assert_true(fabs(back - sum[i]) < 1e-4 * (largest + 1e-6));
+    for (size_t t = 0; t < matrix->term_count; t++)
+        add_expected_term(all, &matrix->terms[t], &dense);
+    free(x), free(y);
+    return dense;
+}
+
+/* P^T A P of the level below. */
+static dense_level make_above(const aggregate_level *level, const dense_level *below) {
+    dense_level const dense = make_dense(level->count);
+    const weight_list *const by = &level->of_members;
+    for (uint32_t m = 0; m < level->member_count; m++)
+        for (uint32_t n = 0; n < level->member_count; n++)
+            for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++)
+                for (uint32_t l = by->begin[n]; l < by->begin[n + 1]; l++)
+                    for (size_t i = 0; i < 9; i++)
+                        *get_block(&dense, by->columns[k], by->columns[l], i / 3, i % 3) +=
+                            (double)by->weights[k] * (double)by->weights[l] *
+                            *get_block(below, m, n, i / 3, i % 3);
+    return dense;
+}
+
+/* Entries are those of the dense matrix, and outside of them it has none. */
+static void check_entries(const aggregate_level *level, const dense_level *dense) {
+    static const size_t places[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+    double largest = 0.0;
+    for (size_t i = 0; i < dense->size * dense->size; i++)
+        largest = fmax(largest, fabs(dense->a[i]));
+    for (uint32_t a = 0; a < level->count; a++)
+        for (uint32_t b = 0; b < level->count; b++) {
+            uint32_t const k = nested_aggregates_find(level, a, b);
+            for (size_t i = 0; i < 9; i++) {
+                double const expected = *get_block(dense, a, b, i / 3, i % 3);
+                double const value =
+                    k == TULLE_NONE ? 0.0 : (double)level->values[6 * (size_t)k + places[i]];
+                assert_true(fabs(value - expected) <= 1e-6 * largest);
+            }
         }
-        for (size_t v = 0; v < all->vertex_count; v++)
-            for (size_t i = 0; i < 3 && ancestors[v] == a; i++) z[3 * v + i] += own[i];
-        for (size_t i = 0; i < 3; i++) dot += own[i] * sum[i];
+}
+
+/* A step of Jacobi's method from z, in double precision. */
+static void step(const aggregate_level *level, const dense_level *dense, const double *r,
+                 double *z) {
+    double *const left = malloc(dense->size * sizeof(double));
+    for (size_t i = 0; i < dense->size; i++) {
+        left[i] = r[i];
+        for (size_t j = 0; j < dense->size; j++) left[i] -= dense->a[i * dense->size + j] * z[j];
     }
-    free(ancestors);
-    return dot;
+    for (size_t a = 0; a < dense->count; a++)
+        for (size_t i = 0; i < 3; i++)
+            for (size_t j = 0; j < 3; j++)
+                z[3 * a + i] += 0.5 * (double)level->inverse[9 * a + 3 * j + i] * left[3 * a + j];
+    free(left);
+}
+
+/* The cycle of a level for r. */
+static void run_cycle(const nested_aggregates *all, const dense_level *dense, size_t l,
+                      const double *r, double *z) {
+    const aggregate_level *const level = &all->levels[l];
+    size_t const size = dense[l].size;
+    memset(z, 0, size * sizeof(double));
+    step(level, &dense[l], r, z);
+    if (l + 1 == all->level_count) {
+        for (int i = 1; i < 8; i++) step(level, &dense[l], r, z);
+        return;
+    }
+    const weight_list *const by = &all->levels[l + 1].of_members;
+    double *const rest = calloc(dense[l + 1].size, sizeof(double));
+    double *const found = calloc(dense[l + 1].size, sizeof(double));
+    for (size_t m = 0; m < dense[l].count; m++)
+        for (size_t i = 0; i < 3; i++) {
+            double left = r[3 * m + i];
+            for (size_t j = 0; j < size; j++) left -= dense[l].a[(3 * m + i) * size + j] * z[j];
+            for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++)
+                rest[3 * (size_t)by->columns[k] + i] += (double)by->weights[k] * left;
+        }
+    run_cycle(all, dense, l + 1, rest, found);
+    for (size_t m = 0; m < dense[l].count; m++)
+        for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++)
+            for (size_t i = 0; i < 3; i++)
+                z[3 * m + i] += (double)by->weights[k] * found[3 * (size_t)by->columns[k] + i];
+    step(level, &dense[l], r, z);
+    free(rest), free(found);
+}
+
+/* P^T r of the first level. */
+static double *restrict_first(const nested_aggregates *all, const float *r) {
+    double *const sums = calloc(3 * all->levels[0].count, sizeof(double));
+    for (size_t v = 0; v < all->vertex_count; v++)
+        for (size_t i = 0; i < 3 && !all->is_fixed[v]; i++)
+            sums[3 * (size_t)all->levels[0].parents[v] + i] += (double)r[3 * v + i];
+    return sums;
+}
+
+/* The correction is that of a cycle in double precision; with another residual it tells that the
+ * cycle is symmetric. */
+static void check_cycle(nested_aggregates *all, const dense_level *dense, const float *r,
+                        const float *other) {
+    size_t const size = 3 * all->levels[0].count;
+    double *const expected = calloc(size, sizeof(double)), scale = 0.0, dot = 0.0;
+    double *const sums = restrict_first(all, r), *const others = restrict_first(all, other);
+    run_cycle(all, dense, 0, sums, expected);
+    single_vectors const vectors = {.residual = (float *)r, .vertex_step = 3, .number_step = 1};
+    double const found = nested_aggregates_correct(all, &vectors, 1);
+    double across = 0.0, back = 0.0;
+    for (size_t i = 0; i < size; i++) {
+        scale = fmax(scale, fabs(expected[i]));
+        dot += expected[i] * sums[i];
+        across += (double)all->levels[0].correction[i] * others[i];
+    }
+    assert_true(found >= 0.0 && fabs(found - dot) <= 1e-4 * dot);
+    for (size_t i = 0; i < size; i++)
+        assert_true(fabs((double)all->levels[0].correction[i] - expected[i]) <= 1e-4 * scale);
+    single_vectors const vectors2 = {
+        .residual = (float *)other, .vertex_step = 3, .number_step = 1};
+    double const found2 = nested_aggregates_correct(all, &vectors2, 1);
+    for (size_t i = 0; i < size; i++) back += (double)all->levels[0].correction[i] * sums[i];
+    assert_true(fabs(across - back) <= 1e-4 * sqrt(found * found2));
+    free(expected), free(sums), free(others);
 }
 
 static void check_correction(spring_system *system, const spring_matrix *matrix) {
@@ -103,28 +244,26 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
         nested_aggregates_build(&system->heap, &system->matrix, &scratch);
     assert_non_null(all);
     check_partition(all);
-    float *const r = calloc(size + 16, sizeof(float));
-    double *const expected = calloc(size, sizeof(double));
+    float *const r = calloc(size + 16, sizeof(float)), *const other = calloc(size + 16, sizeof *r);
     uint64_t random = 5;
     for (size_t i = 0; i < size; i++) r[i] = (float)random_signed(&random);
-    assert_true(nested_aggregates_set_matrix(all, &system->matrix, system->is_fixed, 2, &scratch));
-    nested_aggregates_set_terms(all, matrix->terms, matrix->term_count, 2);
-    double dot = 0.0, scale = 0.0;
-    for (size_t l = 0; l < all->level_count; l++)
-        dot += check_level(system, matrix, all, l, r, expected);
+    for (size_t i = 0; i < size; i++) other[i] = (float)random_signed(&random);
+    aggregated_system const given = {&system->matrix, system->is_fixed, matrix->terms,
+                                     matrix->term_count};
+    assert_true(nested_aggregates_set(all, &given, 2, &scratch));
+    dense_level dense[AGGREGATE_LEVELS_MAX];
+    for (size_t l = 0; l < all->level_count; l++) {
+        if (l > 0) check_weights(&all->levels[l]);
+        dense[l] =
+            l == 0 ? make_first(system, matrix, all) : make_above(&all->levels[l], &dense[l - 1]);
+        check_entries(&all->levels[l], &dense[l]);
+    }
+    if (all->level_count > 0) check_cycle(all, dense, r, other);
+    for (size_t l = 0; l < all->level_count; l++) free(dense[l].a);
     single_vectors const vectors = {.residual = r, .vertex_step = 3, .number_step = 1};
     double const found = nested_aggregates_correct(all, &vectors, 1);
-    assert_true(found >= 0.0 && fabs(found - dot) <= 1e-5 * dot);
-    for (size_t i = 0; i < size; i++) scale = fmax(scale, fabs(expected[i]));
-    for (size_t i = 0; i < size && all->level_count > 0; i++) {
-        const aggregate_level *const first = &all->levels[0];
-        double const value = (double)first->correction[3 * (size_t)first->parents[i / 3] + i % 3];
-        assert_true(fabs(value - expected[i]) <= 1e-5 * scale);
-    }
     for (int threads = 1; threads <= 8; threads *= 2) {
-        assert_true(nested_aggregates_set_matrix(all, &system->matrix, system->is_fixed, threads,
-                                                 &scratch));
-        nested_aggregates_set_terms(all, matrix->terms, matrix->term_count, threads);
+        assert_true(nested_aggregates_set(all, &given, threads, &scratch));
         assert_true(nested_aggregates_correct(all, &vectors, threads) == found);
     }
     /* a residual in planes gives the same bits */
@@ -134,7 +273,7 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
     assert_true(nested_aggregates_correct(all, &others, 2) == found);
     free(planes);
     arena_destroy(&scratch);
-    free(r), free(expected);
+    free(r), free(other);
     nested_aggregates_destroy(&system->heap, all);
 }
 
@@ -227,7 +366,8 @@ static void test_memory(void **state) {
         arena_destroy(&scratch);
         if (all) {
             left = 0;
-            assert_false(nested_aggregates_set_matrix(all, &system.matrix, NULL, 1, &scratch));
+            aggregated_system const given = {&system.matrix, NULL, NULL, 0};
+            assert_false(nested_aggregates_set(all, &given, 1, &scratch));
             nested_aggregates_destroy(&heap, all);
         }
         assert_int_equal(heap.bytes_held, 0);

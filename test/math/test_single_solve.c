@@ -196,9 +196,8 @@ static void check_aggregates(bool is_by_rows) {
     given.aggregates =
         nested_aggregates_build(&test.system.heap, &test.system.matrix, &test.scratch);
     assert_non_null(given.aggregates);
-    assert_true(nested_aggregates_set_matrix(given.aggregates, &test.system.matrix,
-                                             test.system.is_fixed, 1, &test.scratch));
-    nested_aggregates_set_terms(given.aggregates, test.terms, 12, 1);
+    aggregated_system const all = {&test.system.matrix, test.system.is_fixed, test.terms, 12};
+    assert_true(nested_aggregates_set(given.aggregates, &all, 1, &test.scratch));
     conjugate_gradients_result const result = solve_single(&given, test.x);
     assert_true(result.residual <= 1e-9 && 3 * result.iterations < 2 * without);
     check_bits(&given, test.x);
@@ -240,9 +239,8 @@ static void test_late_aggregates(void **state) {
     nested_aggregates *const aggregates =
         nested_aggregates_build(&test.system.heap, &test.system.matrix, &test.scratch);
     assert_non_null(aggregates);
-    assert_true(nested_aggregates_set_matrix(aggregates, &test.system.matrix, test.system.is_fixed,
-                                             1, &test.scratch));
-    nested_aggregates_set_terms(aggregates, test.terms, 12, 1);
+    aggregated_system const all = {&test.system.matrix, test.system.is_fixed, test.terms, 12};
+    assert_true(nested_aggregates_set(aggregates, &all, 1, &test.scratch));
     given.aggregates = aggregates;
     int const with = solve_single(&given, test.x).iterations;
     given.aggregates = NULL;

@@ -22,13 +22,10 @@ static bool add_aggregates(void *context) {
     single_run *const run = context;
     phased_solve *const phases = run->phases;
     nested_aggregates *const aggregates = phases->system->aggregates;
-    int const threads = run->problem->threads;
-    if (!phases->has_aggregates &&
-        !nested_aggregates_set_matrix(aggregates, phases->single.matrix, run->problem->is_fixed,
-                                      threads, phases->scene->scratch))
+    aggregated_system const system = {phases->single.matrix, run->problem->is_fixed, run->terms,
+                                      run->term_count};
+    if (!nested_aggregates_set(aggregates, &system, run->problem->threads, phases->scene->scratch))
         return false;
-    phases->has_aggregates = true;
-    nested_aggregates_set_terms(aggregates, run->terms, run->term_count, threads);
     phases->single.aggregates = aggregates;
     return true;
 }

@@ -12,7 +12,6 @@ typedef struct phased_solve {
     double *residual;     /* 3 per vertex: b - A u after a solve, if has_residual */
     single_system single; /* the matrix of the system, without hard rows between solves */
     int plain_iterations; /* without aggregates, of all solves so far */
-    bool has_aggregates;  /* the aggregates have the numbers of this matrix */
     bool has_residual;
 } phased_solve;
 

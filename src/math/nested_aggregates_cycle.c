@@ -1,0 +1,169 @@
+/* math/nested_aggregates_cycle.c - the use of nested aggregates, see nested_aggregates.h.
+ *
+ * A cycle for  A z = r  of a level: a step of Jacobi's method from 0, the cycle of the level above
+ * for what is left, and another step. A step goes by a part of D^-1 r so small that it converges:
+ * where A is a sum of terms of four vertices at most, no eigenvalue of D^-1 A is over 4. So the
+ * cycle is symmetric and positive. The last level, of a few aggregates, takes several steps.
+ *
+ * Based on: Bramble, Pasciak, Xu, Parallel multilevel preconditioners, 1990 (levels are added);
+ * Briggs, Henson, McCormick, A multigrid tutorial, 2000 (cycles). Departure: the first level is
+ * added to the diagonal of the vertices, which spares products with the whole matrix; cycles begin
+ * there. */
+#include "math/nested_aggregates.h"
+
+#include "base/parallel.h"
+
+#include <string.h>
+
+/* Aggregates of a chunk of a loop. A level with no more than MOST_ALONE is not shared among
+ * threads. */
+enum { MOST_ALONE = 256, AGGREGATES_PER_CHUNK = 64 };
+/* Steps on the last level. */
+enum { LAST_STEPS = 8 };
+/* Part of D^-1 r that a step goes. */
+static const float STEP = 0.5F;
+
+static size_t choose_chunk(size_t count) {
+    return count > MOST_ALONE ? AGGREGATES_PER_CHUNK : MOST_ALONE;
+}
+
+typedef struct cycle_task {
+    nested_aggregates *all;
+    const aggregate_level *level;
+    const float *below;              /* residual of the level below, */
+    size_t vertex_step, number_step; /* whose numbers lie so */
+    int threads;
+} cycle_task;
+
+static void store3(float *to, floats4 a) { memcpy(to, &a, 3 * sizeof(float)); }
+
+/* Three numbers of a member of the level below. */
+static floats4 load_member(const cycle_task *task, size_t member) {
+    const float *const r = task->below + member * task->vertex_step;
+    if (task->number_step == 1) return floats4_load(r);
+    floats4 const numbers = {r[0], r[task->number_step], r[2 * task->number_step], 0.0F};
+    return numbers;
+}
+
+/* A step's part of D^-1 r. */
+static floats4 get_step(const aggregate_level *level, size_t aggregate, floats4 r) {
+    const float *const m = level->inverse + 9 * aggregate;
+    return ((floats4_load(m) * r[0] + floats4_load(m + 3) * r[1]) + floats4_load(m + 6) * r[2]) *
+           STEP;
+}
+
+/* The residual P^T r of a level, and the first step. */
+static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const cycle_task *const task = context;
+    const aggregate_level *const level = task->level;
+    const weight_list *const list = &level->of_aggregates;
+    const uint8_t *const is_fixed = task->all->is_fixed;
+    for (size_t a = begin; a < end; a++) {
+        floats4 r = {0.0F, 0.0F, 0.0F, 0.0F};
+        if (list->begin) {
+            for (size_t i = list->begin[a]; i < list->begin[a + 1]; i++)
+                r += load_member(task, list->columns[i]) * list->weights[i];
+        } else {
+            for (size_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++)
+                if (!is_fixed[level->members[i]]) r += load_member(task, level->members[i]);
+        }
+        store3(level->residual + 3 * a, r);
+        store3(level->guess + 3 * a, get_step(level, a, r));
+    }
+}
+
+/* product = A guess of these rows */
+static void multiply(const aggregate_level *level, size_t begin, size_t end) {
+    single_matrix const matrix = {.row_begin = level->row_begin,
+                                  .columns = level->columns,
+                                  .scalar_begin = level->no_scalars,
+                                  .scalar_columns = level->columns,
+                                  .values = level->values,
+                                  .scalar_values = level->values};
+    single_vectors const vectors = {
+        .direction = level->guess, .product = level->product, .vertex_step = 3, .number_step = 1};
+    (void)TULLE_PICK_KERNEL(single_multiply)(&matrix, &vectors, begin, end);
+}
+
+/* What the guess leaves, into `product`. */
+static void leave_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const aggregate_level *const level = ((const cycle_task *)context)->level;
+    multiply(level, begin, end);
+    for (size_t i = 3 * begin; i < 3 * end; i++)
+        level->product[i] = level->residual[i] - level->product[i];
+}
+
+/* Adds what the level above found to the guess of its members. */
+static void spread_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const aggregate_level *const above = ((const cycle_task *)context)->level;
+    const weight_list *const list = &above->of_members;
+    float *const guess = (above - 1)->guess;
+    for (size_t m = begin; m < end; m++) {
+        floats4 sum = {guess[3 * m], guess[3 * m + 1], guess[3 * m + 2], 0.0F};
+        for (uint32_t k = list->begin[m]; k < list->begin[m + 1]; k++)
+            sum +=
+                floats4_load(above->correction + 3 * (size_t)list->columns[k]) * list->weights[k];
+        store3(guess + 3 * m, sum);
+    }
+}
+
+/* A step from the guess to the correction, and the dot of that with the residual. */
+static void step_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    const aggregate_level *const level = ((const cycle_task *)context)->level;
+    double dot = 0.0;
+    multiply(level, begin, end);
+    for (size_t a = begin; a < end; a++) {
+        const float *const r = level->residual + 3 * a, *const y = level->product + 3 * a;
+        const float *const z = level->guess + 3 * a;
+        floats4 const left = {r[0] - y[0], r[1] - y[1], r[2] - y[2], 0.0F};
+        floats4 const from = {z[0], z[1], z[2], 0.0F};
+        floats4 const to = from + get_step(level, a, left);
+        store3(level->correction + 3 * a, to);
+        for (size_t k = 0; k < 3; k++) dot += (double)r[k] * (double)to[k];
+    }
+    level->dots[chunk] = dot;
+}
+
+static void run(cycle_task *task, const aggregate_level *level, parallel_body body) {
+    task->level = level;
+    parallel_for(level->count, choose_chunk(level->count), task->threads, body, task);
+}
+
+static void correct_level(cycle_task *task, size_t l) {
+    const aggregate_level *const level = &task->all->levels[l];
+    run(task, level, restrict_chunk);
+    if (l + 1 == task->all->level_count) {
+        run(task, level, step_chunk);
+        for (int step = 2; step < LAST_STEPS; step++) {
+            memcpy(level->guess, level->correction, 3 * level->count * sizeof(float));
+            run(task, level, step_chunk);
+        }
+        return;
+    }
+    run(task, level, leave_chunk);
+    task->below = level->product;
+    task->vertex_step = 3;
+    task->number_step = 1;
+    correct_level(task, l + 1);
+    task->level = level + 1;
+    parallel_for(level->count, choose_chunk(level->count), task->threads, spread_chunk, task);
+    run(task, level, step_chunk);
+}
+
+double nested_aggregates_correct(nested_aggregates *aggregates, const single_vectors *vectors,
+                                 int threads) {
+    if (aggregates->level_count == 0) return 0.0;
+    cycle_task task = {.all = aggregates,
+                       .below = vectors->residual,
+                       .vertex_step = vectors->vertex_step,
+                       .number_step = vectors->number_step,
+                       .threads = threads};
+    correct_level(&task, 0);
+    const aggregate_level *const first = &aggregates->levels[0];
+    return parallel_sum(first->dots,
+                        parallel_chunk_count(first->count, choose_chunk(first->count)));
+}
