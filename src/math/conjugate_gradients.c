@@ -142,12 +142,13 @@ static void turn_direction(void *context, size_t begin, size_t end, size_t chunk
     TULLE_PICK_KERNEL(turn_along)(work->direction, work->preconditioned, work->step, begin, end);
 }
 
-/* Iterates down to the residual `target`, after the problem's patience to `late`. rho is r . z at
- * the start, last_rho at the end. */
+/* Iterates down to the residual `target`, after the problem's patience to `late`. rho is
+ * r . P^-1 r at the start, last_rho at the end. */
 static conjugate_gradients_end iterate(solver *work, double rho, double target, double late,
                                        int *iterations, double *last_rho) {
     const conjugate_gradients_problem *const problem = work->problem;
     *iterations = 0;
+    double descent = rho; /* r . z */
     for (;;) {
         *last_rho = rho;
         if (*iterations >= problem->patience) target = fmax(target, late);
@@ -158,14 +159,20 @@ static conjugate_gradients_end iterate(solver *work, double rho, double target, 
         problem->apply(problem->apply_context, work->direction, work->product);
         double const curvature = run_busy_pass(work, measure_curvature);
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
-        if (!(curvature > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
-        double const alpha = rho / curvature;
+        if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
+        double const alpha = descent / curvature;
         if (!isfinite(alpha)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         work->step = alpha;
-        double const next = run_busy_pass(work, advance);
+        rho = run_busy_pass(work, advance);
         (*iterations)++;
-        work->step = next / rho;
-        rho = next;
+        double const before = descent;
+        descent = rho;
+        if (problem->correct && *iterations >= problem->plain_iterations)
+            descent +=
+                problem->correct(problem->correct_context, work->residual, work->preconditioned);
+        /* with another preconditioner directions begin anew */
+        bool const begins = problem->correct && *iterations == problem->plain_iterations;
+        work->step = begins ? 0.0 : descent / before;
         parallel_for_busy(problem->is_idle, problem->vertex_count, VERTICES_PER_CHUNK,
                           problem->threads, turn_direction, work);
     }

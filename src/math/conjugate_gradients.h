@@ -11,6 +11,11 @@
  * may run parallel_for itself and must give the same bits for any number of threads. */
 typedef void (*linear_operator)(void *context, const double *x, double *y);
 
+/* Adds to P^-1 r what more a preconditioner finds for the residual r; returns r . that. Both have 3
+ * * vertex_count doubles. Symmetric and positive; called like a linear_operator. */
+typedef double (*residual_correction)(void *context, const double *residual,
+                                      double *preconditioned);
+
 typedef struct conjugate_gradients_problem {
     size_t vertex_count;
     linear_operator apply;
@@ -20,7 +25,10 @@ typedef struct conjugate_gradients_problem {
                                       inside as the preconditioner P; a block that is not positive
                                       definite is replaced by its positive diagonal, or by 1 */
     const double *inverse;         /* P^-1, BLOCK_NUMBERS * vertex_count; null: not at hand */
-    const uint8_t *is_fixed;       /* vertex_count, null: none. Fixed entries of x stay as given */
+    residual_correction correct;   /* null: P^-1 alone; for conjugate_gradients_solve alone */
+    void *correct_context;
+    int plain_iterations;    /* before it is called for the first time; > 0 */
+    const uint8_t *is_fixed; /* vertex_count, null: none. Fixed entries of x stay as given */
     const uint8_t *is_idle; /* vertex_count: fixed, and the product at them is of no use; null: none
                              */
     double tolerance;       /* stop at sqrt(r . P^-1 r) <= tolerance * reference */

@@ -171,33 +171,32 @@ static void step(const aggregate_level *level, const dense_level *dense, const d
     free(left);
 }
 
-/* The cycle of a level for r. */
-static void run_cycle(const nested_aggregates *all, const dense_level *dense, size_t l,
+/* The cycle of the first of `left` levels for r. */
+static void run_cycle(const aggregate_level *level, const dense_level *dense, size_t left,
                       const double *r, double *z) {
-    const aggregate_level *const level = &all->levels[l];
-    size_t const size = dense[l].size;
+    size_t const size = dense->size;
     memset(z, 0, size * sizeof(double));
-    step(level, &dense[l], r, z);
-    if (l + 1 == all->level_count) {
-        for (int i = 1; i < 8; i++) step(level, &dense[l], r, z);
+    step(level, dense, r, z);
+    if (left == 1) {
+        for (int i = 1; i < 8; i++) step(level, dense, r, z);
         return;
     }
-    const weight_list *const by = &all->levels[l + 1].of_members;
-    double *const rest = calloc(dense[l + 1].size, sizeof(double));
-    double *const found = calloc(dense[l + 1].size, sizeof(double));
-    for (size_t m = 0; m < dense[l].count; m++)
+    const weight_list *const by = &(level + 1)->of_members;
+    double *const rest = calloc((dense + 1)->size, sizeof(double));
+    double *const found = calloc((dense + 1)->size, sizeof(double));
+    for (size_t m = 0; m < dense->count; m++)
         for (size_t i = 0; i < 3; i++) {
-            double left = r[3 * m + i];
-            for (size_t j = 0; j < size; j++) left -= dense[l].a[(3 * m + i) * size + j] * z[j];
+            double sum = r[3 * m + i];
+            for (size_t j = 0; j < size; j++) sum -= dense->a[(3 * m + i) * size + j] * z[j];
             for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++)
-                rest[3 * (size_t)by->columns[k] + i] += (double)by->weights[k] * left;
+                rest[3 * (size_t)by->columns[k] + i] += (double)by->weights[k] * sum;
         }
-    run_cycle(all, dense, l + 1, rest, found);
-    for (size_t m = 0; m < dense[l].count; m++)
+    run_cycle(level + 1, dense + 1, left - 1, rest, found);
+    for (size_t m = 0; m < dense->count; m++)
         for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++)
             for (size_t i = 0; i < 3; i++)
                 z[3 * m + i] += (double)by->weights[k] * found[3 * (size_t)by->columns[k] + i];
-    step(level, &dense[l], r, z);
+    step(level, dense, r, z);
     free(rest), free(found);
 }
 
@@ -217,7 +216,7 @@ static void check_cycle(nested_aggregates *all, const dense_level *dense, const 
     size_t const size = 3 * all->levels[0].count;
     double *const expected = calloc(size, sizeof(double)), scale = 0.0, dot = 0.0;
     double *const sums = restrict_first(all, r), *const others = restrict_first(all, other);
-    run_cycle(all, dense, 0, sums, expected);
+    run_cycle(all->levels, dense, all->level_count, sums, expected);
     single_vectors const vectors = {.residual = (float *)r, .vertex_step = 3, .number_step = 1};
     double const found = nested_aggregates_correct(all, &vectors, 1);
     double across = 0.0, back = 0.0;

@@ -317,11 +317,72 @@ static void test_patience(void **state) {
     destroy_test_problem(&test);
 }
 
+/* What adds aggregates to a solve in double precision. */
+typedef struct double_correction {
+    nested_aggregates *aggregates;
+    float *residual;
+    int calls;
+} double_correction;
+
+static double correct(void *context, const double *residual, double *preconditioned) {
+    double_correction *const task = context;
+    const nested_aggregates *const all = task->aggregates;
+    task->calls++;
+    for (size_t i = 0; i < 3 * all->vertex_count; i++) task->residual[i] = (float)residual[i];
+    single_vectors const vectors = {.residual = task->residual, .vertex_step = 3, .number_step = 1};
+    double const dot = nested_aggregates_correct(task->aggregates, &vectors, 2);
+    const aggregate_level *const first = &all->levels[0];
+    for (size_t v = 0; v < all->vertex_count; v++)
+        for (size_t i = 0; i < 3 && !all->is_fixed[v]; i++)
+            preconditioned[3 * v + i] +=
+                (double)first->correction[3 * (size_t)first->parents[v] + i];
+    return dot;
+}
+
+/* In double precision, too, the solution is the same with fewer iterations; the correction comes in
+ * after the plain ones. */
+static void test_double_correction(void **state) {
+    (void)state;
+    test_problem test;
+    make_test_problem(&test, 60, 3000.0, 1e-9);
+    solve_plainly(&test);
+    conjugate_gradients_problem problem = test.problem;
+    problem.threads = 2;
+    size_t const size = 3 * problem.vertex_count;
+    conjugate_gradients_result plain, corrected;
+    memset(test.x, 0, size * sizeof(double));
+    assert_int_equal(conjugate_gradients_solve(&problem, test.x, &test.scratch, &plain), TULLE_OK);
+    double_correction task = {
+        nested_aggregates_build(&test.system.heap, &test.system.matrix, &test.scratch),
+        calloc(size + SINGLE_PADDING, sizeof(float)), 0};
+    assert_true(task.aggregates && task.residual);
+    aggregated_system const all = {&test.system.matrix, test.system.is_fixed, test.terms, 12};
+    assert_true(nested_aggregates_set(task.aggregates, &all, 2, &test.scratch));
+    problem.correct = correct;
+    problem.correct_context = &task;
+    problem.plain_iterations = 5;
+    memset(test.x, 0, size * sizeof(double));
+    assert_int_equal(conjugate_gradients_solve(&problem, test.x, &test.scratch, &corrected),
+                     TULLE_OK);
+    assert_int_equal(corrected.end, CONJUGATE_GRADIENTS_CONVERGED);
+    assert_int_equal(task.calls, corrected.iterations - 4);
+    assert_true(3 * corrected.iterations < 2 * plain.iterations);
+    check_solution(&test);
+    problem.plain_iterations = plain.iterations + 1; /* it is done before */
+    memset(test.x, 0, size * sizeof(double));
+    task.calls = 0;
+    assert_int_equal(conjugate_gradients_solve(&problem, test.x, &test.scratch, &corrected),
+                     TULLE_OK);
+    assert_true(task.calls == 0 && corrected.iterations == plain.iterations);
+    free(task.residual);
+    nested_aggregates_destroy(&test.system.heap, task.aggregates);
+    destroy_test_problem(&test);
+}
+
 int main(void) {
     struct CMUnitTest const tests[] = {
-        cmocka_unit_test(test_single_solve),
-        cmocka_unit_test(test_aggregates),
-        cmocka_unit_test(test_late_aggregates),
+        cmocka_unit_test(test_single_solve),    cmocka_unit_test(test_aggregates),
+        cmocka_unit_test(test_late_aggregates), cmocka_unit_test(test_double_correction),
         cmocka_unit_test(test_patience),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -114,6 +114,15 @@ static void relax_row(sweeps *all, sweep_row *active, double *largest2) {
     *largest2 = fmax(*largest2, size2 * answer * answer);
 }
 
+static double find_largest_coordinate(const contact_scene *scene) {
+    double largest = 0.0;
+    for (size_t i = 0; i < 3 * scene->vertex_count; i++) {
+        double const size = fabs(scene->x0[i]);
+        if (size > largest) largest = size;
+    }
+    return largest;
+}
+
 /* Sweeps forward and backward until nothing changes; with `has_bodies_only` only over rows with
  * bodies. */
 static void run_sweeps(sweeps *all, bool has_bodies_only) {
@@ -121,6 +130,7 @@ static void run_sweeps(sweeps *all, bool has_bodies_only) {
     int const factor = has_bodies_only ? SWEEPS_OF_BODIES : 1;
     int const limit = factor * scene->settings.impulse_sweeps;
     double before = (double)INFINITY; /* [m/s] */
+    double coordinate = 0.0;          /* [m] the largest; 0: not known yet */
     for (int sweep = 0; sweep < limit && !stop_is_wanted(scene->stop, 0); sweep++) {
         double largest2 = 0.0;
         all->pass++;
@@ -134,9 +144,7 @@ static void run_sweeps(sweeps *all, bool has_bodies_only) {
         double const largest = sqrt(largest2);
         if (largest2 <= SETTLED_SPEED * SETTLED_SPEED) break;
         if (largest > STALLED_PART * before) {
-            double coordinate = 0.0; /* the largest */
-            for (size_t i = 0; i < 3 * scene->vertex_count; i++)
-                coordinate = fmax(coordinate, fabs(scene->x0[i]));
+            if (coordinate == 0.0) coordinate = find_largest_coordinate(scene);
             if (largest <= SPEED_ROUNDINGS * DBL_EPSILON * coordinate / scene->time_step) break;
         }
         before = largest;

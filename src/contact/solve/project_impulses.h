@@ -18,7 +18,8 @@ tulle_status project_impulses(const contact_scene *scene, contact_row *rows, siz
 static inline double get_wanted_speed(const contact_row *row) {
     double const bias = row->law.bias;
     if (!(bias > 0.0)) return bias;
-    return fmax(bias - row->solve.compliance * get_normal_impulse(row), 0.0);
+    double const speed = bias - row->solve.compliance * get_normal_impulse(row);
+    return speed > 0.0 ? speed : 0.0;
 }
 
 #endif

@@ -5,6 +5,8 @@
  * third solves in double precision. Which phase runs depends on counts alone, never on time. */
 #include "contact/solve/solve_in_phases.h"
 
+#include "base/parallel.h"
+
 /* Iterations with the blocks of vertices alone. Free flight takes five to seven. To take in the
  * aggregates costs about as much as three. */
 enum { PLAIN_ITERATIONS = 8 };
@@ -79,6 +81,83 @@ tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_pro
             result->iterations += used;
         }
     }
+    arena_release(scratch, mark);
+    return status;
+}
+
+/* ---- with bodies ---- */
+
+enum { VERTICES_PER_CHUNK = 512 };
+
+/* What aggregates of the cloth add to a residual of cloth and bodies. */
+typedef struct cloth_correction {
+    nested_aggregates *aggregates;
+    aggregated_system system;
+    int threads;
+    arena *scratch;
+    const double *from; /* residual of cloth and bodies */
+    double *to;         /* what is added to */
+    float *residual;    /* of the cloth, in single precision */
+    bool is_ready, has_memory;
+} cloth_correction;
+
+static void round_residual(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const cloth_correction *const task = context;
+    for (size_t i = 3 * begin; i < 3 * end; i++) task->residual[i] = (float)task->from[i];
+}
+
+static void spread_correction(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const cloth_correction *const task = context;
+    const aggregate_level *const first = &task->aggregates->levels[0];
+    for (size_t v = begin; v < end; v++) {
+        const float *const found = first->correction + 3 * (size_t)first->parents[v];
+        for (size_t i = 0; i < 3 && !task->aggregates->is_fixed[v]; i++)
+            task->to[3 * v + i] += (double)found[i];
+    }
+}
+
+static double correct_cloth(void *context, const double *residual, double *preconditioned) {
+    cloth_correction *const task = context;
+    nested_aggregates *const aggregates = task->aggregates;
+    if (!task->is_ready)
+        task->has_memory =
+            nested_aggregates_set(aggregates, &task->system, task->threads, task->scratch);
+    task->is_ready = true;
+    if (!task->has_memory || aggregates->level_count == 0) return 0.0;
+    task->from = residual;
+    task->to = preconditioned;
+    size_t const count = aggregates->vertex_count;
+    parallel_for(count, VERTICES_PER_CHUNK, task->threads, round_residual, task);
+    single_vectors const vectors = {.residual = task->residual, .vertex_step = 3, .number_step = 1};
+    double const dot = nested_aggregates_correct(aggregates, &vectors, task->threads);
+    parallel_for(count, VERTICES_PER_CHUNK, task->threads, spread_correction, task);
+    return dot;
+}
+
+tulle_status solve_with_bodies(phased_solve *phases, const conjugate_gradients_problem *problem,
+                               contact_row *const *hard_rows, size_t hard_count, double *u,
+                               conjugate_gradients_result *result) {
+    const contact_scene *const scene = phases->scene;
+    arena *const scratch = scene->scratch;
+    if (!phases->system->aggregates) return conjugate_gradients_solve(problem, u, scratch, result);
+    arena_mark const mark = arena_get_mark(scratch);
+    const matrix_term *const terms = make_terms(scene, hard_rows, hard_count);
+    cloth_correction task = {
+        .aggregates = phases->system->aggregates,
+        .system = {phases->single.matrix, problem->is_fixed, terms, hard_count},
+        .threads = problem->threads,
+        .scratch = scratch,
+        .residual = ARENA_NEW(scratch, float, 3 * scene->cloth_vertex_count + SINGLE_PADDING),
+        .has_memory = true};
+    conjugate_gradients_problem now = *problem;
+    now.correct = correct_cloth;
+    now.correct_context = &task;
+    now.plain_iterations = PLAIN_ITERATIONS;
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (terms && task.residual) status = conjugate_gradients_solve(&now, u, scratch, result);
+    if (!task.has_memory) status = TULLE_ERROR_OUT_OF_MEMORY;
     arena_release(scratch, mark);
     return status;
 }

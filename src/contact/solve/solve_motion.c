@@ -424,7 +424,8 @@ static tulle_status solve_linear(motion_solve *solve) {
         status = bound_by_net(solve, &problem, NET_SHARE, &solve->net_of_all, &problem.tolerance);
         problem.reference = solve->reference;
         if (status == TULLE_OK)
-            status = conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
+            status = solve_with_bodies(&solve->phases, &problem, solve->hard_rows,
+                                       solve->hard_count, solve->u, &result);
     } else { /* no hard row joins bodies to cloth: these are solved by themselves, at once */
         solve->is_cloth_only = true;
         problem.vertex_count = scene->cloth_vertex_count;
