@@ -176,7 +176,7 @@ static void rest_on_sheet(double ratio, double area_density, double most_jitter,
     tulle_world_def def = tulle_world_def_default();
     def.membrane = TULLE_MEMBRANE_SPRINGS;
     tulle_world *const world = bodies_make_world(&def, false);
-    tulle_mesh sheet = small_sheet(1.0, side, 0.0);
+    tulle_mesh sheet = small_sheet(1.0, 13, 0.0);
     tulle_mesh ball = bodies_make_ball(0.15, 4, (double[3]){0.0, 0.0, 0.16});
     bodies_add_cloth(world, &sheet, area_density, 1);
     tulle_body const body = {.is_dynamic = 1, .mass = ratio * area_density, .linear_damping = 2.0};
