@@ -13,6 +13,11 @@
  * with a neighbour, so each level has at most half as many of them as the one below. */
 enum { FEW_AGGREGATES = 8 };
 
+/* A member with more neighbours than this has the weight of its parent alone. A mean over them
+ * would join all of their aggregates to each other. On grids members have eight neighbours or so.
+ */
+enum { MOST_AVERAGED = 32 };
+
 /* Neighbours of the members of a level. A member may be its own neighbour. */
 typedef struct member_graph {
     size_t count;
@@ -131,7 +136,8 @@ static uint32_t add_weight(weight_list *list, uint32_t first, uint32_t end, uint
     return end + 1;
 }
 
-/* Each member has the mean of the parents of its neighbours and its own. */
+/* Each member has the mean of the parents of its neighbours and its own, if these are not too many.
+ */
 static bool make_weights(memory *heap, const member_graph *graph, arena *scratch,
                          aggregate_level *level) {
     size_t const most = graph->count + graph->begin[graph->count];
@@ -142,9 +148,11 @@ static bool make_weights(memory *heap, const member_graph *graph, arena *scratch
     uint32_t end = 0;
     for (uint32_t m = 0; m < graph->count; m++) {
         uint32_t const first = wide.begin[m] = end;
-        float const share = 1.0F / (float)(1 + graph->begin[m + 1] - graph->begin[m]);
+        uint32_t const neighbour_count = graph->begin[m + 1] - graph->begin[m];
+        uint32_t const averaged = neighbour_count > MOST_AVERAGED ? 0 : neighbour_count;
+        float const share = 1.0F / (float)(1 + averaged);
         end = add_weight(&wide, first, end, level->parents[m], share);
-        for (uint32_t k = graph->begin[m]; k < graph->begin[m + 1]; k++)
+        for (uint32_t k = graph->begin[m]; k < graph->begin[m] + averaged; k++)
             end = add_weight(&wide, first, end, level->parents[graph->neighbours[k]], share);
     }
     wide.begin[graph->count] = end;
@@ -286,7 +294,7 @@ static void compute_places(const aggregate_level *level, size_t row_count, const
             uint32_t const b = level->parents[columns[k]];
             bool const is_mirror = b < a || (b == a && columns[k] < row);
             uint32_t const place = nested_aggregates_find(level, a, b) - level->row_begin[a];
-            places[k] = is_mirror || place >= NO_PLACE ? NO_PLACE : (uint8_t)place;
+            places[k] = (uint8_t)(is_mirror ? NO_PLACE : place < FAR_PLACE ? place : FAR_PLACE);
         }
     }
 }

@@ -29,7 +29,8 @@ typedef struct aggregate_level {
     uint32_t *member_begin; /* count + 1, into members */
     uint32_t *members;      /* member_count, ascending in an aggregate */
     /* P of the levels above the first, by members and by aggregates: the mean of the parents of a
-     * member and its neighbours. That of the first gives each vertex its parent's value. */
+     * member and its neighbours, or the parent of a member with very many. That of the first gives
+     * each vertex its parent's value. */
     weight_list of_members, of_aggregates;
     /* A of the level. Both triangles, columns ascending in a row. */
     size_t entry_count;
@@ -47,13 +48,13 @@ typedef struct nested_aggregates {
     size_t vertex_count, block_count, scalar_count;
     size_t level_count;
     aggregate_level levels[AGGREGATE_LEVELS_MAX];
-    /* Of each entry of the matrix, the place of its entry in its row of the first level, or
-     * NO_PLACE where its mirror image or none is counted. */
+    /* Of each entry of the matrix, the place of its entry in its row of the first level; NO_PLACE
+     * where its mirror image is counted; FAR_PLACE where it must be looked for. */
     uint8_t *block_places, *scalar_places;
     uint8_t *is_fixed; /* vertex_count, of the last matrix */
 } nested_aggregates;
 
-enum { NO_PLACE = 255 };
+enum { FAR_PLACE = 254, NO_PLACE = 255 };
 
 /* Entry (row, column) of a level; TULLE_NONE: it has none. */
 uint32_t nested_aggregates_find(const aggregate_level *level, uint32_t row, uint32_t column);

@@ -26,10 +26,19 @@ typedef struct fill_task {
 
 /* ---- the first level ---- */
 
-/* Sums of a row, by places. */
+/* Sums of the first places of a row. */
 typedef struct place_sums {
-    double blocks[NO_PLACE][BLOCK_NUMBERS], scalars[NO_PLACE];
+    double blocks[FAR_PLACE][BLOCK_NUMBERS], scalars[FAR_PLACE];
 } place_sums;
+
+/* The sum of an entry that is far from the begin of its row, as many are around a vertex with
+ * hundreds of neighbours. `times`: twice within an aggregate. */
+static double *find_far(const fill_task *task, size_t row, uint32_t column, double *times) {
+    const aggregate_level *const level = task->level;
+    uint32_t const a = level->parents[row], b = level->parents[column];
+    *times = a == b && column != row ? 2.0 : 1.0;
+    return task->values + BLOCK_NUMBERS * (size_t)nested_aggregates_find(level, a, b);
+}
 
 /* Adds the entries of a vertex's row. Those within an aggregate count for their mirror images,
  * too. */
@@ -40,14 +49,25 @@ static void add_row(const fill_task *task, size_t row, size_t own_place, place_s
         size_t const place = all->block_places[k];
         if (place == NO_PLACE || all->is_fixed[matrix->columns[k]]) continue;
         const double *const m = matrix->values + BLOCK_NUMBERS * (size_t)k;
-        double const times = place == own_place && matrix->columns[k] != row ? 2.0 : 1.0;
-        for (size_t i = 0; i < BLOCK_NUMBERS; i++) sums->blocks[place][i] += times * m[i];
+        double times = place == own_place && matrix->columns[k] != row ? 2.0 : 1.0;
+        double *const sum = place == FAR_PLACE ? find_far(task, row, matrix->columns[k], &times)
+                                               : sums->blocks[place];
+        for (size_t i = 0; i < BLOCK_NUMBERS; i++) sum[i] += times * m[i];
     }
     for (uint32_t k = matrix->scalar_begin[row]; k < matrix->scalar_begin[row + 1]; k++) {
         size_t const place = all->scalar_places[k];
-        if (place == NO_PLACE || all->is_fixed[matrix->scalar_columns[k]]) continue;
-        double const times = place == own_place && matrix->scalar_columns[k] != row ? 2.0 : 1.0;
-        sums->scalars[place] += times * block_matrix_get_scalar(matrix, k);
+        uint32_t const column = matrix->scalar_columns[k];
+        if (place == NO_PLACE || all->is_fixed[column]) continue;
+        double times = place == own_place && column != row ? 2.0 : 1.0;
+        if (place < FAR_PLACE) {
+            sums->scalars[place] += times * block_matrix_get_scalar(matrix, k);
+            continue;
+        }
+        double *const sum = find_far(task, row, column, &times);
+        double const scalar = times * block_matrix_get_scalar(matrix, k);
+        sum[0] += scalar;
+        sum[3] += scalar;
+        sum[5] += scalar;
     }
 }
 
@@ -59,17 +79,17 @@ static void sum_first_rows(void *context, size_t begin, size_t end, size_t chunk
         uint32_t const first = level->row_begin[a];
         size_t const row_size = level->row_begin[a + 1] - first;
         size_t const own_place = level->diagonals[a] - first;
-        size_t const size = row_size < NO_PLACE ? row_size : NO_PLACE;
+        size_t const size = row_size < FAR_PLACE ? row_size : FAR_PLACE;
         place_sums sums;
         memset(sums.blocks, 0, size * sizeof *sums.blocks);
         memset(sums.scalars, 0, size * sizeof *sums.scalars);
+        memset(task->values + BLOCK_NUMBERS * (first + own_place), 0,
+               BLOCK_NUMBERS * (row_size - own_place) * sizeof(double));
         for (uint32_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++)
             if (!task->all->is_fixed[level->members[i]])
                 add_row(task, level->members[i], own_place, &sums);
-        for (size_t k = own_place; k < row_size; k++) {
+        for (size_t k = own_place; k < size; k++) {
             double *const to = task->values + BLOCK_NUMBERS * (first + k);
-            memset(to, 0, BLOCK_NUMBERS * sizeof *to);
-            if (k >= size) continue;
             memcpy(to, sums.blocks[k], sizeof sums.blocks[k]);
             to[0] += sums.scalars[k];
             to[3] += sums.scalars[k];

@@ -37,8 +37,8 @@ static void check_partition(const nested_aggregates *all) {
     }
 }
 
-/* The weights of a level above the first: each member's add up to one, over its parent and those of
- * its neighbours, and both lists say the same. */
+/* The weights of a level above the first: each member's add up to one, its parent has one of them,
+ * and both lists say the same. */
 static void check_weights(const aggregate_level *level) {
     const weight_list *const by = &level->of_members, *const across = &level->of_aggregates;
     assert_int_equal(by->count, across->count);
@@ -343,6 +343,55 @@ static void test_graphs(void **state) {
     check_graph(spring_graph_make_random(60, 900, 5), 100.0, 2);
 }
 
+/* Rings around a hub, from the outer one in, joined along spokes; `is_web`: along the rings, too.
+ * The hub is the last vertex; the inner ring is numbered the other way round, so that the hub's
+ * aggregate is one of the last. */
+static spring_graph make_rings(size_t spokes, size_t rings, bool is_web) {
+    spring_graph graph = {.vertex_count = spokes * rings + 1};
+    graph.edges = malloc(2 * graph.vertex_count * sizeof *graph.edges);
+    assert_non_null(graph.edges);
+    for (size_t ring = 0; ring < rings; ring++)
+        for (size_t i = 0; i < spokes; i++) {
+            size_t const last = rings - 1, next = (i + 1) % spokes;
+            size_t const in = ring + 1 < last ? i : spokes - 1 - i;
+            size_t const inward = ring == last ? spokes * rings : (ring + 1) * spokes + in;
+            size_t const place = ring == last ? spokes - 1 - i : i;
+            size_t const beside = ring == last ? spokes - 1 - next : next;
+            size_t const vertex = ring * spokes + place;
+            graph.edges[graph.edge_count][0] = (uint32_t)vertex;
+            graph.edges[graph.edge_count++][1] = (uint32_t)inward;
+            if (!is_web) continue;
+            graph.edges[graph.edge_count][0] = (uint32_t)vertex;
+            graph.edges[graph.edge_count++][1] = (uint32_t)(ring * spokes + beside);
+        }
+    return graph;
+}
+
+/* Rows with more entries than a place of one byte can name. */
+static void test_long_rows(void **state) {
+    (void)state;
+    check_graph(make_rings(900, 2, true), 1000.0, 0);
+    check_graph(make_rings(900, 2, true), 1000.0, 13);
+}
+
+/* A vertex with many neighbours does not join all that is around it to each other. */
+static void test_hub(void **state) {
+    (void)state;
+    spring_system system = spring_system_make(make_rings(500, 14, false), 10.0, 3);
+    arena scratch = arena_make(&system.heap);
+    nested_aggregates *const all = nested_aggregates_build(&system.heap, &system.matrix, &scratch);
+    assert_non_null(all);
+    check_partition(all);
+    assert_true(all->level_count >= 3);
+    for (size_t l = 0; l < all->level_count; l++) {
+        if (l > 0) check_weights(&all->levels[l]);
+        assert_in_range(all->levels[l].entry_count, 1, 12 * all->levels[l].count);
+    }
+    nested_aggregates_destroy(&system.heap, all);
+    arena_destroy(&scratch);
+    spring_system_destroy(&system);
+}
+
 /* Where all is fixed, or there is next to nothing to put together. */
 static void test_small(void **state) {
     (void)state;
@@ -377,9 +426,10 @@ static void test_memory(void **state) {
 
 int main(void) {
     struct CMUnitTest const tests[] = {
-        cmocka_unit_test(test_grids),  cmocka_unit_test(test_large_grid),
-        cmocka_unit_test(test_pieces), cmocka_unit_test(test_graphs),
-        cmocka_unit_test(test_small),  cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_grids),     cmocka_unit_test(test_large_grid),
+        cmocka_unit_test(test_pieces),    cmocka_unit_test(test_graphs),
+        cmocka_unit_test(test_small),     cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_long_rows), cmocka_unit_test(test_hub),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
