@@ -20,6 +20,8 @@ typedef struct surface_range {
     bool is_static; /* x0 == x1 == the positions of the last call: its tree need not be refitted */
     bool is_body;   /* of obstacles: meets all others */
     bool is_asleep; /* of bodies and cloth: meets only cloth and bodies that are awake */
+    bool is_in_pieces; /* of cloth: its triangles do not all hang together. The detector does not
+                          read it */
 } surface_range;
 
 typedef struct surface_set {

@@ -77,7 +77,10 @@ tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iter
             if (row->frame.vertices[k] >= scene->cloth_vertex_count) continue;
             friction_sums *const sum = &sums[scene->vertex_surface[row->frame.vertices[k]]];
             double const weight = row->frame.weights[k];
-            vec3 *const to = is_on_obstacle(scene, &row->frame) ? &sum->missed : &sum->misfit;
+            size_t const surface = scene->vertex_surface[row->frame.vertices[k]];
+            bool const is_given =
+                is_on_obstacle(scene, &row->frame) && !scene->set->surfaces[surface].is_in_pieces;
+            vec3 *const to = is_given ? &sum->missed : &sum->misfit;
             *to = vec3_add_scaled(*to, misfit, weight);
             sum->slip = vec3_add_scaled(sum->slip, slip, weight * penalty);
             if (sticks) sum->held += fabs(weight) * penalty;

@@ -7,8 +7,9 @@
 
 /* What friction left after a round: sums over the rows of a surface that are in the matrix. */
 typedef struct friction_sums {
-    vec3 missed;  /* [N s] friction less what the solve assumed, on obstacles */
-    vec3 misfit;  /* [N s] the same, on what can move */
+    vec3 missed;  /* [N s] friction less what the solve assumed, on obstacles; of cloth in one piece
+                   */
+    vec3 misfit;  /* [N s] the same of all other rows */
     vec3 slip;    /* [N s] of rows that stick: slip times penalty */
     double held;  /* [kg] of rows that stick: penalties */
     mat3 held_by; /* [kg] what answers a velocity of the whole cloth, see missed_friction.h */

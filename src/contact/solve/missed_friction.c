@@ -8,7 +8,9 @@
  * on it is borne by what holds it.
  *
  * Between cloths, and between cloth and bodies, nothing is given: both sides would have to answer
- * for momentum to be kept. There rounds go on until little is missing. */
+ * for momentum to be kept. Nor is anything given to cloth in several pieces, which move apart.
+ * There rounds go on until little is missing. What lies on another cloth is held by it as if that
+ * stood still. */
 #include "contact/solve/missed_friction.h"
 
 #include "contact/rows/row_motion.h"

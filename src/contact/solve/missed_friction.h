@@ -5,8 +5,8 @@
 
 #include "contact/solve/end_round.h"
 
-/* Moves each cloth that no vertex of it is held by, as a whole, as sums[].missed of end_round moves
- * it where the loaded rows of the matrix hold it by their penalties. `sums`: of each surface;
+/* Moves each cloth without held vertices, as a whole, as sums[].missed of end_round moves it where
+ * the loaded rows of the matrix hold it by their penalties. `sums`: of each surface;
  * `held_by` is set here. */
 void give_missed_friction(const contact_scene *scene, const row_list *list, friction_sums *sums,
                           double *u);

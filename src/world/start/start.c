@@ -7,6 +7,7 @@
 #include "base/hash.h"
 #include "base/parallel.h"
 #include "dynamics/hysteresis.h"
+#include "geom/union_find.h"
 #include "world/bodies/bodies.h"
 #include "world/felt/felt.h"
 #include "world/record/record.h"
@@ -16,6 +17,25 @@
 
 #include <math.h>
 #include <string.h>
+
+/* Finds the cloths whose triangles do not all hang together. */
+static tulle_status find_pieces(tulle_world *world) {
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    uint32_t *const parents = ARENA_NEW(&world->scratch, uint32_t, world->cloth_vertex_count);
+    if (!parents) return TULLE_ERROR_OUT_OF_MEMORY;
+    union_find_reset(parents, world->cloth_vertex_count);
+    for (size_t s = 0; s < world->cloths.count; s++) {
+        surface_range *const range = &world->surfaces[s];
+        for (uint32_t e = range->edge_begin; e < range->edge_end; e++)
+            union_find_join(parents, world->topo.edges[2 * (size_t)e],
+                            world->topo.edges[2 * (size_t)e + 1]);
+        range->is_in_pieces = false;
+        for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
+            range->is_in_pieces |= union_find_root(parents, v) != range->vertex_begin;
+    }
+    arena_release(&world->scratch, mark);
+    return TULLE_OK;
+}
 
 /* Joins the surfaces, cloths first: ranges of vertices, triangles and edges of each, and the
  * topology of all triangles together. Leaves it to the caller to say that memory is short. */
@@ -91,7 +111,7 @@ tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
     world->pin_count = 0;
     for (size_t i = 0; i < world->cloths.count; i++)
         world->pin_count += world->cloths.data[i].pin_count;
-    return TULLE_OK;
+    return find_pieces(world);
 }
 
 void world_fill_surface(tulle_world *world, size_t surface) {

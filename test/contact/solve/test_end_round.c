@@ -282,6 +282,14 @@ static void sums_are_those_of_the_rows(void **state) {
     assert_true(world.sums[0].slip.y == 0.0 && world.sums[0].slip.z == 0.0);
     assert_true(world.sums[1].held == 0.0 && vec3_norm2(world.sums[1].missed) == 0.0);
     arena_destroy(&world.scratch);
+    /* cloth in pieces */
+    make_world(&world);
+    stick(&world, 0, 1e-3);
+    world.ranges[0].is_in_pieces = true;
+    assert_int_equal(end_round(&world.scene, &world.list, 1, world.sums, world.u, &world.result),
+                     TULLE_OK);
+    assert_true(vec3_norm2(world.sums[0].missed) == 0.0 && world.sums[0].misfit.x < -0.9e-2);
+    arena_destroy(&world.scratch);
     /* on cloth, which gets the opposite */
     make_world(&world);
     stick(&world, 0, 1e-3);
