@@ -82,10 +82,11 @@ typedef enum tulle_motion_space {
  * TULLE_RESPONSE_PAPER, are always exact. A late end is at so many times cg_tolerance as is said
  * below, at most 0.01 and a tenth of the net impulse. docs/guide/performance.md has times. */
 typedef enum tulle_quality {
-    /* a solve may end late, at 100 times, after 16 iterations, and impulses need hardly settle:
-     * friction and impacts are rough */
+    /* a solve may end late, at 100 times, after 16 iterations (10 of cloth of 1,000 vertices and
+     * more), and impulses need hardly settle: friction and impacts are rough */
     TULLE_QUALITY_DRAFT,
-    /* a solve may end late, at 30 times, after 48 iterations; then impulses settle to 4.5 times */
+    /* a solve may end late, at 30 times, after 48 iterations (32); then impulses settle to 4.5
+     * times. Very stiff cloth is solved as by the next one */
     TULLE_QUALITY_NORMAL,
     /* a solve ends at cg_tolerance, and impulses are found until they settle */
     TULLE_QUALITY_EXACT
