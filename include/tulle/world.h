@@ -86,7 +86,7 @@ typedef enum tulle_quality {
      * more), and impulses need hardly settle: friction and impacts are rough */
     TULLE_QUALITY_DRAFT,
     /* a solve may end late, at 30 times, after 48 iterations (32); then impulses settle to 4.5
-     * times. Very stiff cloth is solved as by the next one */
+     * times. Very stiff cloth is solved nearly as by the next one */
     TULLE_QUALITY_NORMAL,
     /* a solve ends at cg_tolerance, and impulses are found until they settle */
     TULLE_QUALITY_EXACT

@@ -63,11 +63,13 @@ static const double LEAST_NET_OF_ALL = 1e-13;
  * diagonal divides unevenly: at borders, and where triangles differ. Conjugate gradients then take
  * hundreds of iterations, thousands for a centimetre of silk, to make a sheet fall. */
 static const double VERY_STIFF = 1e6;
-/* Where it is so many times the mass on average, solves are exact, whatever the quality: penalties
- * of rows are ten times A's diagonal. What a late end leaves, times these, would be more than the
- * weight of the cloth, and grow from step to step until it sticks. Cotton of centimetres has 1e4,
- * of two millimetres 6e5. From 1e8 on not even exact solves come to an end. */
+/* Where it is so many times the mass on average, solves are exact as long as they do not take
+ * thousands of iterations, whatever the quality: penalties of rows are ten times A's diagonal. What
+ * a late end leaves, times these, would be more than the weight of the cloth, and grow from step to
+ * step until it sticks. Cotton of centimetres has 1e4, of two millimetres 6e5. From 1e8 on not even
+ * exact solves come to an end. */
 static const double STIFF_ON_AVERAGE = 5e6;
+static const solve_effort STIFF_EFFORT = {10.0, 1500, 32, 1.0, 0.0};
 
 typedef struct motion_solve {
     const contact_scene *scene;
@@ -537,7 +539,8 @@ tulle_status solve_motion(const contact_scene *given, const motion_system *syste
     contact_scene own = *given;
     const contact_scene *const scene = &own;
     if (!system->start) system->history->is_stiff = is_stiff_on_average(given, system->matrix);
-    if (system->history->is_stiff) own.settings.effort = &solve_efforts[TULLE_QUALITY_EXACT];
+    if (system->history->is_stiff && given->settings.effort->patience > 0)
+        own.settings.effort = &STIFF_EFFORT;
     arena *const scratch = scene->scratch;
     arena_mark const mark = arena_get_mark(scratch);
     size_t const cloth_count = scene->cloth_vertex_count, count = get_solved_count(scene);
