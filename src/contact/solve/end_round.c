@@ -75,9 +75,9 @@ tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iter
                             row->law.return_velocity);
         for (int k = 0; k < 4; k++) {
             if (row->frame.vertices[k] >= scene->cloth_vertex_count) continue;
-            friction_sums *const sum = &sums[scene->vertex_surface[row->frame.vertices[k]]];
-            double const weight = row->frame.weights[k];
             size_t const surface = scene->vertex_surface[row->frame.vertices[k]];
+            friction_sums *const sum = &sums[surface];
+            double const weight = row->frame.weights[k];
             bool const is_given =
                 is_on_obstacle(scene, &row->frame) && !scene->set->surfaces[surface].is_in_pieces;
             vec3 *const to = is_given ? &sum->missed : &sum->misfit;
