@@ -67,7 +67,7 @@ static const double VERY_STIFF = 1e6;
  * iterations, whatever the quality: penalties of rows are ten times A's diagonal. What a late end
  * leaves, times these, would be more than the weight of the cloth, and grow from step to step until
  * it sticks. Cotton of centimetres has 1e4, of two millimetres 6e5; sheets that slide fail from 2e7
- * on. Without a late end a swatch of silk, at 1e7, does not converge in 5,000 iterations. */
+ * on. Without a late end a swatch of silk does not converge in 5,000 iterations. */
 static const double STIFF_ON_AVERAGE = 5e6;
 static const solve_effort STIFF_EFFORT = {10.0, 1500, 32, 1.0, 0.0};
 
