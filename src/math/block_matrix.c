@@ -11,17 +11,21 @@ enum { ROWS_PER_CHUNK = 256 };
 
 const size_t block_places[BLOCK_NUMBERS] = {0, 1, 2, 4, 5, 8};
 
-uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column) {
-    uint32_t low = matrix->row_begin[row], high = matrix->row_begin[row + 1];
-    uint32_t const end = high;
+uint32_t find_in_columns(const uint32_t *columns, uint32_t begin, uint32_t end, uint32_t column) {
+    uint32_t low = begin, high = end;
     while (low < high) {
         uint32_t const middle = low + (high - low) / 2;
-        if (matrix->columns[middle] < column)
+        if (columns[middle] < column)
             low = middle + 1;
         else
             high = middle;
     }
-    return low < end && matrix->columns[low] == column ? low : TULLE_NONE;
+    return low < end && columns[low] == column ? low : TULLE_NONE;
+}
+
+uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column) {
+    return find_in_columns(matrix->columns, matrix->row_begin[row], matrix->row_begin[row + 1],
+                           column);
 }
 
 bool block_matrix_find_term(const block_matrix *matrix, const matrix_term *term,

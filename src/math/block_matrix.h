@@ -67,6 +67,9 @@ void block_matrix_destroy(memory *heap, block_matrix *matrix);
 /* Adds up the scalars: scalar_count doubles, for scalar_sums. */
 void block_matrix_sum_scalars(const block_matrix *matrix, double *sums, int threads);
 
+/* Index of `column` among ascending ones from begin to end - 1; TULLE_NONE if it is not there. */
+uint32_t find_in_columns(const uint32_t *columns, uint32_t begin, uint32_t end, uint32_t column);
+
 /* Index of block (row, column) in columns; TULLE_NONE if it is not in the pattern. */
 uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column);
 

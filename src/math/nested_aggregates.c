@@ -220,16 +220,8 @@ static void find_columns(const aggregate_level *level, const aggregate_level *be
 }
 
 uint32_t nested_aggregates_find(const aggregate_level *level, uint32_t row, uint32_t column) {
-    uint32_t low = level->row_begin[row], high = level->row_begin[row + 1];
-    while (low < high) {
-        uint32_t const middle = low + (high - low) / 2;
-        if (level->columns[middle] < column)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    bool const is_there = low < level->row_begin[row + 1] && level->columns[low] == column;
-    return is_there ? low : TULLE_NONE;
+    return find_in_columns(level->columns, level->row_begin[row], level->row_begin[row + 1],
+                           column);
 }
 
 /* Entries and arrays of a level; `below` is null for the first. */
