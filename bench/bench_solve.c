@@ -30,9 +30,9 @@ typedef struct bench_cloth {
     topology surface;
     cloth_model model;
     linear_system system;
-    block_matrix by_rows;     /* the system's matrix, as one that has no diagonals */
-    single_system singles[2]; /* by rows, by diagonals */
-    nested_aggregates *aggregates;
+    block_matrix by_rows;             /* the system's matrix, as one that has no diagonals */
+    single_system singles[2];         /* by rows, by diagonals */
+    nested_aggregates *aggregates[2]; /* likewise */
 } bench_cloth;
 
 static void *room(size_t count, size_t size) {
@@ -117,16 +117,21 @@ static bench_cloth *make_cloth(size_t side, int threads) {
                   single_system_set_terms(&cloth->singles[way], NULL, 0, threads, &cloth->scratch),
               "the copy");
     check(cloth->singles[1].diagonals.pattern != NULL, "the copy by diagonals");
-    cloth->aggregates = nested_aggregates_build(&cloth->heap, matrix, &cloth->scratch);
-    check(cloth->aggregates != NULL, "the aggregates");
-    aggregated_system const all = {matrix, NULL, NULL, 0};
-    check(nested_aggregates_set(cloth->aggregates, &all, threads, &cloth->scratch),
-          "the numbers of aggregates");
+    for (int way = 0; way < 2; way++) {
+        nested_aggregates *const aggregates =
+            nested_aggregates_build(&cloth->heap, matrices[way], &cloth->scratch);
+        check(aggregates != NULL, "the aggregates");
+        aggregated_system const all = {matrices[way], NULL, NULL, 0};
+        check(nested_aggregates_set(aggregates, &all, threads, &cloth->scratch),
+              "the numbers of aggregates");
+        cloth->aggregates[way] = aggregates;
+    }
     return cloth;
 }
 
 static void destroy_cloth(bench_cloth *cloth) {
-    nested_aggregates_destroy(&cloth->heap, cloth->aggregates);
+    for (int way = 0; way < 2; way++)
+        nested_aggregates_destroy(&cloth->heap, cloth->aggregates[way]);
     linear_system_destroy(&cloth->heap, &cloth->system);
     cloth_model_destroy(&cloth->heap, &cloth->model);
     topology_destroy(&cloth->heap, &cloth->surface);
@@ -191,7 +196,7 @@ static double time_iterations(bench_cloth *cloth, single_system *single, bool ha
                                                  .reference = 1.0,
                                                  .max_iterations = iterations,
                                                  .threads = threads};
-    single->aggregates = has_aggregates ? cloth->aggregates : NULL;
+    single->aggregates = has_aggregates ? cloth->aggregates[single - cloth->singles] : NULL;
     memset(cloth->u, 0, 3 * cloth->vertex_count * sizeof(double));
     conjugate_gradients_result result;
     double const start = timer_now();

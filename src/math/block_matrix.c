@@ -68,8 +68,8 @@ tulle_status block_matrix_build(memory *heap, size_t row_count, block_pattern bl
         matrix.scalar_begin = matrix.no_scalars =
             memory_allocate_zeroed(heap, row_count + 1, sizeof(uint32_t));
     matrix.diagonal_positions = memory_allocate(heap, row_count * sizeof(uint32_t));
-    matrix.values =
-        memory_allocate_zeroed(heap, BLOCK_NUMBERS * matrix.block_count, sizeof(double));
+    matrix.values = memory_allocate_zeroed(heap, BLOCK_NUMBERS * matrix.block_count + BLOCK_PADDING,
+                                           sizeof(double));
     bool const has_memory = matrix.scalar_begin && matrix.diagonal_positions && matrix.values;
     if (!has_memory ||
         matrix_diagonals_find(
@@ -90,7 +90,8 @@ void block_matrix_destroy(memory *heap, block_matrix *matrix) {
     memory_release(heap, matrix->diagonal_positions, matrix->row_count * sizeof(uint32_t));
     memory_release(heap, matrix->diagonals.of_blocks, matrix->block_count);
     memory_release(heap, matrix->diagonals.of_scalars, matrix->scalar_count);
-    memory_release(heap, matrix->values, BLOCK_NUMBERS * matrix->block_count * sizeof(double));
+    memory_release(heap, matrix->values,
+                   (BLOCK_NUMBERS * matrix->block_count + BLOCK_PADDING) * sizeof(double));
     *matrix = (block_matrix){0};
 }
 

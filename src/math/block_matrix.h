@@ -14,6 +14,8 @@
 
 /* A symmetric 3x3 block is six numbers: xx, xy, xz, yy, yz, zz. */
 enum { BLOCK_NUMBERS = 6 };
+/* Numbers after the last block, so that kernels may load eight. */
+enum { BLOCK_PADDING = 2 };
 /* Where they are in one of nine. */
 extern const size_t block_places[BLOCK_NUMBERS];
 
@@ -35,7 +37,7 @@ typedef struct block_matrix {
     uint32_t *no_scalars;           /* in place of a pattern without scalars; else null */
     uint32_t *diagonal_positions;   /* row_count: index of the diagonal block */
     matrix_diagonals diagonals;
-    double *values; /* BLOCK_NUMBERS * block_count */
+    double *values; /* BLOCK_NUMBERS * block_count, and BLOCK_PADDING */
     /* Scalars are sums of two, borrowed: see block_matrix_get_scalar. Set by the user. */
     const double *scalar_parts[2]; /* scalar_count each */
     double scalar_factors[2];

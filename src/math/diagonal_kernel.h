@@ -29,10 +29,8 @@ TULLE_DECLARE_KERNEL(float, diagonal_multiply,
 /* x += alpha p, r -= alpha A p, z = P^-1 r; returns r . z. */
 TULLE_DECLARE_KERNEL(float, diagonal_advance,
                      (const single_vectors *vectors, float alpha, size_t begin, size_t end))
-/* p = z + c + beta p, c the correction of each vertex' parent; c = 0 at fixed vertices, and where
- * correction is null. end may be any. */
+/* p = z + beta p; end may be any. */
 TULLE_DECLARE_KERNEL(void, diagonal_turn,
-                     (const single_vectors *vectors, const single_correction *correction,
-                      float beta, size_t begin, size_t end))
+                     (const single_vectors *vectors, float beta, size_t begin, size_t end))
 
 #endif

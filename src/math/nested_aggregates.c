@@ -64,15 +64,18 @@ static void sort_members(aggregate_level *level) {
     begin[level->count] = (uint32_t)level->member_count;
 }
 
-/* The aggregates of a graph as a new level; false: no memory, and the level may be half made. */
+/* The aggregates of a graph, or the blocks of a grid, as a new level; false: no memory, and the
+ * level may be half made. */
 static bool add_level(memory *heap, const member_graph *graph, arena *scratch,
                       nested_aggregates *all) {
+    const grid_transfer *const grid = all->level_count == 0 ? all->grid : NULL;
     aggregate_level *const level = &all->levels[all->level_count++];
     level->member_count = graph->count;
     level->parents = memory_allocate(heap, graph->count * sizeof(uint32_t));
     uint32_t *const before = ARENA_NEW(scratch, uint32_t, graph->count);
     if (!level->parents || !before) return false;
-    level->count = choose_parents(graph, level->parents, before);
+    if (grid) grid_transfer_find_parents(grid, level->parents);
+    level->count = grid ? grid_transfer_count(grid) : choose_parents(graph, level->parents, before);
     level->member_begin = memory_allocate_zeroed(heap, level->count + 1, sizeof(uint32_t));
     level->members = memory_allocate(heap, level->member_count * sizeof(uint32_t));
     if (!level->member_begin || !level->members) return false;
@@ -219,28 +222,43 @@ static void find_columns(const aggregate_level *level, const aggregate_level *be
     }
 }
 
+/* The same of a block: itself and those around it. */
+static void find_block_columns(const grid_transfer *grid, row_columns *found) {
+    size_t const rows = grid->rows.block_count, columns = grid->columns.block_count;
+    size_t const row = found->row / columns, column = found->row % columns;
+    for (size_t r = row > 0 ? row - 1 : 0; r < rows && r <= row + 1; r++)
+        for (size_t c = column > 0 ? column - 1 : 0; c < columns && c <= column + 1; c++)
+            add_column(found, (uint32_t)(r * columns + c));
+}
+
 uint32_t nested_aggregates_find(const aggregate_level *level, uint32_t row, uint32_t column) {
     return find_in_columns(level->columns, level->row_begin[row], level->row_begin[row + 1],
                            column);
 }
 
-/* Entries and arrays of a level; `below` is null for the first. */
-static bool make_entries(memory *heap, const block_matrix *matrix, const aggregate_level *below,
-                         arena *scratch, aggregate_level *level) {
+/* Entries of the level that was added last. */
+static bool make_entries(memory *heap, const block_matrix *matrix, arena *scratch,
+                         nested_aggregates *all) {
+    aggregate_level *const level = &all->levels[all->level_count - 1];
+    bool const is_first = all->level_count == 1;
     size_t const count = level->count;
     arena_mark const mark = arena_get_mark(scratch);
     row_columns found = {.columns = ARENA_NEW(scratch, uint32_t, count),
                          .marks = ARENA_NEW(scratch, uint32_t, count)};
     level->row_begin = memory_allocate_zeroed(heap, count + 1, sizeof(uint32_t));
     level->diagonals = memory_allocate(heap, count * sizeof(uint32_t));
-    if (!found.columns || !found.marks || !level->row_begin || !level->diagonals) return false;
+    level->dots = memory_allocate_zeroed(heap, count, sizeof(double));
+    if (!found.columns || !found.marks || !level->row_begin || !level->diagonals || !level->dots)
+        return false;
     for (int pass = 0; pass < 2; pass++) { /* counts, then writes */
         memset(found.marks, 0xff, count * sizeof(uint32_t));
         uint32_t end = 0;
         for (found.row = 0; found.row < count; found.row++) {
             found.count = 0;
-            if (below)
-                find_columns(level, below, &found);
+            if (!is_first)
+                find_columns(level, level - 1, &found);
+            else if (all->grid)
+                find_block_columns(all->grid, &found);
             else
                 find_first_columns(level, matrix, &found);
             if (pass == 1)
@@ -271,8 +289,18 @@ static bool make_vectors(memory *heap, aggregate_level *level) {
     level->values = memory_allocate_zeroed(heap, SINGLE_BLOCK * level->entry_count + SINGLE_PADDING,
                                            sizeof(float));
     level->inverse = memory_allocate_zeroed(heap, 9 * level->count + SINGLE_PADDING, sizeof(float));
-    level->dots = memory_allocate_zeroed(heap, level->count, sizeof(double));
-    return ok && level->no_scalars && level->values && level->inverse && level->dots;
+    return ok && level->no_scalars && level->values && level->inverse;
+}
+
+static void release_vectors(memory *heap, const aggregate_level *level) {
+    size_t const count = level->count;
+    float *const vectors[] = {level->residual, level->guess, level->correction, level->product};
+    for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
+        memory_release(heap, vectors[i], (3 * count + SINGLE_PADDING) * sizeof(float));
+    memory_release(heap, level->no_scalars, (count + 1) * sizeof(uint32_t));
+    memory_release(heap, level->values,
+                   (SINGLE_BLOCK * level->entry_count + SINGLE_PADDING) * sizeof(float));
+    memory_release(heap, level->inverse, (9 * count + SINGLE_PADDING) * sizeof(float));
 }
 
 /* For each entry of a pattern the place of its entry in the row of the first level. Each pair of
@@ -298,10 +326,13 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
     all->vertex_count = matrix->row_count;
     all->block_count = matrix->block_count;
     all->scalar_count = matrix->scalar_count;
-    all->block_places = memory_allocate(heap, all->block_count);
-    all->scalar_places = memory_allocate(heap, all->scalar_count);
     all->is_fixed = memory_allocate_zeroed(heap, all->vertex_count, 1);
-    bool ok = all->block_places && all->scalar_places && all->is_fixed;
+    bool ok = all->is_fixed && grid_transfer_build(heap, matrix, &all->grid);
+    if (ok && !all->grid) {
+        all->block_places = memory_allocate(heap, all->block_count);
+        all->scalar_places = memory_allocate(heap, all->scalar_count);
+        ok = all->block_places && all->scalar_places;
+    }
 
     arena_mark const mark = arena_get_mark(scratch);
     /* The matrix's rows are used as they are. They also name each vertex itself, which does no
@@ -318,10 +349,10 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
         if (joined_count <= FEW_AGGREGATES) break;
         member_graph coarse = {0};
         aggregate_level *const level = &all->levels[l];
-        const aggregate_level *const below = l > 0 ? level - 1 : NULL;
         ok = add_level(heap, &graph, scratch, all) &&
              (l == 0 || make_weights(heap, &graph, scratch, level)) &&
-             make_entries(heap, matrix, below, scratch, level) && make_vectors(heap, level) &&
+             make_entries(heap, matrix, scratch, all) &&
+             ((l == 0 && all->grid) || make_vectors(heap, level)) &&
              make_coarse_graph(&graph, level, scratch, &coarse);
         graph = coarse;
     }
@@ -330,7 +361,7 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
         nested_aggregates_destroy(heap, all);
         return NULL;
     }
-    if (all->level_count == 0) return all;
+    if (all->level_count == 0 || all->grid) return all;
     compute_places(&all->levels[0], all->vertex_count, matrix->row_begin, matrix->columns,
                    all->block_places);
     compute_places(&all->levels[0], all->vertex_count, matrix->scalar_begin, matrix->scalar_columns,
@@ -343,9 +374,7 @@ void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates) {
     for (size_t l = 0; l < aggregates->level_count; l++) {
         const aggregate_level *const level = &aggregates->levels[l];
         size_t const count = level->count, entries = level->entry_count;
-        float *const vectors[] = {level->residual, level->guess, level->correction, level->product};
-        for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
-            memory_release(heap, vectors[i], (3 * count + SINGLE_PADDING) * sizeof(float));
+        if (l > 0 || !aggregates->grid) release_vectors(heap, level);
         memory_release(heap, level->parents, level->member_count * sizeof(uint32_t));
         memory_release(heap, level->member_begin, (count + 1) * sizeof(uint32_t));
         memory_release(heap, level->members, level->member_count * sizeof(uint32_t));
@@ -354,14 +383,13 @@ void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates) {
         memory_release(heap, level->row_begin, (count + 1) * sizeof(uint32_t));
         memory_release(heap, level->columns, entries * sizeof(uint32_t));
         memory_release(heap, level->diagonals, count * sizeof(uint32_t));
-        memory_release(heap, level->no_scalars, (count + 1) * sizeof(uint32_t));
-        memory_release(heap, level->values,
-                       (SINGLE_BLOCK * entries + SINGLE_PADDING) * sizeof(float));
-        memory_release(heap, level->inverse, (9 * count + SINGLE_PADDING) * sizeof(float));
         memory_release(heap, level->dots, count * sizeof(double));
     }
-    memory_release(heap, aggregates->block_places, aggregates->block_count);
-    memory_release(heap, aggregates->scalar_places, aggregates->scalar_count);
+    if (!aggregates->grid) {
+        memory_release(heap, aggregates->block_places, aggregates->block_count);
+        memory_release(heap, aggregates->scalar_places, aggregates->scalar_count);
+    }
+    grid_transfer_destroy(heap, aggregates->grid);
     memory_release(heap, aggregates->is_fixed, aggregates->vertex_count);
     memory_release(heap, aggregates, sizeof *aggregates);
 }

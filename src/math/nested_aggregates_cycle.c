@@ -20,10 +20,10 @@
 /* Aggregates of a chunk of a loop. A level with no more than MOST_ALONE is not shared among
  * threads. */
 enum { MOST_ALONE = 256, AGGREGATES_PER_CHUNK = 64 };
+/* Blocks of a grid and vertices of its rows in a chunk. */
+enum { BLOCKS_PER_CHUNK = 1024, VERTICES_PER_CHUNK = 2048 };
 /* Steps on the last level. */
 enum { LAST_STEPS = 8 };
-/* Part of D^-1 r that a step goes. */
-static const float STEP = 0.5F;
 
 static size_t choose_chunk(size_t count) {
     return count > MOST_ALONE ? AGGREGATES_PER_CHUNK : MOST_ALONE;
@@ -33,7 +33,9 @@ typedef struct cycle_task {
     nested_aggregates *all;
     const aggregate_level *level;
     const float *below;              /* residual of the level below, */
+    float *guess_below;              /* and its guess, */
     size_t vertex_step, number_step; /* whose numbers lie so */
+    const single_vectors *vertices;  /* null: not of vertices */
     int threads;
 } cycle_task;
 
@@ -51,7 +53,7 @@ static floats4 load_member(const cycle_task *task, size_t member) {
 static floats4 get_step(const aggregate_level *level, size_t aggregate, floats4 r) {
     const float *const m = level->inverse + 9 * aggregate;
     return ((floats4_load(m) * r[0] + floats4_load(m + 3) * r[1]) + floats4_load(m + 6) * r[2]) *
-           STEP;
+           AGGREGATE_STEP;
 }
 
 /* The residual P^T r of a level, and the first step. */
@@ -100,15 +102,17 @@ static void leave_chunk(void *context, size_t begin, size_t end, size_t chunk, i
 /* Adds what the level above found to the guess of its members. */
 static void spread_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
-    const aggregate_level *const above = ((const cycle_task *)context)->level;
+    const cycle_task *const task = context;
+    const aggregate_level *const above = task->level;
     const weight_list *const list = &above->of_members;
-    float *const guess = (above - 1)->guess;
+    size_t const step = task->number_step;
     for (size_t m = begin; m < end; m++) {
-        floats4 sum = {guess[3 * m], guess[3 * m + 1], guess[3 * m + 2], 0.0F};
+        float *const guess = task->guess_below + m * task->vertex_step;
+        floats4 sum = {guess[0], guess[step], guess[2 * step], 0.0F};
         for (uint32_t k = list->begin[m]; k < list->begin[m + 1]; k++)
             sum +=
                 floats4_load(above->correction + 3 * (size_t)list->columns[k]) * list->weights[k];
-        store3(guess + 3 * m, sum);
+        for (size_t i = 0; i < 3; i++) guess[i * step] = sum[i];
     }
 }
 
@@ -135,6 +139,11 @@ static void run(cycle_task *task, const aggregate_level *level, parallel_body bo
     parallel_for(level->count, choose_chunk(level->count), task->threads, body, task);
 }
 
+/* The cycle from the level above on for what a level's guess leaves, which is added to the guess.
+ */
+static void correct_guess(cycle_task *task, size_t l, const single_vectors *left);
+
+/* The last level takes steps, each from the correction of the one before. */
 static void correct_level(cycle_task *task, size_t l) {
     const aggregate_level *const level = &task->all->levels[l];
     run(task, level, restrict_chunk);
@@ -147,13 +156,92 @@ static void correct_level(cycle_task *task, size_t l) {
         return;
     }
     run(task, level, leave_chunk);
-    task->below = level->product;
-    task->vertex_step = 3;
-    task->number_step = 1;
-    correct_level(task, l + 1);
-    task->level = level + 1;
-    parallel_for(level->count, choose_chunk(level->count), task->threads, spread_chunk, task);
+    single_vectors const left = {
+        .product = level->product, .direction = level->guess, .vertex_step = 3, .number_step = 1};
+    correct_guess(task, l, &left);
     run(task, level, step_chunk);
+}
+
+static void correct_guess(cycle_task *task, size_t l, const single_vectors *left) {
+    const aggregate_level *const above = &task->all->levels[l + 1];
+    task->below = left->product;
+    task->vertex_step = left->vertex_step;
+    task->number_step = left->number_step;
+    correct_level(task, l + 1);
+    task->level = above;
+    task->guess_below = left->direction;
+    task->vertex_step = left->vertex_step;
+    task->number_step = left->number_step;
+    parallel_for(above->member_count, choose_chunk(above->member_count), task->threads,
+                 spread_chunk, task);
+}
+
+/* ---- the first level of a grid ---- */
+
+static void restrict_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const cycle_task *const task = context;
+    grid_transfer_restrict(task->all->grid, task->vertices, begin, end);
+}
+
+static void expand_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    grid_transfer_expand(((const cycle_task *)context)->all->grid, begin, end);
+}
+
+static void step_first(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const grid_transfer *const grid = ((const cycle_task *)context)->all->grid;
+    TULLE_PICK_KERNEL(grid_take_step)(&grid->vectors, begin, end);
+}
+
+static void leave_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const grid_transfer *const grid = ((const cycle_task *)context)->all->grid;
+    (void)TULLE_PICK_KERNEL(diagonal_multiply)(&grid->matrix, &grid->vectors, begin, end);
+    TULLE_PICK_KERNEL(grid_leave)(&grid->vectors, begin, end);
+}
+
+static void step_last(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    const cycle_task *const task = context;
+    const grid_transfer *const grid = task->all->grid;
+    (void)TULLE_PICK_KERNEL(diagonal_multiply)(&grid->matrix, &grid->vectors, begin, end);
+    task->all->levels[0].dots[chunk] =
+        (double)TULLE_PICK_KERNEL(grid_end_step)(&grid->vectors, begin, end);
+}
+
+static void run_blocks(cycle_task *task, parallel_body body) {
+    parallel_for(task->all->levels[0].count, BLOCKS_PER_CHUNK, task->threads, body, task);
+}
+
+static void run_rows(cycle_task *task, parallel_body body) {
+    const grid_transfer *const grid = task->all->grid;
+    size_t const row_count = grid->rows.block_count;
+    size_t const chunk = 1 + row_count * VERTICES_PER_CHUNK / task->all->vertex_count;
+    parallel_for(row_count, chunk, task->threads, body, task);
+}
+
+/* As correct_level. */
+static void correct_blocks(cycle_task *task) {
+    const grid_transfer *const grid = task->all->grid;
+    run_rows(task, restrict_rows);
+    run_blocks(task, step_first);
+    if (task->all->level_count > 1) {
+        run_blocks(task, leave_rows);
+        correct_guess(task, 0, &grid->vectors);
+        run_blocks(task, step_last);
+    } else {
+        run_blocks(task, step_last);
+        for (int step = 2; step < LAST_STEPS; step++) {
+            for (size_t i = 0; i < 3; i++)
+                memcpy(grid->vectors.direction + i * grid->vectors.number_step,
+                       grid->vectors.preconditioned + i * grid->vectors.number_step,
+                       task->all->levels[0].count * sizeof(float));
+            run_blocks(task, step_last);
+        }
+    }
+    run_rows(task, expand_rows);
 }
 
 double nested_aggregates_correct(nested_aggregates *aggregates, const single_vectors *vectors,
@@ -163,9 +251,30 @@ double nested_aggregates_correct(nested_aggregates *aggregates, const single_vec
                        .below = vectors->residual,
                        .vertex_step = vectors->vertex_step,
                        .number_step = vectors->number_step,
+                       .vertices = vectors,
                        .threads = threads};
-    correct_level(&task, 0);
+    if (aggregates->grid)
+        correct_blocks(&task);
+    else
+        correct_level(&task, 0);
     const aggregate_level *const first = &aggregates->levels[0];
-    return parallel_sum(first->dots,
-                        parallel_chunk_count(first->count, choose_chunk(first->count)));
+    size_t const chunk = aggregates->grid ? BLOCKS_PER_CHUNK : choose_chunk(first->count);
+    return parallel_sum(first->dots, parallel_chunk_count(first->count, chunk));
+}
+
+void nested_aggregates_add(const nested_aggregates *aggregates, const single_vectors *vectors,
+                           size_t begin, size_t end) {
+    if (aggregates->level_count == 0) return;
+    if (aggregates->grid) {
+        grid_transfer_add(aggregates->grid, vectors->preconditioned, vectors->number_step, begin,
+                          end);
+        return;
+    }
+    const aggregate_level *const first = &aggregates->levels[0];
+    for (size_t v = begin; v < end; v++) {
+        const float *const found = first->correction + 3 * (size_t)first->parents[v];
+        float *const to = vectors->preconditioned + v * vectors->vertex_step;
+        for (size_t i = 0; i < 3 && !aggregates->is_fixed[v]; i++)
+            to[i * vectors->number_step] += found[i];
+    }
 }

@@ -21,8 +21,16 @@ typedef struct fill_task {
     const block_matrix *matrix;
     const aggregate_level *level, *below;
     const double *values_below;
-    double *values; /* BLOCK_NUMBERS an entry */
+    double *values;     /* BLOCK_NUMBERS an entry */
+    double *block_sums; /* of a grid: GRID_BLOCK * GRID_DIAGONALS a block */
 } fill_task;
+
+/* The inverse of an entry on the diagonal. */
+static void invert_entry(const double *m, double *inverse) {
+    double const block[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
+    conjugate_gradients_problem const problem = {.diagonal = block};
+    invert_block_of(&problem, 0, inverse);
+}
 
 /* ---- the first level ---- */
 
@@ -143,6 +151,56 @@ static void add_term(const nested_aggregates *all, const matrix_term *term, doub
         }
 }
 
+/* ---- the blocks of a grid ---- */
+
+/* The sum of an entry, which is kept once for both triangles. */
+static const double *get_block_sum(const fill_task *task, size_t row, size_t column) {
+    size_t const first = row < column ? row : column, last = row < column ? column : row;
+    size_t const columns = task->all->grid->columns.block_count;
+    size_t const down = last / columns - first / columns;
+    size_t const way = last % columns + 1 - first % columns; /* 0 to 2 */
+    size_t const diagonal = down == 0 ? way - 1 : way + 2;
+    return task->block_sums + GRID_BLOCK * (GRID_DIAGONALS * first + diagonal);
+}
+
+/* To entries by rows, for the level above, and by diagonals in single precision. */
+static void put_blocks(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const fill_task *const task = context;
+    const aggregate_level *const level = task->level;
+    const grid_transfer *const grid = task->all->grid;
+    for (size_t a = begin; a < end; a++) {
+        for (uint32_t k = level->row_begin[a]; k < level->row_begin[a + 1]; k++)
+            memcpy(task->values + BLOCK_NUMBERS * (size_t)k,
+                   get_block_sum(task, a, level->columns[k]), BLOCK_NUMBERS * sizeof(double));
+        const double *const sums = task->block_sums + GRID_BLOCK * GRID_DIAGONALS * a;
+        for (size_t d = 0; d < GRID_DIAGONALS; d++)
+            for (size_t i = 0; i < SINGLE_BLOCK; i++)
+                grid->matrix.planes[(SINGLE_BLOCK * d + i) * grid->matrix.stride + a] =
+                    (float)sums[GRID_BLOCK * d + i];
+        double inverse[BLOCK_NUMBERS];
+        invert_entry(sums, inverse);
+        for (size_t i = 0; i < BLOCK_NUMBERS; i++)
+            grid->vectors.inverse[i * grid->matrix.stride + a] = AGGREGATE_STEP * (float)inverse[i];
+    }
+}
+
+static bool fill_blocks(fill_task *task, const aggregated_system *system, int threads,
+                        arena *scratch) {
+    grid_transfer *const grid = task->all->grid;
+    size_t const count = task->level->count;
+    const uint8_t *const is_fixed = task->all->is_fixed;
+    grid_fill_source const source = {task->matrix, is_fixed};
+    task->block_sums = ARENA_NEW(scratch, double, GRID_BLOCK *GRID_DIAGONALS *count);
+    if (!task->block_sums || !grid_transfer_sum(grid, &source, threads, scratch, task->block_sums))
+        return false;
+    grid_transfer_set_fixed(grid, is_fixed);
+    for (size_t t = 0; t < system->term_count; t++)
+        grid_transfer_add_term(grid, &system->terms[t], is_fixed, task->block_sums);
+    parallel_for(count, AGGREGATES_PER_CHUNK, threads, put_blocks, task);
+    return true;
+}
+
 /* ---- the levels above ---- */
 
 static void multiply_rows(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -181,11 +239,8 @@ static void round_rows(void *context, size_t begin, size_t end, size_t chunk, in
          i < BLOCK_NUMBERS * (size_t)level->row_begin[end]; i++)
         level->values[i] = (float)task->values[i];
     for (size_t a = begin; a < end; a++) {
-        const double *const m = task->values + BLOCK_NUMBERS * (size_t)level->diagonals[a];
-        double const block[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
-        conjugate_gradients_problem const problem = {.diagonal = block};
         double n[BLOCK_NUMBERS];
-        invert_block_of(&problem, 0, n);
+        invert_entry(task->values + BLOCK_NUMBERS * (size_t)level->diagonals[a], n);
         double const full[9] = {n[0], n[1], n[2], n[1], n[3], n[4], n[2], n[4], n[5]};
         for (size_t i = 0; i < 9; i++) level->inverse[9 * a + i] = (float)full[i];
     }
@@ -208,6 +263,10 @@ bool nested_aggregates_set(nested_aggregates *aggregates, const aggregated_syste
         task.values = ARENA_NEW(scratch, double, BLOCK_NUMBERS * level->entry_count);
         ok = task.values != NULL;
         if (!ok) break;
+        if (l == 0 && aggregates->grid) {
+            ok = fill_blocks(&task, system, threads, scratch);
+            continue;
+        }
         parallel_body const sum_rows = l == 0 ? sum_first_rows : multiply_rows;
         parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, sum_rows, &task);
         parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, mirror_rows, &task);

@@ -218,17 +218,16 @@ float single_system_advance(const single_system *system, const single_vectors *v
 void single_system_turn(const single_system *system, const single_vectors *vectors, float beta,
                         size_t begin, size_t end) {
     const nested_aggregates *const aggregates = system->aggregates;
-    single_correction correction = {NULL, NULL, NULL};
-    bool const has_correction = aggregates && aggregates->level_count > 0;
-    if (has_correction)
-        correction = (single_correction){aggregates->levels[0].correction,
-                                         aggregates->levels[0].parents, aggregates->is_fixed};
-    if (system->diagonals.pattern) {
-        TULLE_PICK_KERNEL(diagonal_turn)
-        (vectors, has_correction ? &correction : NULL, beta, begin, end);
-    } else if (has_correction) {
+    bool const by_rows = !system->diagonals.pattern;
+    if (by_rows && aggregates && aggregates->level_count > 0) {
+        single_correction const correction = {aggregates->levels[0].correction,
+                                              aggregates->levels[0].parents, aggregates->is_fixed};
         TULLE_PICK_KERNEL(single_turn_corrected)(vectors, &correction, beta, begin, end);
-    } else {
-        TULLE_PICK_KERNEL(single_turn)(vectors, beta, begin, end);
+        return;
     }
+    if (aggregates) nested_aggregates_add(aggregates, vectors, begin, end);
+    if (by_rows)
+        TULLE_PICK_KERNEL(single_turn)(vectors, beta, begin, end);
+    else
+        TULLE_PICK_KERNEL(diagonal_turn)(vectors, beta, begin, end);
 }

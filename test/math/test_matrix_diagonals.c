@@ -281,6 +281,10 @@ static void steps_agree(void **state) {
             is_fixed[v] = random_next(&random) % 4 == 0;
         }
         single_correction const correction = {values, parents, is_fixed};
+        nested_aggregates const aggregates = {
+            .level_count = 1,
+            .levels[0] = {.parents = parents, .correction = values},
+            .is_fixed = is_fixed};
         single_vectors all[2];
         for (int way = 0; way < 2; way++) {
             single_vectors *const v = &all[way];
@@ -302,10 +306,13 @@ static void steps_agree(void **state) {
                 expected += (double)v->residual[at] * (double)v->preconditioned[at];
             }
             assert_true(fabs(dot - expected) < 1e-5 * (double)n);
-            if (way == 0)
+            if (way == 0) { /* once with a correction by either way */
                 TULLE_PICK_KERNEL(single_turn_corrected)(v, &correction, -0.6F, 0, n);
-            else
-                TULLE_PICK_KERNEL(diagonal_turn)(v, &correction, -0.6F, 0, n);
+                nested_aggregates_add(&aggregates, v, 0, n);
+            } else {
+                nested_aggregates_add(&aggregates, v, 0, n);
+                TULLE_PICK_KERNEL(diagonal_turn)(v, -0.6F, 0, n);
+            }
             single_system_turn(&systems[way], v, 0.8F, 0, n); /* without aggregates */
         }
         for (size_t k = 0; k < 3 * n; k++) {

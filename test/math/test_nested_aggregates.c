@@ -1,8 +1,9 @@
 /* Nested aggregates: that they are a partition at every level, their matrices against products with
  * the whole one, and their cycle against one in double precision, for grids, graphs of any kind,
- * fixed vertices and stiff terms. */
-#include "math/nested_aggregates.h"
+ * fixed vertices and stiff terms. Here no system has a first level of a grid's blocks: isotropic
+ * springs go from the end of a row around to the begin of another. */
 #include "math/vec3.h"
+#include "support/dense_levels.h"
 #include "support/failing_heap.h"
 #include "support/spring_system.h"
 
@@ -14,70 +15,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-static void check_partition(const nested_aggregates *all) {
-    size_t count = all->vertex_count;
-    for (size_t l = 0; l < all->level_count; l++) {
-        const aggregate_level *const level = &all->levels[l];
-        assert_int_equal(level->member_count, count);
-        assert_int_equal(level->member_begin[0], 0);
-        assert_int_equal(level->member_begin[level->count], count);
-        size_t alone = 0; /* members that have an aggregate to themselves */
-        for (size_t a = 0; a < level->count; a++) {
-            assert_true(level->member_begin[a] < level->member_begin[a + 1]);
-            alone += level->member_begin[a] + 1 == level->member_begin[a + 1];
-            for (uint32_t i = level->member_begin[a]; i < level->member_begin[a + 1]; i++) {
-                assert_int_equal(level->parents[level->members[i]], a);
-                if (i > level->member_begin[a])
-                    assert_true(level->members[i] > level->members[i - 1]);
-            }
-        }
-        assert_true(2 * (level->count - alone) <= count - alone);
-        count = level->count;
-    }
-}
-
-/* The weights of a level above the first: each member's add up to one, its parent has one of them,
- * and both lists say the same. */
-static void check_weights(const aggregate_level *level) {
-    const weight_list *const by = &level->of_members, *const across = &level->of_aggregates;
-    assert_int_equal(by->count, across->count);
-    assert_int_equal(by->begin[level->member_count], by->count);
-    assert_int_equal(across->begin[level->count], across->count);
-    double sum_across = 0.0;
-    for (uint32_t m = 0; m < level->member_count; m++) {
-        double sum = 0.0;
-        bool has_parent = false;
-        for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++) {
-            uint32_t const a = by->columns[k];
-            sum += (double)by->weights[k];
-            has_parent |= a == level->parents[m];
-            bool is_found = false;
-            for (uint32_t i = across->begin[a]; i < across->begin[a + 1]; i++)
-                is_found |= across->columns[i] == m && across->weights[i] == by->weights[k];
-            assert_true(is_found);
-        }
-        assert_true(has_parent && fabs(sum - 1.0) < 1e-6);
-        sum_across += sum;
-    }
-    assert_true(fabs(sum_across - (double)level->member_count) < 1e-4);
-}
-
-/* A of a level, all of its 3 count x 3 count numbers. */
-typedef struct dense_level {
-    size_t count, size;
-    double *a;
-} dense_level;
-
-static double *get_block(const dense_level *dense, size_t row, size_t column, size_t i, size_t j) {
-    return dense->a + (3 * row + i) * dense->size + 3 * column + j;
-}
-
-static dense_level make_dense(size_t count) {
-    dense_level const dense = {count, 3 * count, calloc(9 * count * count, sizeof(double))};
-    assert_non_null(dense.a);
-    return dense;
-}
 
 /* Adds a term as the first level counts it. */
 static void add_expected_term(const nested_aggregates *all, const matrix_term *term,
@@ -94,7 +31,7 @@ static void add_expected_term(const nested_aggregates *all, const matrix_term *t
     for (uint32_t a = 0; a < level->count; a++)
         for (uint32_t b = 0; b < level->count && weights[a] != 0.0; b++)
             for (size_t i = 0; i < 9 && weights[b] != 0.0 && (is_joined || a == b); i++)
-                *get_block(dense, a, b, i / 3, i % 3) +=
+                *dense_level_get(dense, a, b, i / 3, i % 3) +=
                     weights[a] * weights[b] * term->stiffness.m[i];
     free(weights);
 }
@@ -103,7 +40,7 @@ static void add_expected_term(const nested_aggregates *all, const matrix_term *t
 static dense_level make_first(const spring_system *system, const spring_matrix *matrix,
                               const nested_aggregates *all) {
     const aggregate_level *const level = &all->levels[0];
-    dense_level const dense = make_dense(level->count);
+    dense_level const dense = dense_level_make(level->count);
     size_t const count = system->matrix.row_count;
     double *const x = malloc(3 * count * sizeof(double)), *const y = malloc(3 * count * sizeof *x);
     spring_matrix const none = {NULL, 0};
@@ -115,89 +52,13 @@ static dense_level make_first(const spring_system *system, const spring_matrix *
             spring_system_multiply(system, &none, x, y);
             for (size_t v = 0; v < count; v++)
                 for (size_t i = 0; i < 3 && !system->is_fixed[v]; i++)
-                    *get_block(&dense, level->parents[v], b, i, axis) += y[3 * v + i];
+                    *dense_level_get(&dense, level->parents[v], b, i, axis) += y[3 * v + i];
         }
     for (size_t t = 0; t < matrix->term_count; t++)
         add_expected_term(all, &matrix->terms[t], &dense);
+    dense_level_invert(&dense);
     free(x), free(y);
     return dense;
-}
-
-/* P^T A P of the level below. */
-static dense_level make_above(const aggregate_level *level, const dense_level *below) {
-    dense_level const dense = make_dense(level->count);
-    const weight_list *const by = &level->of_members;
-    for (uint32_t m = 0; m < level->member_count; m++)
-        for (uint32_t n = 0; n < level->member_count; n++)
-            for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++)
-                for (uint32_t l = by->begin[n]; l < by->begin[n + 1]; l++)
-                    for (size_t i = 0; i < 9; i++)
-                        *get_block(&dense, by->columns[k], by->columns[l], i / 3, i % 3) +=
-                            (double)by->weights[k] * (double)by->weights[l] *
-                            *get_block(below, m, n, i / 3, i % 3);
-    return dense;
-}
-
-/* Entries are those of the dense matrix, and outside of them it has none. */
-static void check_entries(const aggregate_level *level, const dense_level *dense) {
-    static const size_t places[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
-    double largest = 0.0;
-    for (size_t i = 0; i < dense->size * dense->size; i++)
-        largest = fmax(largest, fabs(dense->a[i]));
-    for (uint32_t a = 0; a < level->count; a++)
-        for (uint32_t b = 0; b < level->count; b++) {
-            uint32_t const k = nested_aggregates_find(level, a, b);
-            for (size_t i = 0; i < 9; i++) {
-                double const expected = *get_block(dense, a, b, i / 3, i % 3);
-                double const value =
-                    k == TULLE_NONE ? 0.0 : (double)level->values[6 * (size_t)k + places[i]];
-                assert_true(fabs(value - expected) <= 1e-6 * largest);
-            }
-        }
-}
-
-/* A step of Jacobi's method from z, in double precision. */
-static void step(const aggregate_level *level, const dense_level *dense, const double *r,
-                 double *z) {
-    double *const left = malloc(dense->size * sizeof(double));
-    for (size_t i = 0; i < dense->size; i++) {
-        left[i] = r[i];
-        for (size_t j = 0; j < dense->size; j++) left[i] -= dense->a[i * dense->size + j] * z[j];
-    }
-    for (size_t a = 0; a < dense->count; a++)
-        for (size_t i = 0; i < 3; i++)
-            for (size_t j = 0; j < 3; j++)
-                z[3 * a + i] += 0.5 * (double)level->inverse[9 * a + 3 * j + i] * left[3 * a + j];
-    free(left);
-}
-
-/* The cycle of the first of `left` levels for r. */
-static void run_cycle(const aggregate_level *level, const dense_level *dense, size_t left,
-                      const double *r, double *z) {
-    size_t const size = dense->size;
-    memset(z, 0, size * sizeof(double));
-    step(level, dense, r, z);
-    if (left == 1) {
-        for (int i = 1; i < 8; i++) step(level, dense, r, z);
-        return;
-    }
-    const weight_list *const by = &(level + 1)->of_members;
-    double *const rest = calloc((dense + 1)->size, sizeof(double));
-    double *const found = calloc((dense + 1)->size, sizeof(double));
-    for (size_t m = 0; m < dense->count; m++)
-        for (size_t i = 0; i < 3; i++) {
-            double sum = r[3 * m + i];
-            for (size_t j = 0; j < size; j++) sum -= dense->a[(3 * m + i) * size + j] * z[j];
-            for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++)
-                rest[3 * (size_t)by->columns[k] + i] += (double)by->weights[k] * sum;
-        }
-    run_cycle(level + 1, dense + 1, left - 1, rest, found);
-    for (size_t m = 0; m < dense->count; m++)
-        for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++)
-            for (size_t i = 0; i < 3; i++)
-                z[3 * m + i] += (double)by->weights[k] * found[3 * (size_t)by->columns[k] + i];
-    step(level, dense, r, z);
-    free(rest), free(found);
 }
 
 /* P^T r of the first level. */
@@ -216,7 +77,7 @@ static void check_cycle(nested_aggregates *all, const dense_level *dense, const 
     size_t const size = 3 * all->levels[0].count;
     double *const expected = calloc(size, sizeof(double)), scale = 0.0, dot = 0.0;
     double *const sums = restrict_first(all, r), *const others = restrict_first(all, other);
-    run_cycle(all->levels, dense, all->level_count, sums, expected);
+    dense_levels_run_cycle(all, dense, 0, sums, expected);
     single_vectors const vectors = {.residual = (float *)r, .vertex_step = 3, .number_step = 1};
     double const found = nested_aggregates_correct(all, &vectors, 1);
     double across = 0.0, back = 0.0;
@@ -242,7 +103,8 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
     nested_aggregates *const all =
         nested_aggregates_build(&system->heap, &system->matrix, &scratch);
     assert_non_null(all);
-    check_partition(all);
+    assert_null(all->grid);
+    assert_partition(all);
     float *const r = calloc(size + 16, sizeof(float)), *const other = calloc(size + 16, sizeof *r);
     uint64_t random = 5;
     for (size_t i = 0; i < size; i++) r[i] = (float)random_signed(&random);
@@ -252,13 +114,13 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
     assert_true(nested_aggregates_set(all, &given, 2, &scratch));
     dense_level dense[AGGREGATE_LEVELS_MAX];
     for (size_t l = 0; l < all->level_count; l++) {
-        if (l > 0) check_weights(&all->levels[l]);
-        dense[l] =
-            l == 0 ? make_first(system, matrix, all) : make_above(&all->levels[l], &dense[l - 1]);
-        check_entries(&all->levels[l], &dense[l]);
+        if (l > 0) assert_weights(&all->levels[l]);
+        dense[l] = l == 0 ? make_first(system, matrix, all)
+                          : dense_level_make_above(&all->levels[l], &dense[l - 1]);
+        assert_entries(&all->levels[l], &dense[l]);
     }
     if (all->level_count > 0) check_cycle(all, dense, r, other);
-    for (size_t l = 0; l < all->level_count; l++) free(dense[l].a);
+    for (size_t l = 0; l < all->level_count; l++) dense_level_destroy(&dense[l]);
     single_vectors const vectors = {.residual = r, .vertex_step = 3, .number_step = 1};
     double const found = nested_aggregates_correct(all, &vectors, 1);
     for (int threads = 1; threads <= 8; threads *= 2) {
@@ -327,7 +189,7 @@ static void test_pieces(void **state) {
     arena scratch = arena_make(&system.heap);
     nested_aggregates *const all = nested_aggregates_build(&system.heap, &system.matrix, &scratch);
     assert_non_null(all);
-    check_partition(all);
+    assert_partition(all);
     assert_true(all->level_count >= 2);
     size_t const least = all->levels[all->level_count - 1].count - ALONE;
     assert_in_range(least, 1, SIDE * SIDE / 20);
@@ -381,10 +243,10 @@ static void test_hub(void **state) {
     arena scratch = arena_make(&system.heap);
     nested_aggregates *const all = nested_aggregates_build(&system.heap, &system.matrix, &scratch);
     assert_non_null(all);
-    check_partition(all);
+    assert_partition(all);
     assert_true(all->level_count >= 3);
     for (size_t l = 0; l < all->level_count; l++) {
-        if (l > 0) check_weights(&all->levels[l]);
+        if (l > 0) assert_weights(&all->levels[l]);
         assert_in_range(all->levels[l].entry_count, 1, 12 * all->levels[l].count);
     }
     nested_aggregates_destroy(&system.heap, all);

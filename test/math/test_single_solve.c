@@ -105,11 +105,11 @@ typedef struct test_problem {
     arena scratch;
 } test_problem;
 
-static void make_test_problem(test_problem *test, uint32_t side, double stiffness,
-                              double tolerance) {
-    size_t const size = 3 * (size_t)side * side;
-    test->system = spring_system_make(spring_graph_make_grid(side, side, true), stiffness, 4);
-    for (size_t v = 0; v < side; v++) test->system.is_fixed[7 * v] = 1;
+static void make_problem_of(test_problem *test, spring_graph mesh, double stiffness,
+                            double tolerance) {
+    size_t const size = 3 * mesh.vertex_count;
+    test->system = spring_system_make(mesh, stiffness, 4);
+    for (size_t v = 0; v * v < mesh.vertex_count; v++) test->system.is_fixed[7 * v] = 1;
     vec3 const normal = {0.48, 0.6, 0.64};
     mat3 pull = mat3_outer(normal, normal, 80.0);
     mat3 const slip = mat3_identity(10.0);
@@ -128,6 +128,21 @@ static void make_test_problem(test_problem *test, uint32_t side, double stiffnes
     for (size_t i = 0; i < size; i++) test->b[i] = random_signed(&random);
     test->problem = make_problem(&test->context, test->b, test->diagonal, tolerance, 5000);
     test->scratch = arena_make(&test->system.heap);
+}
+
+/* Isotropic springs go from the end of a row around to the begin of another. So aggregates have no
+ * grid. */
+static void make_test_problem(test_problem *test, uint32_t side, double stiffness,
+                              double tolerance) {
+    make_problem_of(test, spring_graph_make_grid(side, side, true), stiffness, tolerance);
+}
+
+/* One whose aggregates have a grid. */
+static void make_grid_problem(test_problem *test, uint32_t side, double stiffness,
+                              double tolerance) {
+    spring_sheets const sheet = {
+        .columns = side, .rows = side, .count = 1, .wide_count = 2, .has_hole = true};
+    make_problem_of(test, spring_graph_make_sheets(&sheet), stiffness, tolerance);
 }
 
 /* As a mesh has it whose vertices are not numbered row by row. */
@@ -184,9 +199,12 @@ static void test_single_solve(void **state) {
 }
 
 /* With aggregates: the same solution, with far fewer iterations, and the same bits too. */
-static void check_aggregates(bool is_by_rows) {
+static void check_aggregates(bool is_by_rows, bool has_grid) {
     test_problem test;
-    make_test_problem(&test, 60, 3000.0, 1e-9);
+    if (has_grid)
+        make_grid_problem(&test, 60, 3000.0, 1e-9);
+    else
+        make_test_problem(&test, 60, 3000.0, 1e-9);
     if (is_by_rows) solve_by_rows(&test);
     solve_plainly(&test);
     single_case given = {&test.system, &test.matrix,  NULL, NULL,
@@ -196,6 +214,7 @@ static void check_aggregates(bool is_by_rows) {
     given.aggregates =
         nested_aggregates_build(&test.system.heap, &test.system.matrix, &test.scratch);
     assert_non_null(given.aggregates);
+    assert_true((given.aggregates->grid != NULL) == has_grid);
     aggregated_system const all = {&test.system.matrix, test.system.is_fixed, test.terms, 12};
     assert_true(nested_aggregates_set(given.aggregates, &all, 1, &test.scratch));
     conjugate_gradients_result const result = solve_single(&given, test.x);
@@ -208,8 +227,9 @@ static void check_aggregates(bool is_by_rows) {
 
 static void test_aggregates(void **state) {
     (void)state;
-    check_aggregates(false);
-    check_aggregates(true);
+    check_aggregates(false, false);
+    check_aggregates(true, false);
+    check_aggregates(false, true);
 }
 
 /* Aggregates that a system gets when it asks for them. */
@@ -320,31 +340,33 @@ static void test_patience(void **state) {
 /* What adds aggregates to a solve in double precision. */
 typedef struct double_correction {
     nested_aggregates *aggregates;
-    float *residual;
+    single_vectors vectors; /* residual and preconditioned, in planes */
     int calls;
 } double_correction;
 
 static double correct(void *context, const double *residual, double *preconditioned) {
     double_correction *const task = context;
-    const nested_aggregates *const all = task->aggregates;
+    const single_vectors *const vectors = &task->vectors;
+    size_t const count = task->aggregates->vertex_count, step = vectors->number_step;
     task->calls++;
-    for (size_t i = 0; i < 3 * all->vertex_count; i++) task->residual[i] = (float)residual[i];
-    single_vectors const vectors = {.residual = task->residual, .vertex_step = 3, .number_step = 1};
-    double const dot = nested_aggregates_correct(task->aggregates, &vectors, 2);
-    const aggregate_level *const first = &all->levels[0];
-    for (size_t v = 0; v < all->vertex_count; v++)
-        for (size_t i = 0; i < 3 && !all->is_fixed[v]; i++)
-            preconditioned[3 * v + i] +=
-                (double)first->correction[3 * (size_t)first->parents[v] + i];
+    memset(vectors->preconditioned, 0, 3 * step * sizeof(float));
+    for (size_t i = 0; i < 3 * count; i++)
+        vectors->residual[i / 3 + i % 3 * step] = (float)residual[i];
+    double const dot = nested_aggregates_correct(task->aggregates, vectors, 2);
+    nested_aggregates_add(task->aggregates, vectors, 0, count);
+    for (size_t i = 0; i < 3 * count; i++)
+        preconditioned[i] += (double)vectors->preconditioned[i / 3 + i % 3 * step];
     return dot;
 }
 
 /* In double precision, too, the solution is the same with fewer iterations; the correction comes in
  * after the plain ones. */
-static void test_double_correction(void **state) {
-    (void)state;
+static void check_double_correction(bool has_grid) {
     test_problem test;
-    make_test_problem(&test, 60, 3000.0, 1e-9);
+    if (has_grid)
+        make_grid_problem(&test, 60, 3000.0, 1e-9);
+    else
+        make_test_problem(&test, 60, 3000.0, 1e-9);
     solve_plainly(&test);
     conjugate_gradients_problem problem = test.problem;
     problem.threads = 2;
@@ -352,10 +374,15 @@ static void test_double_correction(void **state) {
     conjugate_gradients_result plain, corrected;
     memset(test.x, 0, size * sizeof(double));
     assert_int_equal(conjugate_gradients_solve(&problem, test.x, &test.scratch, &plain), TULLE_OK);
-    double_correction task = {
-        nested_aggregates_build(&test.system.heap, &test.system.matrix, &test.scratch),
-        calloc(size + SINGLE_PADDING, sizeof(float)), 0};
-    assert_true(task.aggregates && task.residual);
+    size_t const step = problem.vertex_count + SINGLE_PADDING;
+    double_correction task = {.aggregates = nested_aggregates_build(
+                                  &test.system.heap, &test.system.matrix, &test.scratch),
+                              .vectors = {.residual = calloc(3 * step, sizeof(float)),
+                                          .preconditioned = calloc(3 * step, sizeof(float)),
+                                          .vertex_step = 1,
+                                          .number_step = step}};
+    assert_true(task.aggregates && task.vectors.residual && task.vectors.preconditioned);
+    assert_true((task.aggregates->grid != NULL) == has_grid);
     aggregated_system const all = {&test.system.matrix, test.system.is_fixed, test.terms, 12};
     assert_true(nested_aggregates_set(task.aggregates, &all, 2, &test.scratch));
     problem.correct = correct;
@@ -374,9 +401,15 @@ static void test_double_correction(void **state) {
     assert_int_equal(conjugate_gradients_solve(&problem, test.x, &test.scratch, &corrected),
                      TULLE_OK);
     assert_true(task.calls == 0 && corrected.iterations == plain.iterations);
-    free(task.residual);
+    free(task.vectors.residual), free(task.vectors.preconditioned);
     nested_aggregates_destroy(&test.system.heap, task.aggregates);
     destroy_test_problem(&test);
+}
+
+static void test_double_correction(void **state) {
+    (void)state;
+    check_double_correction(false);
+    check_double_correction(true);
 }
 
 int main(void) {

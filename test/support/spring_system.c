@@ -10,9 +10,15 @@
 
 #include <cmocka.h>
 
-enum { SCALAR_REACH = 5 };
+/* Where a graph has no wide edges of its own, how far after its vertex an isotropic spring ends. */
+enum { USUAL_REACH = 5 };
 
 double random_signed(uint64_t *random) { return 2.0 * random_uniform(random) - 1.0; }
+
+static void append_edge(uint32_t (*edges)[2], size_t *count, size_t a, size_t b) {
+    edges[*count][0] = (uint32_t)a;
+    edges[(*count)++][1] = (uint32_t)b;
+}
 
 static void add_edge(spring_graph *mesh, size_t a, size_t b) {
     if (a == b) return;
@@ -20,8 +26,7 @@ static void add_edge(spring_graph *mesh, size_t a, size_t b) {
         if ((mesh->edges[e][0] == a && mesh->edges[e][1] == b) ||
             (mesh->edges[e][0] == b && mesh->edges[e][1] == a))
             return;
-    mesh->edges[mesh->edge_count][0] = (uint32_t)a;
-    mesh->edges[mesh->edge_count++][1] = (uint32_t)b;
+    append_edge(mesh->edges, &mesh->edge_count, a, b);
 }
 
 static spring_graph make_graph(size_t vertex_count, size_t edge_room) {
@@ -30,22 +35,43 @@ static spring_graph make_graph(size_t vertex_count, size_t edge_room) {
     return mesh;
 }
 
-spring_graph spring_graph_make_grid(size_t columns, size_t rows, bool has_hole) {
-    spring_graph mesh = make_graph(columns * rows, 3 * columns * rows);
-    size_t count = 0;
+/* The edges of the sheet that begins at `first`. */
+static void add_sheet(const spring_sheets *sheets, size_t first, spring_graph *mesh) {
+    static const int ways[SPRING_WAYS][2] = {{0, 2}, {2, 0}, {2, 2}, {-2, 2}, {2, 1}, {-2, 1}};
+    size_t const columns = sheets->columns, rows = sheets->rows;
     for (size_t j = 0; j < rows; j++)
         for (size_t i = 0; i < columns; i++) {
-            size_t const v = j * columns + i;
-            bool const in_hole =
-                has_hole && 3 * i > columns && 3 * i < 2 * columns && 3 * j > rows && 2 * j < rows;
-            size_t const others[3][2] = {{i + 1, j}, {i, j + 1}, {i + 1, j + 1}};
+            size_t const v = first + j * columns + i;
+            bool const in_hole = sheets->has_hole && 3 * i > columns && 3 * i < 2 * columns &&
+                                 3 * j > rows && 2 * j < rows;
+            bool const is_other = sheets->is_crossed && j % 2 == 1;
+            size_t const others[3][2] = {{i + 1, j}, {i, j + 1}, {is_other ? i - 1 : i + 1, j + 1}};
             for (size_t k = 0; k < 3 && !in_hole; k++)
-                if (others[k][0] < columns && others[k][1] < rows) {
-                    mesh.edges[count][0] = (uint32_t)v;
-                    mesh.edges[count++][1] = (uint32_t)(others[k][1] * columns + others[k][0]);
-                }
+                if (others[k][0] < columns && others[k][1] < rows)
+                    append_edge(mesh->edges, &mesh->edge_count, v,
+                                first + others[k][1] * columns + others[k][0]);
+            for (size_t k = 0; k < sheets->wide_count && !in_hole; k++) {
+                size_t const column = i + (size_t)ways[k][0], row = j + (size_t)ways[k][1];
+                if (column < columns && row < rows)
+                    append_edge(mesh->wide, &mesh->wide_count, v, first + row * columns + column);
+            }
         }
-    mesh.edge_count = count;
+}
+
+spring_graph spring_graph_make_sheets(const spring_sheets *sheets) {
+    size_t const size = sheets->columns * sheets->rows;
+    spring_graph mesh = make_graph(size * sheets->count, 3 * size * sheets->count);
+    mesh.wide = malloc((SPRING_WAYS * mesh.vertex_count + 1) * sizeof *mesh.wide);
+    for (size_t k = 0; k < sheets->count; k++) add_sheet(sheets, size * k, &mesh);
+    return mesh;
+}
+
+spring_graph spring_graph_make_grid(size_t columns, size_t rows, bool has_hole) {
+    spring_sheets const sheet = {
+        .columns = columns, .rows = rows, .count = 1, .has_hole = has_hole};
+    spring_graph mesh = spring_graph_make_sheets(&sheet);
+    free(mesh.wide);
+    mesh.wide = NULL;
     return mesh;
 }
 
@@ -60,19 +86,18 @@ spring_graph spring_graph_make_random(size_t vertex_count, size_t edge_count, ui
     return mesh;
 }
 
-/* Springs between each vertex and the one SCALAR_REACH after it. */
-static void fill_scalars(const block_matrix *m, double *scalars, double stiffness, uint64_t *seed) {
-    memset(scalars, 0, m->scalar_count * sizeof(double));
-    for (size_t v = 0; v + SCALAR_REACH < m->row_count; v++) {
-        uint32_t const begin = m->scalar_begin[v], end = m->scalar_begin[v + 1];
-        uint32_t const other = m->scalar_begin[v + SCALAR_REACH];
-        uint32_t const own = begin + (m->scalar_columns[begin] < v);
-        uint32_t const others_own = other + (m->scalar_columns[other] < v + SCALAR_REACH);
+static void fill_scalars(const spring_system *system, double stiffness, uint64_t *seed) {
+    const block_matrix *const m = &system->matrix;
+    memset(system->scalars, 0, m->scalar_count * sizeof(double));
+    for (size_t e = 0; e < system->mesh.wide_count; e++) {
+        const uint32_t *const ends = system->mesh.wide[e];
         double const k = stiffness * random_uniform(seed);
-        scalars[own] += k;
-        scalars[others_own] += k;
-        scalars[end - 1] -= k;
-        scalars[other] -= k;
+        for (size_t a = 0; a < 4; a++) {
+            uint32_t const row = ends[a / 2], column = ends[a % 2];
+            system->scalars[find_in_columns(m->scalar_columns, m->scalar_begin[row],
+                                            m->scalar_begin[row + 1], column)] +=
+                row == column ? k : -k;
+        }
     }
 }
 
@@ -98,46 +123,47 @@ void spring_system_fill(spring_system *system, double stiffness, uint64_t seed) 
             }
         }
     }
-    fill_scalars(m, system->scalars, 0.05 * stiffness, &seed);
+    fill_scalars(system, 0.05 * stiffness, &seed);
 }
 
-spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t seed) {
-    spring_system system = {.heap = memory_default(), .mesh = mesh};
-    size_t const count = mesh.vertex_count;
-    uint32_t *const begin = calloc(count + 1, 4);
-    uint32_t *const columns = malloc((count + 2 * mesh.edge_count) * 4);
-    uint32_t *const place = calloc(count + 1, 4);
-    for (size_t v = 0; v < count; v++) begin[v + 1] = 1;
-    for (size_t e = 0; e < mesh.edge_count; e++)
-        begin[mesh.edges[e][0] + 1]++, begin[mesh.edges[e][1] + 1]++;
-    for (size_t v = 0; v < count; v++) begin[v + 1] += begin[v];
-    for (size_t v = 0; v < count; v++) columns[begin[v] + place[v]++] = (uint32_t)v;
-    for (size_t e = 0; e < mesh.edge_count; e++)
+/* Each vertex itself and those that edges join it to, ascending in a row. */
+static block_pattern make_pattern(size_t vertex_count, uint32_t (*edges)[2], size_t edge_count) {
+    uint32_t *const begin = calloc(vertex_count + 1, 4);
+    uint32_t *const columns = malloc((vertex_count + 2 * edge_count) * 4);
+    uint32_t *const place = calloc(vertex_count + 1, 4);
+    for (size_t v = 0; v < vertex_count; v++) begin[v + 1] = 1;
+    for (size_t e = 0; e < edge_count; e++) begin[edges[e][0] + 1]++, begin[edges[e][1] + 1]++;
+    for (size_t v = 0; v < vertex_count; v++) begin[v + 1] += begin[v];
+    for (size_t v = 0; v < vertex_count; v++) columns[begin[v] + place[v]++] = (uint32_t)v;
+    for (size_t e = 0; e < edge_count; e++)
         for (size_t a = 0; a < 2; a++) {
-            uint32_t const v = mesh.edges[e][a];
-            columns[begin[v] + place[v]++] = mesh.edges[e][1 - a];
+            uint32_t const v = edges[e][a];
+            columns[begin[v] + place[v]++] = edges[e][1 - a];
         }
-    for (size_t v = 0; v < count; v++)
+    for (size_t v = 0; v < vertex_count; v++)
         for (uint32_t k = begin[v] + 1; k < begin[v + 1]; k++)
             for (uint32_t l = k; l > begin[v] && columns[l] < columns[l - 1]; l--) {
                 uint32_t const kept = columns[l];
                 columns[l] = columns[l - 1];
                 columns[l - 1] = kept;
             }
-    uint32_t *const scalar_begin = calloc(count + 1, 4), *const scalars = malloc(3 * count * 4);
-    for (size_t v = 0; v < count; v++) {
-        uint32_t end = scalar_begin[v];
-        if (v >= SCALAR_REACH) scalars[end++] = (uint32_t)v - SCALAR_REACH;
-        scalars[end++] = (uint32_t)v;
-        if (v + SCALAR_REACH < count) scalars[end++] = (uint32_t)v + SCALAR_REACH;
-        scalar_begin[v + 1] = end;
-    }
-    assert_int_equal(block_matrix_build(&system.heap, count, (block_pattern){begin, columns},
-                                        (block_pattern){scalar_begin, scalars}, &system.matrix),
-                     TULLE_OK);
     free(place);
-    system.patterns[0] = begin, system.patterns[1] = columns;
-    system.patterns[2] = scalar_begin, system.patterns[3] = scalars;
+    return (block_pattern){begin, columns};
+}
+
+spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t seed) {
+    size_t const count = mesh.vertex_count;
+    if (!mesh.wide) {
+        mesh.wide = malloc(count * sizeof *mesh.wide);
+        for (size_t v = 0; v + USUAL_REACH < count; v++)
+            append_edge(mesh.wide, &mesh.wide_count, v, v + USUAL_REACH);
+    }
+    spring_system system = {.heap = memory_default(), .mesh = mesh};
+    system.patterns[0] = make_pattern(count, mesh.edges, mesh.edge_count);
+    system.patterns[1] = make_pattern(count, mesh.wide, mesh.wide_count);
+    assert_int_equal(block_matrix_build(&system.heap, count, system.patterns[0], system.patterns[1],
+                                        &system.matrix),
+                     TULLE_OK);
     system.scalars = calloc(system.matrix.scalar_count, sizeof(double));
     system.matrix.scalar_parts[0] = system.matrix.scalar_parts[1] = system.scalars;
     system.matrix.scalar_factors[0] = 1.0;
@@ -148,9 +174,12 @@ spring_system spring_system_make(spring_graph mesh, double stiffness, uint64_t s
 
 void spring_system_destroy(spring_system *system) {
     block_matrix_destroy(&system->heap, &system->matrix);
-    for (int i = 0; i < 4; i++) free(system->patterns[i]);
-    free(system->scalars);
-    free(system->mesh.edges), free(system->is_fixed);
+    for (int i = 0; i < 2; i++) {
+        free((void *)system->patterns[i].begin);
+        free((void *)system->patterns[i].columns);
+    }
+    free(system->scalars), free(system->is_fixed);
+    free(system->mesh.edges), free(system->mesh.wide);
 }
 
 void spring_system_multiply(const spring_system *system, const spring_matrix *matrix,

@@ -7,6 +7,8 @@
 
 #include "base/parallel.h"
 
+#include <string.h>
+
 /* Iterations with the blocks of vertices alone. Free flight takes five to seven. To take in the
  * aggregates costs about as much as three. */
 enum { PLAIN_ITERATIONS = 8 };
@@ -95,27 +97,41 @@ typedef struct cloth_correction {
     aggregated_system system;
     int threads;
     arena *scratch;
-    const double *from; /* residual of cloth and bodies */
-    double *to;         /* what is added to */
-    float *residual;    /* of the cloth, in single precision */
+    const double *from;     /* residual of cloth and bodies */
+    double *to;             /* what is added to */
+    single_vectors vectors; /* of the cloth: residual and preconditioned, in planes */
     bool is_ready, has_memory;
 } cloth_correction;
+
+static bool make_vectors(arena *scratch, size_t count, single_vectors *vectors) {
+    size_t const step = count + SINGLE_PADDING;
+    *vectors = (single_vectors){.residual = ARENA_NEW_ZEROED(scratch, float, 3 * step),
+                                .preconditioned = ARENA_NEW(scratch, float, 3 * step),
+                                .vertex_step = 1,
+                                .number_step = step};
+    return vectors->residual && vectors->preconditioned;
+}
 
 static void round_residual(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const cloth_correction *const task = context;
-    for (size_t i = 3 * begin; i < 3 * end; i++) task->residual[i] = (float)task->from[i];
+    for (size_t v = begin; v < end; v++)
+        for (size_t i = 0; i < 3; i++)
+            task->vectors.residual[v + i * task->vectors.number_step] =
+                (float)task->from[3 * v + i];
 }
 
-static void spread_correction(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+static void add_correction(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const cloth_correction *const task = context;
-    const aggregate_level *const first = &task->aggregates->levels[0];
-    for (size_t v = begin; v < end; v++) {
-        const float *const found = first->correction + 3 * (size_t)first->parents[v];
-        for (size_t i = 0; i < 3 && !task->aggregates->is_fixed[v]; i++)
-            task->to[3 * v + i] += (double)found[i];
-    }
+    const single_vectors *const found = &task->vectors;
+    for (size_t i = 0; i < 3; i++)
+        memset(found->preconditioned + i * found->number_step + begin, 0,
+               (end - begin) * sizeof(float));
+    nested_aggregates_add(task->aggregates, found, begin, end);
+    for (size_t v = begin; v < end; v++)
+        for (size_t i = 0; i < 3; i++)
+            task->to[3 * v + i] += (double)found->preconditioned[v + i * found->number_step];
 }
 
 static double correct_cloth(void *context, const double *residual, double *preconditioned) {
@@ -130,15 +146,14 @@ static double correct_cloth(void *context, const double *residual, double *preco
     task->to = preconditioned;
     size_t const count = aggregates->vertex_count;
     parallel_for(count, VERTICES_PER_CHUNK, task->threads, round_residual, task);
-    single_vectors const vectors = {.residual = task->residual, .vertex_step = 3, .number_step = 1};
-    double const dot = nested_aggregates_correct(aggregates, &vectors, task->threads);
-    parallel_for(count, VERTICES_PER_CHUNK, task->threads, spread_correction, task);
+    double const dot = nested_aggregates_correct(aggregates, &task->vectors, task->threads);
+    parallel_for(count, VERTICES_PER_CHUNK, task->threads, add_correction, task);
     return dot;
 }
 
-tulle_status solve_with_bodies(phased_solve *phases, const conjugate_gradients_problem *problem,
-                               contact_row *const *hard_rows, size_t hard_count, double *u,
-                               conjugate_gradients_result *result) {
+tulle_status solve_in_double(phased_solve *phases, const conjugate_gradients_problem *problem,
+                             contact_row *const *hard_rows, size_t hard_count, double *u,
+                             conjugate_gradients_result *result) {
     const contact_scene *const scene = phases->scene;
     arena *const scratch = scene->scratch;
     if (!phases->system->aggregates) return conjugate_gradients_solve(problem, u, scratch, result);
@@ -149,14 +164,14 @@ tulle_status solve_with_bodies(phased_solve *phases, const conjugate_gradients_p
         .system = {phases->single.matrix, problem->is_fixed, terms, hard_count},
         .threads = problem->threads,
         .scratch = scratch,
-        .residual = ARENA_NEW(scratch, float, 3 * scene->cloth_vertex_count + SINGLE_PADDING),
         .has_memory = true};
     conjugate_gradients_problem now = *problem;
     now.correct = correct_cloth;
     now.correct_context = &task;
     now.plain_iterations = PLAIN_ITERATIONS;
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-    if (terms && task.residual) status = conjugate_gradients_solve(&now, u, scratch, result);
+    if (terms && make_vectors(scratch, scene->cloth_vertex_count, &task.vectors))
+        status = conjugate_gradients_solve(&now, u, scratch, result);
     if (!task.has_memory) status = TULLE_ERROR_OUT_OF_MEMORY;
     arena_release(scratch, mark);
     return status;

@@ -21,8 +21,8 @@ tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_pro
                              conjugate_gradients_result *result);
 
 /* The same for cloth and bodies together, in double precision. */
-tulle_status solve_with_bodies(phased_solve *phases, const conjugate_gradients_problem *problem,
-                               contact_row *const *hard_rows, size_t hard_count, double *u,
-                               conjugate_gradients_result *result);
+tulle_status solve_in_double(phased_solve *phases, const conjugate_gradients_problem *problem,
+                             contact_row *const *hard_rows, size_t hard_count, double *u,
+                             conjugate_gradients_result *result);
 
 #endif

@@ -71,6 +71,10 @@ static const double VERY_STIFF = 1e6;
 static const double STIFF_ON_AVERAGE = 5e6;
 static const solve_effort STIFF_EFFORT = {10.0, 1500, 32, 1.0, 0.0};
 
+/* Scalars of the matrix whose sums are kept during a call. More of them would not fit the caches,
+ * and to keep them takes as long as it spares. */
+enum { MOST_SUMMED = 4 << 20 };
+
 typedef struct motion_solve {
     const contact_scene *scene;
     const motion_system *system;
@@ -431,8 +435,8 @@ static tulle_status solve_linear(motion_solve *solve) {
         status = bound_by_net(solve, &problem, NET_SHARE, &solve->net_of_all, &problem.tolerance);
         problem.reference = solve->reference;
         if (status == TULLE_OK)
-            status = solve_with_bodies(&solve->phases, &problem, solve->hard_rows,
-                                       solve->hard_count, solve->u, &result);
+            status = solve_in_double(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
+                                     solve->u, &result);
     } else { /* no hard row joins bodies to cloth: these are solved by themselves, at once */
         solve->is_cloth_only = true;
         problem.vertex_count = scene->cloth_vertex_count;
@@ -445,7 +449,10 @@ static tulle_status solve_linear(motion_solve *solve) {
             status = bound_by_net(solve, &problem, LATE_NET_SHARE, &solve->net_of_cloth,
                                   &problem.late_tolerance);
         }
-        if (status == TULLE_OK && solve->system->aggregates && !has_tilts) {
+        if (status == TULLE_OK && history->is_stiff && !has_tilts) {
+            status = solve_in_double(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
+                                     solve->u, &result);
+        } else if (status == TULLE_OK && solve->system->aggregates && !has_tilts) {
             problem.has_product = is_at_start && !has_own_numbers(solve);
             if (problem.has_product) multiply_start(solve, solve->phases.residual);
             status = solve_in_phases(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
@@ -566,8 +573,9 @@ tulle_status solve_motion(const contact_scene *given, const motion_system *syste
                           .phases = {.scene = scene,
                                      .system = system,
                                      .residual = ARENA_NEW(scratch, double, 3 * count)}};
-    double *const scalars = ARENA_NEW(scratch, double, system->matrix->scalar_count);
-    solve.without_rows.scalar_sums = scalars;
+    bool const has_sums = system->matrix->scalar_count <= MOST_SUMMED;
+    double *const scalars = ARENA_NEW(scratch, double, has_sums ? system->matrix->scalar_count : 0);
+    solve.without_rows.scalar_sums = has_sums ? scalars : NULL;
     solve.matrix = solve.without_rows;
     if (!system->aggregates || scene->body_count > 0)
         solve.matrix.values =
@@ -580,7 +588,7 @@ tulle_status solve_motion(const contact_scene *given, const motion_system *syste
         solve.rows_apart && solve.sums && solve.phases.residual && scalars && solve.matrix.values &&
         has_single) {
         for (size_t i = cloth_count; i < count; i++) solve.has_rows[i] = 1; /* bodies */
-        block_matrix_sum_scalars(system->matrix, scalars, scene->threads);
+        if (has_sums) block_matrix_sum_scalars(system->matrix, scalars, scene->threads);
         block_matrix_get_diagonal(system->matrix, solve.diagonal, scene->threads);
         for (size_t i = 0; i < count; i++)
             solve.is_fixed[i] = i < cloth_count ? !(scene->inverse_mass[i] > 0.0)

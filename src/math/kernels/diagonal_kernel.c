@@ -4,7 +4,7 @@
  * the same bits. */
 #include "math/diagonal_kernel.h"
 
-#include "math/single_lanes.h"
+#include "math/diagonal_lanes.h"
 
 /* Rows ahead of which planes are called for. The processor by itself foresees fewer streams than
  * there are planes. */
@@ -14,37 +14,6 @@ SINGLE_INLINE void call_for(const float *planes, size_t stride, size_t count) {
     for (size_t k = 0; k < count; k++) __builtin_prefetch(planes + k * stride + ROWS_AHEAD);
 }
 
-/* Three numbers of DIAGONAL_ROWS vertices. */
-typedef struct lanes3 {
-    lanes16 x, y, z;
-} lanes3;
-
-SINGLE_INLINE lanes3 load3(const float *from, size_t stride) {
-    lanes3 const v = {load16(from), load16(from + stride), load16(from + 2 * stride)};
-    return v;
-}
-SINGLE_INLINE void store3(float *to, size_t stride, lanes3 v) {
-    memcpy(to, &v.x, sizeof v.x);
-    memcpy(to + stride, &v.y, sizeof v.y);
-    memcpy(to + 2 * stride, &v.z, sizeof v.z);
-}
-/* a += b s */
-SINGLE_INLINE void add_scaled(lanes3 *a, lanes3 b, float s) {
-    a->x += b.x * s;
-    a->y += b.y * s;
-    a->z += b.z * s;
-}
-SINGLE_INLINE lanes16 multiply3(lanes3 a, lanes3 b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
-
-/* A symmetric block, whose six numbers are in planes, times v. */
-SINGLE_INLINE lanes3 multiply_block(const float *block, size_t stride, lanes3 v) {
-    lanes16 const xx = load16(block), xy = load16(block + stride);
-    lanes16 const xz = load16(block + 2 * stride), yy = load16(block + 3 * stride);
-    lanes16 const yz = load16(block + 4 * stride), zz = load16(block + 5 * stride);
-    lanes3 const product = {(xx * v.x + xy * v.y) + xz * v.z, (xy * v.x + yy * v.y) + yz * v.z,
-                            (xz * v.x + yz * v.y) + zz * v.z};
-    return product;
-}
 SINGLE_INLINE void add_block(lanes3 *sum, const float *block, size_t stride, lanes3 v) {
     lanes3 const product = multiply_block(block, stride, v);
     sum->x += product.x;
@@ -107,44 +76,18 @@ float TULLE_KERNEL(diagonal_advance)(const single_vectors *vectors, float alpha,
     return sum16(dot);
 }
 
-/* Corrections of four vertices, by number. */
-SINGLE_INLINE void load_corrections(const single_correction *correction, size_t v,
-                                    floats4 numbers[3]) {
-    const uint32_t *const parents = correction->parents + v;
-    const uint8_t *const fixed = correction->is_fixed + v;
-    floats4 const share = {1.0F - (float)fixed[0], 1.0F - (float)fixed[1], 1.0F - (float)fixed[2],
-                           1.0F - (float)fixed[3]};
-    floats4 of[4];
-    for (size_t k = 0; k < 4; k++)
-        of[k] = floats4_load(correction->values + 3 * (size_t)parents[k]);
-    floats4 const a = __builtin_shufflevector(of[0], of[1], 0, 4, 1, 5); /* x0 x1 y0 y1 */
-    floats4 const b = __builtin_shufflevector(of[2], of[3], 0, 4, 1, 5); /* x2 x3 y2 y3 */
-    floats4 const c = __builtin_shufflevector(of[0], of[1], 2, 6, 2, 6); /* z0 z1 */
-    floats4 const d = __builtin_shufflevector(of[2], of[3], 2, 6, 2, 6); /* z2 z3 */
-    numbers[0] = __builtin_shufflevector(a, b, 0, 1, 4, 5) * share;
-    numbers[1] = __builtin_shufflevector(a, b, 2, 3, 6, 7) * share;
-    numbers[2] = __builtin_shufflevector(c, d, 0, 1, 4, 5) * share;
-}
-
-void TULLE_KERNEL(diagonal_turn)(const single_vectors *vectors, const single_correction *correction,
-                                 float beta, size_t begin, size_t end) {
+void TULLE_KERNEL(diagonal_turn)(const single_vectors *vectors, float beta, size_t begin,
+                                 size_t end) {
     size_t const stride = vectors->number_step;
     size_t v = begin;
-    for (; v + 4 <= end; v += 4) {
-        floats4 c[3] = {{0.0F}, {0.0F}, {0.0F}};
-        if (correction) load_corrections(correction, v, c);
-        for (size_t k = 0; k < 3; k++) {
-            float *const p = vectors->direction + k * stride + v;
-            floats4 const z = floats4_load(vectors->preconditioned + k * stride + v);
-            store4(p, (z + c[k]) + floats4_load(p) * beta);
-        }
+    for (; v + DIAGONAL_ROWS <= end; v += DIAGONAL_ROWS) {
+        lanes3 to = load3(vectors->preconditioned + v, stride);
+        add_scaled(&to, load3(vectors->direction + v, stride), beta);
+        store3(vectors->direction + v, stride, to);
     }
     for (; v < end; v++)
         for (size_t k = 0; k < 3; k++) {
             float *const p = vectors->direction + k * stride + v;
-            float c = 0.0F;
-            if (correction && !correction->is_fixed[v])
-                c = correction->values[3 * (size_t)correction->parents[v] + k];
-            *p = (vectors->preconditioned[k * stride + v] + c) + *p * beta;
+            *p = vectors->preconditioned[k * stride + v] + *p * beta;
         }
 }

@@ -130,7 +130,7 @@ void world_fill_surface(tulle_world *world, size_t surface) {
 }
 
 /* [bytes] of scratch that a step without contact takes for each vertex of cloth. */
-enum { SCRATCH_BYTES = 800 };
+enum { SCRATCH_BYTES = 750 };
 
 /* The cloth's machinery, and room for the plastic parts of its sliders. Leaves it to the caller to
  * say that memory is short. */

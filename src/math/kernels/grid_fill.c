@@ -1,0 +1,259 @@
+/* math/kernels/grid_fill.c - see grid_fill.h.
+ *
+ * Each row of the grid is summed over its columns first: what joins it to itself, to the next row
+ * and to the one after, by columns of blocks. Then that goes to the rows of blocks that the two
+ * rows have parts of. Entries above the main diagonal serve for those below. */
+#include "math/grid_fill.h"
+
+#include <string.h>
+
+typedef double block8 __attribute__((vector_size(64)));
+typedef double lanes4 __attribute__((vector_size(32)));
+
+/* Six numbers and two more that are ignored. */
+static inline block8 load_block(const double *from) {
+    block8 a;
+    memcpy(&a, from, sizeof a);
+    return a;
+}
+static inline void add_block(double *to, block8 a) {
+    a += load_block(to);
+    memcpy(to, &a, sizeof a);
+}
+
+typedef struct row_band {
+    const grid_fill *fill;
+    size_t begin, end;        /* rows of blocks */
+    size_t row;               /* of the grid */
+    double *blocks, *scalars; /* of that row, by column of blocks */
+    uint32_t *entries;        /* of that row: on each diagonal, for each column */
+} row_band;
+
+/* Place of a sum of a column of blocks: way 0, 1, 2 to the one before, itself, the next. */
+static size_t get_place(size_t column, size_t down, size_t way) {
+    return (column * GRID_ROWS_DOWN + down) * GRID_WAYS + way;
+}
+
+/* ---- along a row ---- */
+
+/* Columns from begin to end - 1, whose entries on a diagonal go from parts of two columns of blocks
+ * to parts of two. Sums are by pairs of these: lower to lower, lower to upper, upper to lower,
+ * upper to upper. */
+typedef struct column_run {
+    size_t begin, end, from, to; /* the lower ones */
+} column_run;
+
+static column_run find_run(const grid_axis *columns, int step, size_t begin, size_t end) {
+    column_run run = {begin, begin + 1, columns->lower[begin],
+                      columns->lower[begin + (size_t)step]};
+    while (run.end < end && columns->lower[run.end] == run.from &&
+           columns->lower[run.end + (size_t)step] == run.to)
+        run.end++;
+    return run;
+}
+
+/* Weights of the pairs. */
+static inline lanes4 load_weights(const grid_diagonal *diagonal, size_t column) {
+    lanes4 weights;
+    memcpy(&weights, diagonal->weights + 4 * column, sizeof weights);
+    return weights;
+}
+
+/* Where the sum of a pair goes, and how often it counts. Between columns of one row only what is
+ * right of the main diagonal is there, for what is left of it, too. */
+typedef struct pair_target {
+    size_t place;
+    double times; /* 0: nowhere */
+} pair_target;
+
+static pair_target find_target(const grid_diagonal *diagonal, size_t from, size_t to) {
+    if (diagonal->down > 0 && from <= to + 1 && to <= from + 1)
+        return (pair_target){get_place(from, diagonal->down, to + 1 - from), 1.0};
+    if (diagonal->down > 0) return (pair_target){0, 0.0};
+    bool const is_main = diagonal->step == 0;
+    if (from == to) return (pair_target){get_place(from, 0, 1), is_main ? 1.0 : 2.0};
+    if (from > to) return (pair_target){get_place(to, 0, 2), is_main ? 0.0 : 1.0};
+    return (pair_target){get_place(from, 0, 2), to == from + 1 ? 1.0 : 0.0};
+}
+
+static block8 load_entry(const row_band *band, size_t d, size_t column) {
+    const grid_diagonal *const diagonal = &band->fill->diagonals[d];
+    const block_matrix *const matrix = band->fill->source->matrix;
+    size_t const width = band->fill->columns->count;
+    uint32_t const entry = band->entries[2 * d * width + column];
+    uint32_t const scalar_entry = band->entries[(2 * d + 1) * width + column];
+    block8 block = {0.0};
+    if (diagonal->has_blocks && entry != TULLE_NONE)
+        block = load_block(matrix->values + BLOCK_NUMBERS * (size_t)entry);
+    if (scalar_entry == TULLE_NONE) return block;
+    double const scalar = block_matrix_get_scalar(matrix, scalar_entry);
+    block8 const identity = {scalar, 0.0, 0.0, scalar, 0.0, scalar};
+    return block + identity;
+}
+
+static void put_blocks(const row_band *band, const grid_diagonal *diagonal, const column_run *run,
+                       const block8 sums[4]) {
+    for (size_t i = 0; i < 4; i++) {
+        pair_target const target = find_target(diagonal, run->from + i / 2, run->to + i % 2);
+        if (target.times != 0.0)
+            add_block(band->blocks + GRID_BLOCK * target.place, sums[i] * target.times);
+    }
+}
+
+static void sum_blocks(const row_band *band, size_t d) {
+    const grid_diagonal *const diagonal = &band->fill->diagonals[d];
+    const grid_axis *const columns = band->fill->columns;
+    column_run run = {.end = diagonal->begin};
+    while (run.end < diagonal->end) {
+        run = find_run(columns, diagonal->step, run.end, diagonal->end);
+        block8 sums[4] = {{0.0}, {0.0}, {0.0}, {0.0}};
+        for (size_t c = run.begin; c < run.end; c++) {
+            block8 const entry = load_entry(band, d, c);
+            lanes4 const weights = load_weights(diagonal, c);
+            for (size_t i = 0; i < 4; i++) sums[i] += entry * weights[i];
+        }
+        put_blocks(band, diagonal, &run, sums);
+    }
+}
+
+static void sum_scalars(const row_band *band, size_t d) {
+    const grid_diagonal *const diagonal = &band->fill->diagonals[d];
+    const grid_axis *const columns = band->fill->columns;
+    const block_matrix *const matrix = band->fill->source->matrix;
+    const uint32_t *const entries = band->entries + (2 * d + 1) * columns->count;
+    column_run run = {.end = diagonal->begin};
+    while (run.end < diagonal->end) {
+        run = find_run(columns, diagonal->step, run.end, diagonal->end);
+        lanes4 sums = {0.0};
+        for (size_t c = run.begin; c < run.end; c++)
+            if (entries[c] != TULLE_NONE)
+                sums += block_matrix_get_scalar(matrix, entries[c]) * load_weights(diagonal, c);
+        for (size_t i = 0; i < 4; i++) {
+            pair_target const target = find_target(diagonal, run.from + i / 2, run.to + i % 2);
+            band->scalars[target.place] += sums[i] * target.times;
+        }
+    }
+}
+
+/* Lists the entries of a row of the grid by diagonals, blocks and scalars in turn; those of fixed
+ * vertices are none. */
+static void list_entries(const row_band *band) {
+    const grid_fill_source *const source = band->fill->source;
+    const block_matrix *const matrix = source->matrix;
+    const matrix_diagonals *const diagonals = &matrix->diagonals;
+    size_t const width = band->fill->columns->count;
+    memset(band->entries, 0xff, 2 * diagonals->count * width * sizeof(uint32_t));
+    for (size_t c = 0; c < width; c++) {
+        size_t const v = band->row * width + c;
+        if (source->is_fixed[v]) continue;
+        for (uint32_t k = matrix->diagonal_positions[v]; k < matrix->row_begin[v + 1]; k++)
+            if (!source->is_fixed[matrix->columns[k]])
+                band->entries[2 * diagonals->of_blocks[k] * width + c] = k;
+        uint32_t k = matrix->scalar_begin[v];
+        uint32_t const end = matrix->scalar_begin[v + 1];
+        while (k < end && matrix->scalar_columns[k] < v) k++;
+        for (; k < end; k++)
+            if (!source->is_fixed[matrix->scalar_columns[k]])
+                band->entries[(2 * (size_t)diagonals->of_scalars[k] + 1) * width + c] = k;
+    }
+}
+
+static void sum_row(const row_band *band) {
+    const grid_fill *const fill = band->fill;
+    size_t const count = GRID_ROWS_DOWN * GRID_WAYS * fill->columns->block_count;
+    memset(band->blocks, 0, GRID_BLOCK * count * sizeof(double));
+    memset(band->scalars, 0, count * sizeof(double));
+    list_entries(band);
+    for (size_t d = 0; d < fill->source->matrix->diagonals.count; d++)
+        if (fill->diagonals[d].has_blocks)
+            sum_blocks(band, d);
+        else
+            sum_scalars(band, d);
+    for (size_t i = 0; i < count; i++) {
+        double const sum = band->scalars[i];
+        block8 const identity = {sum, 0.0, 0.0, sum, 0.0, sum};
+        add_block(band->blocks + GRID_BLOCK * i, identity);
+    }
+}
+
+/* ---- to rows of blocks ---- */
+
+static double get_row_part(const grid_axis *rows, size_t row, size_t block) {
+    return grid_axis_has_part(rows, row, block) ? grid_axis_get_part(rows, row, block) : 0.0;
+}
+
+/* The sum from a column of blocks to the one that lies `way` from it. */
+static inline block8 load_sum(const row_band *from, size_t column, size_t down, size_t way) {
+    return load_block(from->blocks + GRID_BLOCK * get_place(column, down, way));
+}
+
+/* Entries between a row of blocks and itself. */
+static void add_to_own(const row_band *from, size_t block_row, size_t down, double part) {
+    size_t const columns = from->fill->columns->block_count;
+    double *to = from->fill->sums + GRID_BLOCK * GRID_DIAGONALS * columns * block_row;
+    /* Entries between two rows count once for each direction. */
+    double const twice = down == 0 ? part : 2.0 * part;
+    for (size_t b = 0; b < columns; b++, to += GRID_BLOCK * GRID_DIAGONALS) {
+        add_block(to, load_sum(from, b, down, 1) * twice);
+        if (b + 1 == columns) continue;
+        block8 sum = load_sum(from, b, down, 2) * part;
+        if (down > 0) sum += load_sum(from, b + 1, down, 0) * part;
+        add_block(to + GRID_BLOCK, sum);
+    }
+}
+
+/* Entries between a row of blocks and the next: `part` from this row of the grid in the first to
+ * the row below in the second, `back` the other way round. */
+static void add_to_next(const row_band *from, size_t block_row, size_t down,
+                        const double parts[2]) {
+    size_t const columns = from->fill->columns->block_count;
+    double *to = from->fill->sums + GRID_BLOCK * GRID_DIAGONALS * columns * block_row;
+    double const part = parts[0], back = down == 0 ? 0.0 : parts[1];
+    for (size_t b = 0; b < columns; b++, to += GRID_BLOCK * GRID_DIAGONALS) {
+        add_block(to + 3 * (size_t)GRID_BLOCK, load_sum(from, b, down, 1) * (part + back));
+        /* of the row itself only the way to the next is there */
+        if (b > 0)
+            add_block(to + 2 * (size_t)GRID_BLOCK,
+                      (down == 0 ? load_sum(from, b - 1, 0, 2) : load_sum(from, b, down, 0)) *
+                              part +
+                          load_sum(from, b - 1, down, 2) * back);
+        if (b + 1 < columns)
+            add_block(to + 4 * (size_t)GRID_BLOCK,
+                      load_sum(from, b, down, 2) * part + load_sum(from, b + 1, down, 0) * back);
+    }
+}
+
+static void add_to_rows(const row_band *from) {
+    const grid_axis *const rows = from->fill->rows;
+    for (size_t down = 0; down < GRID_ROWS_DOWN && from->row + down < rows->count; down++) {
+        size_t const below = from->row + down;
+        for (size_t k = rows->lower[from->row]; k <= rows->lower[below] + 1; k++) {
+            if (k < from->begin || k >= from->end) continue;
+            double const own = get_row_part(rows, from->row, k);
+            double const other = get_row_part(rows, below, k);
+            double const parts[2] = {own * get_row_part(rows, below, k + 1),
+                                     other * get_row_part(rows, from->row, k + 1)};
+            if (own * other != 0.0) add_to_own(from, k, down, own * other);
+            if (parts[0] != 0.0 || parts[1] != 0.0) add_to_next(from, k, down, parts);
+        }
+    }
+}
+
+void TULLE_KERNEL(grid_sum_band)(const grid_fill *fill, size_t begin, size_t end, double *room) {
+    const grid_axis *const rows = fill->rows;
+    size_t const columns = fill->columns->block_count;
+    size_t const size = GRID_BLOCK * GRID_DIAGONALS * columns;
+    memset(fill->sums + size * begin, 0, size * (end - begin) * sizeof(double));
+    size_t const place_count = GRID_ROWS_DOWN * GRID_WAYS * columns;
+    row_band band = {.fill = fill,
+                     .begin = begin,
+                     .end = end,
+                     .blocks = room,
+                     .scalars = room + GRID_BLOCK * place_count,
+                     .entries = (uint32_t *)(void *)(room + (GRID_BLOCK + 1) * place_count)};
+    size_t const last = grid_axis_get_lines(rows, end - 1).end;
+    for (band.row = grid_axis_get_lines(rows, begin).first; band.row < last; band.row++) {
+        sum_row(&band);
+        add_to_rows(&band);
+    }
+}
