@@ -14,7 +14,7 @@
 #include <string.h>
 
 /* Aggregates of a chunk of a loop. */
-enum { AGGREGATES_PER_CHUNK = 64 };
+enum { AGGREGATES_PER_CHUNK = 64, PRODUCTS_PER_CHUNK = 8 };
 
 typedef struct fill_task {
     const nested_aggregates *all;
@@ -267,8 +267,10 @@ bool nested_aggregates_set(nested_aggregates *aggregates, const aggregated_syste
             ok = fill_blocks(&task, system, threads, scratch);
             continue;
         }
-        parallel_body const sum_rows = l == 0 ? sum_first_rows : multiply_rows;
-        parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, sum_rows, &task);
+        if (l == 0)
+            parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, sum_first_rows, &task);
+        else
+            parallel_for(level->count, PRODUCTS_PER_CHUNK, threads, multiply_rows, &task);
         parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, mirror_rows, &task);
         for (size_t t = 0; l == 0 && t < system->term_count; t++)
             add_term(aggregates, &system->terms[t], task.values);

@@ -29,51 +29,13 @@ typedef struct row_band {
     uint32_t *entries;        /* of that row: on each diagonal, for each column */
 } row_band;
 
-/* Place of a sum of a column of blocks: way 0, 1, 2 to the one before, itself, the next. */
-static size_t get_place(size_t column, size_t down, size_t way) {
-    return (column * GRID_ROWS_DOWN + down) * GRID_WAYS + way;
-}
-
 /* ---- along a row ---- */
-
-/* Columns from begin to end - 1, whose entries on a diagonal go from parts of two columns of blocks
- * to parts of two. Sums are by pairs of these: lower to lower, lower to upper, upper to lower,
- * upper to upper. */
-typedef struct column_run {
-    size_t begin, end, from, to; /* the lower ones */
-} column_run;
-
-static column_run find_run(const grid_axis *columns, int step, size_t begin, size_t end) {
-    column_run run = {begin, begin + 1, columns->lower[begin],
-                      columns->lower[begin + (size_t)step]};
-    while (run.end < end && columns->lower[run.end] == run.from &&
-           columns->lower[run.end + (size_t)step] == run.to)
-        run.end++;
-    return run;
-}
 
 /* Weights of the pairs. */
 static inline lanes4 load_weights(const grid_diagonal *diagonal, size_t column) {
     lanes4 weights;
     memcpy(&weights, diagonal->weights + 4 * column, sizeof weights);
     return weights;
-}
-
-/* Where the sum of a pair goes, and how often it counts. Between columns of one row only what is
- * right of the main diagonal is there, for what is left of it, too. */
-typedef struct pair_target {
-    size_t place;
-    double times; /* 0: nowhere */
-} pair_target;
-
-static pair_target find_target(const grid_diagonal *diagonal, size_t from, size_t to) {
-    if (diagonal->down > 0 && from <= to + 1 && to <= from + 1)
-        return (pair_target){get_place(from, diagonal->down, to + 1 - from), 1.0};
-    if (diagonal->down > 0) return (pair_target){0, 0.0};
-    bool const is_main = diagonal->step == 0;
-    if (from == to) return (pair_target){get_place(from, 0, 1), is_main ? 1.0 : 2.0};
-    if (from > to) return (pair_target){get_place(to, 0, 2), is_main ? 0.0 : 1.0};
-    return (pair_target){get_place(from, 0, 2), to == from + 1 ? 1.0 : 0.0};
 }
 
 static block8 load_entry(const row_band *band, size_t d, size_t column) {
@@ -91,47 +53,34 @@ static block8 load_entry(const row_band *band, size_t d, size_t column) {
     return block + identity;
 }
 
-static void put_blocks(const row_band *band, const grid_diagonal *diagonal, const column_run *run,
-                       const block8 sums[4]) {
-    for (size_t i = 0; i < 4; i++) {
-        pair_target const target = find_target(diagonal, run->from + i / 2, run->to + i % 2);
-        if (target.times != 0.0)
-            add_block(band->blocks + GRID_BLOCK * target.place, sums[i] * target.times);
-    }
-}
-
 static void sum_blocks(const row_band *band, size_t d) {
     const grid_diagonal *const diagonal = &band->fill->diagonals[d];
-    const grid_axis *const columns = band->fill->columns;
-    column_run run = {.end = diagonal->begin};
-    while (run.end < diagonal->end) {
-        run = find_run(columns, diagonal->step, run.end, diagonal->end);
+    for (size_t r = 0; r < diagonal->run_count; r++) {
+        const grid_run *const run = &diagonal->runs[r];
         block8 sums[4] = {{0.0}, {0.0}, {0.0}, {0.0}};
-        for (size_t c = run.begin; c < run.end; c++) {
+        for (size_t c = run->begin; c < run->end; c++) {
             block8 const entry = load_entry(band, d, c);
             lanes4 const weights = load_weights(diagonal, c);
             for (size_t i = 0; i < 4; i++) sums[i] += entry * weights[i];
         }
-        put_blocks(band, diagonal, &run, sums);
+        for (size_t i = 0; i < 4; i++)
+            if (run->times[i] != 0.0)
+                add_block(band->blocks + GRID_BLOCK * run->places[i], sums[i] * run->times[i]);
     }
 }
 
 static void sum_scalars(const row_band *band, size_t d) {
     const grid_diagonal *const diagonal = &band->fill->diagonals[d];
-    const grid_axis *const columns = band->fill->columns;
     const block_matrix *const matrix = band->fill->source->matrix;
-    const uint32_t *const entries = band->entries + (2 * d + 1) * columns->count;
-    column_run run = {.end = diagonal->begin};
-    while (run.end < diagonal->end) {
-        run = find_run(columns, diagonal->step, run.end, diagonal->end);
+    const uint32_t *const entries = band->entries + (2 * d + 1) * band->fill->columns->count;
+    for (size_t r = 0; r < diagonal->run_count; r++) {
+        const grid_run *const run = &diagonal->runs[r];
         lanes4 sums = {0.0};
-        for (size_t c = run.begin; c < run.end; c++)
+        for (size_t c = run->begin; c < run->end; c++)
             if (entries[c] != TULLE_NONE)
                 sums += block_matrix_get_scalar(matrix, entries[c]) * load_weights(diagonal, c);
-        for (size_t i = 0; i < 4; i++) {
-            pair_target const target = find_target(diagonal, run.from + i / 2, run.to + i % 2);
-            band->scalars[target.place] += sums[i] * target.times;
-        }
+        for (size_t i = 0; i < 4; i++)
+            if (run->times[i] != 0.0) band->scalars[run->places[i]] += sums[i] * run->times[i];
     }
 }
 
@@ -184,7 +133,7 @@ static double get_row_part(const grid_axis *rows, size_t row, size_t block) {
 
 /* The sum from a column of blocks to the one that lies `way` from it. */
 static inline block8 load_sum(const row_band *from, size_t column, size_t down, size_t way) {
-    return load_block(from->blocks + GRID_BLOCK * get_place(column, down, way));
+    return load_block(from->blocks + GRID_BLOCK * grid_fill_get_place(column, down, way));
 }
 
 /* Entries between a row of blocks and itself. */

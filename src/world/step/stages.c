@@ -186,8 +186,10 @@ static tulle_status foresee_impacts(step_context *context) {
     double expected2 = 0.0, found2 = 0.0; /* [m^2] longest ways */
     for (size_t v = 0; v < context->scene.vertex_count; v++) {
         vec3 const x0 = vec3_load(context->state->positions, v);
-        expected2 = fmax(expected2, vec3_norm2(vec3_sub(vec3_load(context->predicted, v), x0)));
-        found2 = fmax(found2, vec3_norm2(vec3_sub(vec3_load(context->end, v), x0)));
+        double const expected = vec3_norm2(vec3_sub(vec3_load(context->predicted, v), x0));
+        double const found = vec3_norm2(vec3_sub(vec3_load(context->end, v), x0));
+        expected2 = expected > expected2 ? expected : expected2;
+        found2 = found > found2 ? found : found2;
     }
     context->impacts = (impact_report){0};
     if (found2 > LEAP * LEAP * expected2) return TULLE_OK;
