@@ -83,6 +83,97 @@ static void release_axis(memory *heap, const grid_axis *axis) {
     memory_release(heap, axis->share, axis->count * sizeof(float));
 }
 
+/* ---- how the diagonals of the matrix go through the grid ---- */
+
+/* Between columns of one row only what is right of the main diagonal is there, for what is left of
+ * it, too. */
+static void find_target(const grid_diagonal *diagonal, size_t from, size_t to, size_t *place,
+                        double *times) {
+    bool const is_next = from <= to + 1 && to <= from + 1;
+    *place = 0;
+    *times = is_next ? 1.0 : 0.0;
+    if (!is_next) return;
+    if (diagonal->down > 0) {
+        *place = grid_transfer_get_place(from, diagonal->down, to + 1 - from);
+    } else if (from == to) {
+        *place = grid_transfer_get_place(from, 0, 1);
+        *times = diagonal->step == 0 ? 1.0 : 2.0;
+    } else {
+        *place = grid_transfer_get_place(from < to ? from : to, 0, 2);
+        if (from > to && diagonal->step == 0) *times = 0.0;
+    }
+}
+
+/* Whether lines have a part in the lower (0) or the upper one (1) of their blocks. */
+static bool have_part(const grid_axis *axis, size_t begin, size_t end, size_t which) {
+    for (size_t line = begin; line < end; line++)
+        if ((which == 0 ? axis->share[line] : 1.0F - axis->share[line]) != 0.0F) return true;
+    return false;
+}
+
+static void add_run(const grid_axis *columns, size_t begin, size_t end, grid_diagonal *diagonal) {
+    grid_run *const run = &diagonal->runs[diagonal->run_count++];
+    size_t const to = begin + (size_t)diagonal->step, to_end = end + (size_t)diagonal->step;
+    run->begin = begin;
+    run->end = end;
+    for (size_t i = 0; i < 4; i++) {
+        find_target(diagonal, columns->lower[begin] + i / 2, columns->lower[to] + i % 2,
+                    &run->places[i], &run->times[i]);
+        if (have_part(columns, begin, end, i / 2) && have_part(columns, to, to_end, i % 2))
+            continue;
+        run->places[i] = 0;
+        run->times[i] = 0.0;
+    }
+}
+
+/* A diagonal that has such an offset, with room for its runs and weights. */
+static void follow_diagonal(const grid_axis *columns, size_t offset, grid_diagonal *diagonal) {
+    /* none goes more than GRID_REACH columns to the left */
+    diagonal->down = (offset + GRID_REACH) / columns->count;
+    diagonal->step = (int)offset - (int)(diagonal->down * columns->count);
+    size_t const step = (size_t)diagonal->step;
+    size_t const first = diagonal->step < 0 ? (size_t)-diagonal->step : 0;
+    size_t const last = columns->count - (diagonal->step > 0 ? step : 0);
+    for (size_t c = first; c < last; c++)
+        for (size_t i = 0; i < 4; i++) {
+            double const from = (double)columns->share[c], to = (double)columns->share[c + step];
+            diagonal->weights[4 * c + i] =
+                (i / 2 == 0 ? from : 1.0 - from) * (i % 2 == 0 ? to : 1.0 - to);
+        }
+    for (size_t begin = first, end; begin < last; begin = end) {
+        end = begin + 1;
+        while (end < last && columns->lower[end] == columns->lower[begin] &&
+               columns->lower[end + step] == columns->lower[begin + step])
+            end++;
+        add_run(columns, begin, end, diagonal);
+    }
+}
+
+static bool follow_diagonals(memory *heap, const matrix_diagonals *pattern, grid_transfer *grid) {
+    size_t const columns = grid->columns.count;
+    grid->diagonals = memory_allocate_zeroed(heap, pattern->count, sizeof *grid->diagonals);
+    if (!grid->diagonals) return false;
+    grid->diagonal_count = pattern->count;
+    for (size_t d = 0; d < pattern->count; d++) {
+        grid_diagonal *const diagonal = &grid->diagonals[d];
+        diagonal->has_blocks = d < pattern->block_count;
+        diagonal->runs = memory_allocate_zeroed(heap, columns, sizeof *diagonal->runs);
+        diagonal->weights = memory_allocate_zeroed(heap, 4 * columns, sizeof(double));
+        if (!diagonal->runs || !diagonal->weights) return false;
+        follow_diagonal(&grid->columns, pattern->offsets[d], diagonal);
+    }
+    return true;
+}
+
+static void release_diagonals(memory *heap, const grid_transfer *grid) {
+    size_t const columns = grid->columns.count;
+    for (size_t d = 0; d < grid->diagonal_count; d++) {
+        memory_release(heap, grid->diagonals[d].runs, columns * sizeof(grid_run));
+        memory_release(heap, grid->diagonals[d].weights, 4 * columns * sizeof(double));
+    }
+    memory_release(heap, grid->diagonals, grid->diagonal_count * sizeof *grid->diagonals);
+}
+
 /* ---- the level ---- */
 
 /* Matrix, inverse and vectors, all zero. */
@@ -139,7 +230,8 @@ bool grid_transfer_build(memory *heap, const block_matrix *matrix, grid_transfer
         grid->line_stride = columns + SINGLE_PADDING;
         grid->lines = memory_allocate_zeroed(heap, count_lines(grid), sizeof(float));
         grid->is_free = memory_allocate_zeroed(heap, vertex_count + SINGLE_PADDING, sizeof(float));
-        ok = grid->lines && grid->is_free && make_planes(heap, grid);
+        ok = grid->lines && grid->is_free && make_planes(heap, grid) &&
+             follow_diagonals(heap, &matrix->diagonals, grid);
     }
     if (!ok) {
         grid_transfer_destroy(heap, grid);
@@ -155,6 +247,7 @@ void grid_transfer_destroy(memory *heap, grid_transfer *grid) {
     memory_release(heap, grid->is_free,
                    (grid->rows.count * grid->columns.count + SINGLE_PADDING) * sizeof(float));
     memory_release(heap, grid->planes, grid->plane_count * sizeof(float));
+    release_diagonals(heap, grid);
     release_axis(heap, &grid->rows);
     release_axis(heap, &grid->columns);
     memory_release(heap, grid, sizeof *grid);

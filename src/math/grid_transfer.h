@@ -29,8 +29,38 @@ typedef struct grid_axis {
     float *share;    /* count: the part of that one; the next has the rest, which may be 0 */
 } grid_axis;
 
+/* Rows that an entry goes down: none to two. */
+enum { GRID_ROWS_DOWN = 3 };
+/* A column of blocks has sums for the one before it, itself and the next. */
+enum { GRID_WAYS = 3 };
+/* Place of a sum of a column of blocks: way 0, 1, 2 to the one before, itself, the next. */
+static inline size_t grid_transfer_get_place(size_t column, size_t down, size_t way) {
+    return (column * GRID_ROWS_DOWN + down) * GRID_WAYS + way;
+}
+
+/* Columns from begin to end - 1, whose entries on a diagonal go from parts of two columns of blocks
+ * to parts of two. Sums are by pairs of these: lower to lower, lower to upper, upper to lower,
+ * upper to upper. */
+typedef struct grid_run {
+    size_t begin, end;
+    size_t places[4]; /* where the sum of a pair goes */
+    double times[4];  /* and how often it counts; 0: nowhere */
+} grid_run;
+
+/* A diagonal of the matrix: entries that go so many rows down and columns to the right. */
+typedef struct grid_diagonal {
+    size_t down;
+    int step;
+    bool has_blocks; /* not scalars alone */
+    size_t run_count;
+    grid_run *runs;
+    double *weights; /* four a column, of the pairs */
+} grid_diagonal;
+
 typedef struct grid_transfer {
     grid_axis rows, columns;
+    grid_diagonal *diagonals; /* as the matrix has them */
+    size_t diagonal_count;
     /* A row of blocks spread over the columns, for each and one more: three planes of line_stride
      * numbers. */
     float *lines;

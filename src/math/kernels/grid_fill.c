@@ -39,9 +39,9 @@ static inline lanes4 load_weights(const grid_diagonal *diagonal, size_t column) 
 }
 
 static block8 load_entry(const row_band *band, size_t d, size_t column) {
-    const grid_diagonal *const diagonal = &band->fill->diagonals[d];
+    const grid_diagonal *const diagonal = &band->fill->grid->diagonals[d];
     const block_matrix *const matrix = band->fill->source->matrix;
-    size_t const width = band->fill->columns->count;
+    size_t const width = band->fill->grid->columns.count;
     uint32_t const entry = band->entries[2 * d * width + column];
     uint32_t const scalar_entry = band->entries[(2 * d + 1) * width + column];
     block8 block = {0.0};
@@ -54,7 +54,7 @@ static block8 load_entry(const row_band *band, size_t d, size_t column) {
 }
 
 static void sum_blocks(const row_band *band, size_t d) {
-    const grid_diagonal *const diagonal = &band->fill->diagonals[d];
+    const grid_diagonal *const diagonal = &band->fill->grid->diagonals[d];
     for (size_t r = 0; r < diagonal->run_count; r++) {
         const grid_run *const run = &diagonal->runs[r];
         block8 sums[4] = {{0.0}, {0.0}, {0.0}, {0.0}};
@@ -70,9 +70,9 @@ static void sum_blocks(const row_band *band, size_t d) {
 }
 
 static void sum_scalars(const row_band *band, size_t d) {
-    const grid_diagonal *const diagonal = &band->fill->diagonals[d];
+    const grid_diagonal *const diagonal = &band->fill->grid->diagonals[d];
     const block_matrix *const matrix = band->fill->source->matrix;
-    const uint32_t *const entries = band->entries + (2 * d + 1) * band->fill->columns->count;
+    const uint32_t *const entries = band->entries + (2 * d + 1) * band->fill->grid->columns.count;
     for (size_t r = 0; r < diagonal->run_count; r++) {
         const grid_run *const run = &diagonal->runs[r];
         lanes4 sums = {0.0};
@@ -90,7 +90,7 @@ static void list_entries(const row_band *band) {
     const grid_fill_source *const source = band->fill->source;
     const block_matrix *const matrix = source->matrix;
     const matrix_diagonals *const diagonals = &matrix->diagonals;
-    size_t const width = band->fill->columns->count;
+    size_t const width = band->fill->grid->columns.count;
     memset(band->entries, 0xff, 2 * diagonals->count * width * sizeof(uint32_t));
     for (size_t c = 0; c < width; c++) {
         size_t const v = band->row * width + c;
@@ -109,12 +109,12 @@ static void list_entries(const row_band *band) {
 
 static void sum_row(const row_band *band) {
     const grid_fill *const fill = band->fill;
-    size_t const count = GRID_ROWS_DOWN * GRID_WAYS * fill->columns->block_count;
+    size_t const count = GRID_ROWS_DOWN * GRID_WAYS * fill->grid->columns.block_count;
     memset(band->blocks, 0, GRID_BLOCK * count * sizeof(double));
     memset(band->scalars, 0, count * sizeof(double));
     list_entries(band);
     for (size_t d = 0; d < fill->source->matrix->diagonals.count; d++)
-        if (fill->diagonals[d].has_blocks)
+        if (fill->grid->diagonals[d].has_blocks)
             sum_blocks(band, d);
         else
             sum_scalars(band, d);
@@ -133,12 +133,12 @@ static double get_row_part(const grid_axis *rows, size_t row, size_t block) {
 
 /* The sum from a column of blocks to the one that lies `way` from it. */
 static inline block8 load_sum(const row_band *from, size_t column, size_t down, size_t way) {
-    return load_block(from->blocks + GRID_BLOCK * grid_fill_get_place(column, down, way));
+    return load_block(from->blocks + GRID_BLOCK * grid_transfer_get_place(column, down, way));
 }
 
 /* Entries between a row of blocks and itself. */
 static void add_to_own(const row_band *from, size_t block_row, size_t down, double part) {
-    size_t const columns = from->fill->columns->block_count;
+    size_t const columns = from->fill->grid->columns.block_count;
     double *to = from->fill->sums + GRID_BLOCK * GRID_DIAGONALS * columns * block_row;
     /* Entries between two rows count once for each direction. */
     double const twice = down == 0 ? part : 2.0 * part;
@@ -155,7 +155,7 @@ static void add_to_own(const row_band *from, size_t block_row, size_t down, doub
  * the row below in the second, `back` the other way round. */
 static void add_to_next(const row_band *from, size_t block_row, size_t down,
                         const double parts[2]) {
-    size_t const columns = from->fill->columns->block_count;
+    size_t const columns = from->fill->grid->columns.block_count;
     double *to = from->fill->sums + GRID_BLOCK * GRID_DIAGONALS * columns * block_row;
     double const part = parts[0], back = down == 0 ? 0.0 : parts[1];
     for (size_t b = 0; b < columns; b++, to += GRID_BLOCK * GRID_DIAGONALS) {
@@ -173,7 +173,7 @@ static void add_to_next(const row_band *from, size_t block_row, size_t down,
 }
 
 static void add_to_rows(const row_band *from) {
-    const grid_axis *const rows = from->fill->rows;
+    const grid_axis *const rows = &from->fill->grid->rows;
     for (size_t down = 0; down < GRID_ROWS_DOWN && from->row + down < rows->count; down++) {
         size_t const below = from->row + down;
         for (size_t k = rows->lower[from->row]; k <= rows->lower[below] + 1; k++) {
@@ -189,8 +189,8 @@ static void add_to_rows(const row_band *from) {
 }
 
 void TULLE_KERNEL(grid_sum_band)(const grid_fill *fill, size_t begin, size_t end, double *room) {
-    const grid_axis *const rows = fill->rows;
-    size_t const columns = fill->columns->block_count;
+    const grid_axis *const rows = &fill->grid->rows;
+    size_t const columns = fill->grid->columns.block_count;
     size_t const size = GRID_BLOCK * GRID_DIAGONALS * columns;
     memset(fill->sums + size * begin, 0, size * (end - begin) * sizeof(double));
     size_t const place_count = GRID_ROWS_DOWN * GRID_WAYS * columns;
