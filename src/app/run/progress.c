@@ -99,9 +99,10 @@ void progress_show_step(run_session *session, const tulle_step_report *report) {
 
 void progress_show_step_under_way(run_session *session) {
     run_progress *const progress = &session->progress;
+    if (progress->kind == PROGRESS_NONE) return; /* asked in each iteration of a solve */
     double const now = timer_now(), seconds = now - progress->step_begin;
     bool const is_json = progress->kind == PROGRESS_JSON;
-    if (progress->kind == PROGRESS_NONE || seconds < LONG_STEP) return;
+    if (seconds < LONG_STEP) return;
     tulle_step_progress const under_way = tulle_world_get_step_progress(session->built.world);
     unsigned long long const step = (unsigned long long)under_way.step + 1;
     if (progress->kind == PROGRESS_BAR)
