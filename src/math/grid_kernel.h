@@ -37,7 +37,7 @@ TULLE_DECLARE_KERNEL(void, grid_take_step,
 /* product = residual - product */
 TULLE_DECLARE_KERNEL(void, grid_leave, (const single_vectors *vectors, size_t begin, size_t end))
 /* preconditioned = direction + B (residual - product); returns residual . preconditioned. */
-TULLE_DECLARE_KERNEL(float, grid_end_step,
+TULLE_DECLARE_KERNEL(double, grid_end_step,
                      (const single_vectors *vectors, size_t begin, size_t end))
 
 #endif

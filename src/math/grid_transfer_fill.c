@@ -92,14 +92,14 @@ void grid_transfer_add_term(const grid_transfer *grid, const matrix_term *term,
     find_blocks(grid, term, is_fixed, &blocks);
     double stiffness[BLOCK_NUMBERS];
     for (size_t n = 0; n < BLOCK_NUMBERS; n++) stiffness[n] = term->stiffness.m[block_places[n]];
-    bool is_joined_up = true;
+    bool are_neighbours = true;
     for (size_t i = 0; i < blocks.count; i++)
         for (size_t j = 0; j < blocks.count; j++)
-            is_joined_up &=
+            are_neighbours &=
                 !is_before(&blocks, i, j) || find_diagonal(&blocks, i, j) < GRID_DIAGONALS;
     for (size_t i = 0; i < blocks.count; i++)
         for (size_t j = 0; j < blocks.count; j++) {
-            if (!is_before(&blocks, i, j) || (!is_joined_up && i != j)) continue;
+            if (!is_before(&blocks, i, j) || (!are_neighbours && i != j)) continue;
             size_t const block = blocks.rows[i] * grid->columns.block_count + blocks.columns[i];
             double *const to =
                 sums + GRID_BLOCK * (GRID_DIAGONALS * block + find_diagonal(&blocks, i, j));

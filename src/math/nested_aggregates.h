@@ -16,8 +16,9 @@
 #include "math/single_kernel.h"
 
 enum { AGGREGATE_LEVELS_MAX = 6 };
-/* Part of D^-1 r that a step of the cycle goes. */
-static const float AGGREGATE_STEP = 0.5F;
+/* Part of D^-1 r that a step of the cycle goes on the first level, see nested_aggregates_cycle.c.
+ */
+static const float FIRST_STEP = 0.5F;
 
 /* Sparse weights: of each row from begin to the next one's. */
 typedef struct weight_list {

@@ -1,11 +1,11 @@
 /* math/nested_aggregates_cycle.c - the use of nested aggregates, see nested_aggregates.h.
  *
  * A cycle for  A z = r  of a level: a step of Jacobi's method from 0, the cycle of the level above
- * for what is left, and another step. A step goes by a part of D^-1 r so small that it converges:
- * where A is a sum of terms of four vertices at most, no eigenvalue of D^-1 A is over 4; of bending
- * on a grid, whose terms have more, it is 3.2. Above the first level terms have more, too; there
- * 2.4 is the most that was measured. So the cycle is symmetric and positive. The last level, of a
- * few aggregates, takes several steps.
+ * for what is left, and another step. A step goes by a part of D^-1 r so small that it converges,
+ * so the cycle is symmetric and positive. No eigenvalue of D^-1 A is over the number of members
+ * that a term of A joins. On the first level a contact, a triangle or a hinge joins four at most,
+ * blocks of a grid, too. Bending has terms of more; there 3.3 is the most that was measured. Above
+ * it a term joins six or so. The last level, of a few aggregates, takes several steps.
  *
  * Based on: Bramble, Pasciak, Xu, Parallel multilevel preconditioners, 1990 (levels are added);
  * Briggs, Henson, McCormick, A multigrid tutorial, 2000 (cycles). Departure: the first level is
@@ -22,6 +22,8 @@
 enum { MOST_ALONE = 256, AGGREGATES_PER_CHUNK = 64 };
 /* Blocks of a grid and vertices of its rows in a chunk. */
 enum { BLOCKS_PER_CHUNK = 1024, VERTICES_PER_CHUNK = 2048 };
+/* Part of D^-1 r that a step goes above the first level. */
+static const float STEP_ABOVE = 0.3F;
 /* Steps on the last level. */
 enum { LAST_STEPS = 8 };
 
@@ -50,10 +52,11 @@ static floats4 load_member(const cycle_task *task, size_t member) {
 }
 
 /* A step's part of D^-1 r. */
-static floats4 get_step(const aggregate_level *level, size_t aggregate, floats4 r) {
-    const float *const m = level->inverse + 9 * aggregate;
+static floats4 get_step(const cycle_task *task, size_t aggregate, floats4 r) {
+    const float *const m = task->level->inverse + 9 * aggregate;
+    float const part = task->level == task->all->levels ? FIRST_STEP : STEP_ABOVE;
     return ((floats4_load(m) * r[0] + floats4_load(m + 3) * r[1]) + floats4_load(m + 6) * r[2]) *
-           AGGREGATE_STEP;
+           part;
 }
 
 /* The residual P^T r of a level, and the first step. */
@@ -73,7 +76,7 @@ static void restrict_chunk(void *context, size_t begin, size_t end, size_t chunk
                 if (!is_fixed[level->members[i]]) r += load_member(task, level->members[i]);
         }
         store3(level->residual + 3 * a, r);
-        store3(level->guess + 3 * a, get_step(level, a, r));
+        store3(level->guess + 3 * a, get_step(task, a, r));
     }
 }
 
@@ -119,7 +122,8 @@ static void spread_chunk(void *context, size_t begin, size_t end, size_t chunk, 
 /* A step from the guess to the correction, and the dot of that with the residual. */
 static void step_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
-    const aggregate_level *const level = ((const cycle_task *)context)->level;
+    const cycle_task *const task = context;
+    const aggregate_level *const level = task->level;
     double dot = 0.0;
     multiply(level, begin, end);
     for (size_t a = begin; a < end; a++) {
@@ -127,7 +131,7 @@ static void step_chunk(void *context, size_t begin, size_t end, size_t chunk, in
         const float *const z = level->guess + 3 * a;
         floats4 const left = {r[0] - y[0], r[1] - y[1], r[2] - y[2], 0.0F};
         floats4 const from = {z[0], z[1], z[2], 0.0F};
-        floats4 const to = from + get_step(level, a, left);
+        floats4 const to = from + get_step(task, a, left);
         store3(level->correction + 3 * a, to);
         for (size_t k = 0; k < 3; k++) dot += (double)r[k] * (double)to[k];
     }
@@ -207,8 +211,7 @@ static void step_last(void *context, size_t begin, size_t end, size_t chunk, int
     const cycle_task *const task = context;
     const grid_transfer *const grid = task->all->grid;
     (void)TULLE_PICK_KERNEL(diagonal_multiply)(&grid->matrix, &grid->vectors, begin, end);
-    task->all->levels[0].dots[chunk] =
-        (double)TULLE_PICK_KERNEL(grid_end_step)(&grid->vectors, begin, end);
+    task->all->levels[0].dots[chunk] = TULLE_PICK_KERNEL(grid_end_step)(&grid->vectors, begin, end);
 }
 
 static void run_blocks(cycle_task *task, parallel_body body) {

@@ -181,7 +181,7 @@ static void put_blocks(void *context, size_t begin, size_t end, size_t chunk, in
         double inverse[BLOCK_NUMBERS];
         invert_entry(sums, inverse);
         for (size_t i = 0; i < BLOCK_NUMBERS; i++)
-            grid->vectors.inverse[i * grid->matrix.stride + a] = AGGREGATE_STEP * (float)inverse[i];
+            grid->vectors.inverse[i * grid->matrix.stride + a] = FIRST_STEP * (float)inverse[i];
     }
 }
 

@@ -386,7 +386,7 @@ static void check_system(const spring_sheets *sheets, const spring_system *syste
     check_pattern(all, &dense[0]);
     check_planes(all->grid, &dense[0]);
     for (size_t l = 1; l < all->level_count; l++) {
-        assert_weights(&all->levels[l]);
+        assert_weights(all, &system->matrix, l);
         dense[l] = dense_level_make_above(&all->levels[l], &dense[l - 1]);
         assert_entries(&all->levels[l], &dense[l]);
     }
@@ -654,6 +654,21 @@ static void a_grid_without_levels_adds_nothing(void **state) {
     spring_system_destroy(&system);
 }
 
+/* A matrix that is not multiplied by diagonals has vectors that are not in planes. */
+static void a_grid_by_rows_is_none(void **state) {
+    (void)state;
+    spring_sheets const sheets = {.columns = 20, .rows = 20, .count = 1};
+    spring_system system = spring_system_make(spring_graph_make_sheets(&sheets), 10.0, 2);
+    block_matrix by_rows = system.matrix;
+    by_rows.diagonals.count = 0;
+    arena scratch = arena_make(&system.heap);
+    nested_aggregates *const all = nested_aggregates_build(&system.heap, &by_rows, &scratch);
+    assert_true(all && !all->grid && all->level_count > 0);
+    nested_aggregates_destroy(&system.heap, all);
+    arena_destroy(&scratch);
+    spring_system_destroy(&system);
+}
+
 /* ---- memory ---- */
 
 /* Whichever allocation fails, all is given back. Numbers can be set once there is memory again. */
@@ -716,6 +731,7 @@ int main(void) {
         cmocka_unit_test(grids_are_found),
         cmocka_unit_test(others_have_none),
         cmocka_unit_test(a_grid_without_levels_adds_nothing),
+        cmocka_unit_test(a_grid_by_rows_is_none),
         cmocka_unit_test(failures_give_all_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -114,7 +114,7 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
     assert_true(nested_aggregates_set(all, &given, 2, &scratch));
     dense_level dense[AGGREGATE_LEVELS_MAX];
     for (size_t l = 0; l < all->level_count; l++) {
-        if (l > 0) assert_weights(&all->levels[l]);
+        if (l > 0) assert_weights(all, &system->matrix, l);
         dense[l] = l == 0 ? make_first(system, matrix, all)
                           : dense_level_make_above(&all->levels[l], &dense[l - 1]);
         assert_entries(&all->levels[l], &dense[l]);
@@ -246,7 +246,7 @@ static void test_hub(void **state) {
     assert_partition(all);
     assert_true(all->level_count >= 3);
     for (size_t l = 0; l < all->level_count; l++) {
-        if (l > 0) assert_weights(&all->levels[l]);
+        if (l > 0) assert_weights(all, &system.matrix, l);
         assert_in_range(all->levels[l].entry_count, 1, 12 * all->levels[l].count);
     }
     nested_aggregates_destroy(&system.heap, all);

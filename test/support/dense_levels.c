@@ -59,8 +59,8 @@ double dense_level_find_largest(const dense_level *dense) {
 
 /* ---- the cycle ---- */
 
-/* A step of Jacobi's method from z. */
-static void take_step(const dense_level *dense, const double *r, double *z) {
+/* A step of Jacobi's method from z, by a part of D^-1 r. */
+static void take_step(const dense_level *dense, double part, const double *r, double *z) {
     double *const left = malloc(dense->size * sizeof(double));
     for (size_t i = 0; i < dense->size; i++) {
         left[i] = r[i];
@@ -69,17 +69,18 @@ static void take_step(const dense_level *dense, const double *r, double *z) {
     for (size_t a = 0; a < dense->count; a++)
         for (size_t i = 0; i < 3; i++)
             for (size_t j = 0; j < 3; j++)
-                z[3 * a + i] += 0.5 * dense->inverse[9 * a + 3 * i + j] * left[3 * a + j];
+                z[3 * a + i] += part * dense->inverse[9 * a + 3 * i + j] * left[3 * a + j];
     free(left);
 }
 
 void dense_levels_run_cycle(const nested_aggregates *all, const dense_level *dense, size_t l,
                             const double *r, double *z) {
     const dense_level *const own = &dense[l];
+    double const part = l == 0 ? 0.5 : 0.3;
     memset(z, 0, own->size * sizeof(double));
-    take_step(own, r, z);
+    take_step(own, part, r, z);
     if (l + 1 == all->level_count) {
-        for (int i = 1; i < 8; i++) take_step(own, r, z);
+        for (int i = 1; i < 8; i++) take_step(own, part, r, z);
         return;
     }
     const weight_list *const by = &all->levels[l + 1].of_members;
@@ -98,7 +99,7 @@ void dense_levels_run_cycle(const nested_aggregates *all, const dense_level *den
         for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++)
             for (size_t i = 0; i < 3; i++)
                 z[3 * m + i] += (double)by->weights[k] * found[3 * (size_t)by->columns[k] + i];
-    take_step(own, r, z);
+    take_step(own, part, r, z);
     free(rest), free(found);
 }
 
@@ -126,7 +127,47 @@ void assert_partition(const nested_aggregates *all) {
     }
 }
 
-void assert_weights(const aggregate_level *level) {
+/* The aggregate of the level below that each vertex belongs to. */
+static uint32_t *find_members(const nested_aggregates *all, size_t l) {
+    uint32_t *const members = malloc(all->vertex_count * sizeof(uint32_t));
+    for (uint32_t v = 0; v < all->vertex_count; v++) {
+        members[v] = v;
+        for (size_t below = 0; below < l; below++)
+            members[v] = all->levels[below].parents[members[v]];
+    }
+    return members;
+}
+
+/* Which members of a level the matrix joins, each to itself, too: count * count. */
+static bool *find_neighbours(const nested_aggregates *all, const block_matrix *matrix, size_t l) {
+    size_t const count = all->levels[l].member_count;
+    bool *const are_neighbours = calloc(count * count, sizeof(bool));
+    uint32_t *const members = find_members(all, l);
+    for (size_t v = 0; v < all->vertex_count; v++)
+        for (uint32_t k = matrix->row_begin[v]; k < matrix->row_begin[v + 1]; k++)
+            are_neighbours[members[v] * count + members[matrix->columns[k]]] = true;
+    free(members);
+    return are_neighbours;
+}
+
+/* The weight of an aggregate in a member: the mean over the member and its neighbours, if these are
+ * 32 or fewer. */
+static double find_weight(const aggregate_level *level, const bool *are_neighbours, uint32_t member,
+                          uint32_t aggregate) {
+    size_t const count = level->member_count;
+    size_t all = 0, of_aggregate = 0;
+    for (uint32_t other = 0; other < count; other++) {
+        if (!are_neighbours[member * count + other]) continue;
+        all++;
+        of_aggregate += level->parents[other] == aggregate;
+    }
+    if (all > 33) return level->parents[member] == aggregate ? 1.0 : 0.0;
+    return (double)of_aggregate / (double)all;
+}
+
+void assert_weights(const nested_aggregates *all, const block_matrix *matrix, size_t l) {
+    const aggregate_level *const level = &all->levels[l];
+    bool *const are_neighbours = find_neighbours(all, matrix, l);
     const weight_list *const by = &level->of_members, *const across = &level->of_aggregates;
     assert_int_equal(by->count, across->count);
     assert_int_equal(by->begin[level->member_count], by->count);
@@ -138,6 +179,8 @@ void assert_weights(const aggregate_level *level) {
         for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++) {
             uint32_t const a = by->columns[k];
             sum += (double)by->weights[k];
+            assert_true(fabs((double)by->weights[k] - find_weight(level, are_neighbours, m, a)) <
+                        1e-6);
             has_parent |= a == level->parents[m];
             bool is_found = false;
             for (uint32_t i = across->begin[a]; i < across->begin[a + 1]; i++)
@@ -148,6 +191,7 @@ void assert_weights(const aggregate_level *level) {
         sum_across += sum;
     }
     assert_true(fabs(sum_across - (double)level->member_count) < 1e-4);
+    free(are_neighbours);
 }
 
 void assert_entries(const aggregate_level *level, const dense_level *dense) {

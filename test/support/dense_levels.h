@@ -32,9 +32,9 @@ void dense_levels_run_cycle(const nested_aggregates *all, const dense_level *den
 
 /* Aggregates of each level are a partition of its members. Most have several. */
 void assert_partition(const nested_aggregates *all);
-/* The weights of a level above the first: each member's add up to one, its parent has one of them,
- * and both lists say the same. */
-void assert_weights(const aggregate_level *level);
+/* The weights of level l, above the first: each member's are the mean of it and its neighbours and
+ * add up to one, its parent has one of them, and both lists say the same. */
+void assert_weights(const nested_aggregates *all, const block_matrix *matrix, size_t l);
 /* Entries by rows and inverses are those of the dense level, and outside of them it has none. */
 void assert_entries(const aggregate_level *level, const dense_level *dense);
 

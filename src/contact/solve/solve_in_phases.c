@@ -87,17 +87,17 @@ tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_pro
     return status;
 }
 
-/* ---- with bodies ---- */
+/* ---- in double precision ---- */
 
 enum { VERTICES_PER_CHUNK = 512 };
 
-/* What aggregates of the cloth add to a residual of cloth and bodies. */
+/* What aggregates of the cloth add to a residual of cloth, or of cloth and bodies. */
 typedef struct cloth_correction {
     nested_aggregates *aggregates;
     aggregated_system system;
     int threads;
     arena *scratch;
-    const double *from;     /* residual of cloth and bodies */
+    const double *from;     /* residual */
     double *to;             /* what is added to */
     single_vectors vectors; /* of the cloth: residual and preconditioned, in planes */
     bool is_ready, has_memory;

@@ -20,7 +20,7 @@ tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_pro
                              contact_row *const *hard_rows, size_t hard_count, double *u,
                              conjugate_gradients_result *result);
 
-/* The same for cloth and bodies together, in double precision. */
+/* The same in double precision, for cloth and bodies together, and for very stiff cloth. */
 tulle_status solve_in_double(phased_solve *phases, const conjugate_gradients_problem *problem,
                              contact_row *const *hard_rows, size_t hard_count, double *u,
                              conjugate_gradients_result *result);

@@ -449,17 +449,18 @@ static tulle_status solve_linear(motion_solve *solve) {
             status = bound_by_net(solve, &problem, LATE_NET_SHARE, &solve->net_of_cloth,
                                   &problem.late_tolerance);
         }
-        if (status == TULLE_OK && history->is_stiff && !has_tilts) {
-            status = solve_in_double(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
-                                     solve->u, &result);
-        } else if (status == TULLE_OK && solve->system->aggregates && !has_tilts) {
+        bool const has_aggregates = solve->system->aggregates && !has_tilts;
+        if (status == TULLE_OK && has_aggregates && !history->is_stiff) {
             problem.has_product = is_at_start && !has_own_numbers(solve);
             if (problem.has_product) multiply_start(solve, solve->phases.residual);
             status = solve_in_phases(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
                                      solve->u, &result);
         } else if (status == TULLE_OK) {
             problem.residual = solve->phases.residual;
-            status = conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
+            status = has_aggregates
+                         ? solve_in_double(&solve->phases, &problem, solve->hard_rows,
+                                           solve->hard_count, solve->u, &result)
+                         : conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
             solve->phases.has_residual = true;
         }
         solve->is_cloth_only = false;
@@ -577,7 +578,7 @@ tulle_status solve_motion(const contact_scene *given, const motion_system *syste
     double *const scalars = ARENA_NEW(scratch, double, has_sums ? system->matrix->scalar_count : 0);
     solve.without_rows.scalar_sums = has_sums ? scalars : NULL;
     solve.matrix = solve.without_rows;
-    if (!system->aggregates || scene->body_count > 0)
+    if (!system->aggregates || scene->body_count > 0 || system->history->is_stiff)
         solve.matrix.values =
             ARENA_NEW(scratch, double, BLOCK_NUMBERS * system->matrix->block_count);
     bool const has_single = !system->aggregates ||

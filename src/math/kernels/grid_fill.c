@@ -151,8 +151,8 @@ static void add_to_own(const row_band *from, size_t block_row, size_t down, doub
     }
 }
 
-/* Entries between a row of blocks and the next: `part` from this row of the grid in the first to
- * the row below in the second, `back` the other way round. */
+/* Entries between a row of blocks and the next. Parts: of this row of the grid in the first times
+ * the one below in the second; the other way round, which is 0 unless the first is not. */
 static void add_to_next(const row_band *from, size_t block_row, size_t down,
                         const double parts[2]) {
     size_t const columns = from->fill->grid->columns.block_count;
@@ -183,7 +183,7 @@ static void add_to_rows(const row_band *from) {
             double const parts[2] = {own * get_row_part(rows, below, k + 1),
                                      other * get_row_part(rows, from->row, k + 1)};
             if (own * other != 0.0) add_to_own(from, k, down, own * other);
-            if (parts[0] != 0.0 || parts[1] != 0.0) add_to_next(from, k, down, parts);
+            if (parts[0] != 0.0) add_to_next(from, k, down, parts);
         }
     }
 }

@@ -73,14 +73,25 @@ void TULLE_KERNEL(grid_leave)(const single_vectors *vectors, size_t begin, size_
         store3(vectors->product + row, vectors->number_step, get_left(vectors, row));
 }
 
-float TULLE_KERNEL(grid_end_step)(const single_vectors *vectors, size_t begin, size_t end) {
+/* In double precision, since the residual may be as small as it likes. */
+typedef double doubles16 __attribute__((vector_size(128)));
+SINGLE_INLINE void add_products(doubles16 *sum, lanes16 a, lanes16 b) {
+    *sum += __builtin_convertvector(a, doubles16) * __builtin_convertvector(b, doubles16);
+}
+
+double TULLE_KERNEL(grid_end_step)(const single_vectors *vectors, size_t begin, size_t end) {
     size_t const stride = vectors->number_step;
-    lanes16 dot = {0.0F};
+    doubles16 dot = {0.0};
     for (size_t row = begin; row < end; row += DIAGONAL_ROWS) {
         lanes3 to = multiply_block(vectors->inverse + row, stride, get_left(vectors, row));
         add_scaled(&to, load3(vectors->direction + row, stride), 1.0F);
         store3(vectors->preconditioned + row, stride, to);
-        dot += multiply3(to, load3(vectors->residual + row, stride));
+        lanes3 const residual = load3(vectors->residual + row, stride);
+        add_products(&dot, to.x, residual.x);
+        add_products(&dot, to.y, residual.y);
+        add_products(&dot, to.z, residual.z);
     }
-    return sum16(dot);
+    double sum = 0.0;
+    for (size_t lane = 0; lane < DIAGONAL_ROWS; lane++) sum += dot[lane];
+    return sum;
 }
