@@ -90,8 +90,8 @@ static void stiff_sheets_slide(void **state) {
         find_velocity(world, cloth, 0, sheet.vertex_count, after);
         double const found = (after[0] - before[0]) / (24 * STEP * cos(angle));
         print_message("%g N/m: %.4f m/s^2 of %.4f\n", stiffnesses[i], found, acceleration);
-        /* 1.2 % at 3e6, 0.1 % below; without exact solves such sheets go uphill */
-        assert_true(fabs(found - acceleration) < 0.02 * acceleration);
+        /* within 1e-4; in single precision up to 4.5 % off at 3e6, or uphill */
+        assert_true(fabs(found - acceleration) < 0.002 * acceleration);
         tulle_world_destroy(world);
         tulle_mesh_destroy(&sheet);
         tulle_mesh_destroy(&ground);

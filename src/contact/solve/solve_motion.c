@@ -66,13 +66,14 @@ static const double VERY_STIFF = 1e6;
 /* Where it is so many times the mass on average, solves do not end late before they take a thousand
  * iterations, whatever the quality: penalties of rows are ten times A's diagonal. What a late end
  * leaves, times these, would be more than the weight of the cloth, and grow from step to step until
- * it sticks. Cotton of centimetres has 1e4, of two millimetres 6e5; sheets that slide fail from 2e7
- * on. Without a late end a swatch of silk does not converge in 5,000 iterations. */
+ * it sticks. In single precision, directions lose what they know of each other. Cotton of
+ * centimetres has 1e4, of two millimetres 6e5; sheets that slide failed from 2e7 on. Without a late
+ * end a swatch of silk does not converge in 5,000 iterations. */
 static const double STIFF_ON_AVERAGE = 5e6;
 static const solve_effort STIFF_EFFORT = {10.0, 1500, 32, 1.0, 0.0};
 
-/* Scalars of the matrix whose sums are kept during a call. More of them would not fit the caches,
- * and to keep them takes as long as it spares. */
+/* Scalars of the matrix whose sums are kept during a call. With the sums of more of them, solves of
+ * large cloth would take more scratch than any other stage. */
 enum { MOST_SUMMED = 4 << 20 };
 
 typedef struct motion_solve {
