@@ -30,6 +30,7 @@ uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t co
 
 bool block_matrix_find_term(const block_matrix *matrix, const matrix_term *term,
                             uint32_t places[4][4]) {
+    if (term->is_apart) return false;
     for (size_t i = 0; i < 4; i++)
         for (size_t j = 0; j < 4; j++) {
             uint32_t const row = term->vertices[i], column = term->vertices[j];

@@ -76,7 +76,7 @@ uint32_t find_in_columns(const uint32_t *columns, uint32_t begin, uint32_t end, 
 uint32_t block_matrix_find(const block_matrix *matrix, uint32_t row, uint32_t column);
 
 /* The block of each pair of a term's vertices, TULLE_NONE where one of them is none. False: the
- * pattern lacks one. */
+ * pattern lacks one, or the term is apart. */
 bool block_matrix_find_term(const block_matrix *matrix, const matrix_term *term,
                             uint32_t places[4][4]);
 

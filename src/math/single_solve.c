@@ -196,6 +196,12 @@ static void multiply(void *context, size_t begin, size_t end, size_t chunk, int 
     }
 }
 
+/* Lets outer unknowns follow; what that takes from the curvature. */
+static double release_outer(const single_solver *work) {
+    const outer_unknowns *const outer = work->system->outer;
+    return outer ? outer->yield(outer->context, work->apart.pulls) : 0.0;
+}
+
 /* Adds the pulls to the product of the chunk's vertices; then goes alpha along the direction. */
 static void advance(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
@@ -245,6 +251,7 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2) {
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         double curvature = run_loop(work, multiply);
         curvature += parallel_sum(work->apart.curvatures, work->system->apart_count);
+        curvature -= release_outer(work);
         if (++work->iterations == problem->patience) work->target = work->late_target;
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
@@ -257,6 +264,8 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2) {
 
 /* Norm of b - A x by double precision. */
 static double measure_residual(single_solver *work) {
+    const outer_unknowns *const outer = work->system->outer;
+    if (outer) outer->settle(outer->context, work->x);
     work->problem->apply(work->problem->apply_context, work->x, work->product);
     return sqrt(run_loop(work, compute_residual));
 }

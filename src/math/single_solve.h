@@ -7,6 +7,16 @@
 #include "math/nested_aggregates.h"
 #include "math/single_kernel.h"
 
+/* Unknowns outside the matrix, which terms apart pull, too. They follow its own at once: they are
+ * where they make the quadratic form least. */
+typedef struct outer_unknowns {
+    void (*settle)(void *context, double *x); /* sets them in x, whose first are the matrix' own */
+    /* From the pulls of terms apart while they are held, 3 a term: those as they follow. Returns
+     * how much less the curvature along the direction is. */
+    double (*yield)(void *context, double *pulls);
+    void *context;
+} outer_unknowns;
+
 /* A matrix in single precision, with terms; its numbers lie in the arena. */
 typedef struct single_system {
     const block_matrix *matrix;
@@ -16,6 +26,7 @@ typedef struct single_system {
     single_matrix copy;
     const matrix_term **apart; /* the others */
     size_t apart_count;
+    const outer_unknowns *outer;   /* null: none */
     nested_aggregates *aggregates; /* with the same terms, for a preconditioner; null: none */
 } single_system;
 
@@ -47,7 +58,8 @@ typedef struct late_aggregates {
 } late_aggregates;
 
 /* Solves as conjugate_gradients_solve does, to the same residual, which is measured in double
- * precision with problem->apply: this must be the system's matrix with its terms. The
+ * precision with problem->apply: this must be the system's matrix with its terms. It may have outer
+ * unknowns after the problem's vertices; then problem->residual is given, with room for them. The
  * preconditioner is the blocks of the diagonal, with those of aggregates if the system has them, or
  * once it has them (late, null: never). Where single precision comes no nearer the iteration ends
  * with CONJUGATE_GRADIENTS_STALLED; x is then still better than before. TULLE_OK or

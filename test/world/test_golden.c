@@ -16,7 +16,7 @@
 static const uint64_t GOLDEN = UINT64_C(0x173f8b2ed3ddaafe);
 static const uint64_t OF_SPRINGS = UINT64_C(0xaea99c4ebc45b76b);
 /* Of finer sheets, whose solves are in single precision. */
-static const uint64_t OF_FINE = UINT64_C(0xc2702480e3c3d7a4);
+static const uint64_t OF_FINE = UINT64_C(0x278a89c44fe2ac2b);
 /* Of two of the same width, whose vertices make one grid. */
 static const uint64_t OF_GRID = UINT64_C(0x929a58f48435a29e);
 static const uint64_t OF_FINE_SPRINGS = UINT64_C(0x2a2368bd39623dd5);

@@ -6,6 +6,7 @@
 #include "contact/solve/solve_in_phases.h"
 
 #include "base/parallel.h"
+#include "contact/solve/eliminate_bodies.h"
 
 #include <string.h>
 
@@ -44,8 +45,30 @@ static matrix_term *make_terms(const contact_scene *scene, contact_row *const *r
             terms[i].vertices[k] = is_cloth ? frame->vertices[k] : TULLE_NONE;
             terms[i].weights[k] = frame->weights[k];
         }
+        terms[i].is_apart = frame->has_body;
     }
     return terms;
+}
+
+static void settle(void *context, double *u) { settle_bodies(context, u); }
+static double yield(void *context, double *pulls) { return yield_bodies(context, pulls); }
+
+/* Makes bodies follow the cloth: unknowns of the solve are those of cloth alone. */
+static bool eliminate_bodies(single_run *run, contact_row *const *hard_rows,
+                             eliminated_bodies *bodies, outer_unknowns *outer) {
+    single_system *const single = &run->phases->single;
+    const contact_scene *const scene = run->phases->scene;
+    contact_row **const rows = ARENA_NEW(scene->scratch, contact_row *, single->apart_count);
+    for (size_t i = 0; rows && i < single->apart_count; i++)
+        rows[i] = hard_rows[single->apart[i] - run->terms];
+    *bodies = (eliminated_bodies){.scene = scene,
+                                  .rows = rows,
+                                  .row_count = single->apart_count,
+                                  .right_hand_side = run->problem->right_hand_side,
+                                  .diagonal = run->problem->diagonal};
+    *outer = (outer_unknowns){settle, yield, bodies};
+    single->outer = outer;
+    return rows && factor_bodies(bodies, scene->scratch);
 }
 
 tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_problem *problem,
@@ -64,10 +87,19 @@ tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_pro
                                   &run};
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
     phases->single.aggregates = NULL; /* until they have these terms */
+    phases->single.outer = NULL;
+    size_t const cloth_count = scene->cloth_vertex_count;
+    bool const has_bodies = problem->vertex_count > cloth_count;
+    eliminated_bodies bodies;
+    outer_unknowns outer;
+    now.vertex_count = cloth_count;
     if (run.terms &&
-        single_system_set_terms(&phases->single, run.terms, hard_count, problem->threads, scratch))
+        single_system_set_terms(&phases->single, run.terms, hard_count, problem->threads,
+                                scratch) &&
+        (!has_bodies || eliminate_bodies(&run, hard_rows, &bodies, &outer)))
         status = single_solve(&now, &phases->single, &late, u, scratch, result);
     if (status == TULLE_OK) {
+        now.vertex_count = problem->vertex_count;
         phases->has_residual = true;
         int const used = result->iterations;
         phases->plain_iterations += used < late.plain_iterations ? used : late.plain_iterations;
@@ -78,6 +110,7 @@ tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_pro
             now.max_iterations -= used;
             now.patience -= used;
             now.early_share = 0.0;
+            if (has_bodies) now.is_idle = NULL; /* it does not know of them */
             if (now.reference > 0.0) now.tolerance = result->target / now.reference;
             status = conjugate_gradients_solve(&now, u, scratch, result);
             result->iterations += used;

@@ -256,10 +256,7 @@ static void descend_translations(motion_solve *solve, bool is_common, const doub
     double *const shift = work[1], *const image = work[2];
     /* b - A u: that of the last solve, where it left one */
     const double *residual = work[0];
-    bool const is_known = solve->phases.has_residual && scene->body_count == 0;
-    solve->phases.has_residual = false; /* u moves on */
-    solve->is_at_start = false;
-    if (is_known) {
+    if (solve->phases.has_residual) {
         residual = solve->phases.residual;
     } else {
         apply_with_hard_rows(solve, solve->u, work[0]);
@@ -311,6 +308,8 @@ static void descend_translations(motion_solve *solve, bool is_common, const doub
     apply_with_hard_rows(solve, shift, image);
     for (size_t i = 0; i < size; i++) curvature += shift[i] * image[i];
     if (!(curvature > 0.0)) return;
+    solve->phases.has_residual = false; /* u moves on */
+    solve->is_at_start = false;
     for (size_t i = 0; i < size; i++) solve->u[i] += down / curvature * shift[i];
 }
 
@@ -401,13 +400,41 @@ static int choose_patience(const motion_solve *solve) {
     return spent >= (uint32_t)(most - least) ? least : most - (int)spent;
 }
 
+/* Fills the slots of the residual, without rows. */
+static void fill_body_residual(motion_solve *solve) {
+    const contact_scene *const scene = solve->scene;
+    double *const residual = solve->phases.residual;
+    apply_bodies(scene, solve->u, residual);
+    for (size_t i = 3 * scene->cloth_vertex_count; i < 3 * get_solved_count(scene); i++)
+        residual[i] = solve->right_hand_side[i] - residual[i];
+    clear_locked(scene, residual);
+}
+
+/* Where a solve ends, and where it may end late. */
+static tulle_status choose_end(motion_solve *solve, conjugate_gradients_problem *problem) {
+    const solve_effort *const effort = solve->scene->settings.effort;
+    bool const has_bodies = !solve->is_cloth_only;
+    double *const net = has_bodies ? &solve->net_of_all : &solve->net_of_cloth;
+    tulle_status status = TULLE_OK;
+    if (effort->patience > 0 && solve->reference > 0.0) {
+        problem->patience = choose_patience(solve);
+        problem->late_tolerance = fmin(effort->late_factor * problem->tolerance, LATE_MOST);
+        status = bound_by_net(solve, problem, has_bodies ? NET_SHARE : LATE_NET_SHARE, net,
+                              &problem->late_tolerance);
+    }
+    if (status == TULLE_OK && has_bodies)
+        status = bound_by_net(solve, problem, NET_SHARE, net, &problem->tolerance);
+    problem->reference = solve->reference;
+    return status;
+}
+
 /* Solves for u in one round. */
 static tulle_status solve_linear(motion_solve *solve) {
     const contact_scene *const scene = solve->scene;
     const contact_settings *const settings = &scene->settings;
     solve_history *const history = solve->system->history;
     bool const is_at_start = solve->is_at_start;
-    solve->is_at_start = false;
+    solve->is_at_start = solve->phases.has_residual = false;
     conjugate_gradients_problem problem = {
         .vertex_count = get_solved_count(scene),
         .apply = apply_with_hard_rows,
@@ -416,7 +443,7 @@ static tulle_status solve_linear(motion_solve *solve) {
         .diagonal = solve->diagonal,
         .inverse = solve->inverse,
         .is_fixed = solve->is_fixed,
-        .is_idle = scene->body_count == 0 ? solve->matrix.is_idle : NULL, /* else longer */
+        .is_idle = solve->matrix.is_idle,
         .tolerance = settings->cg_tolerance,
         .early_share = settings->early_share,
         .early_most = settings->early_most,
@@ -426,47 +453,41 @@ static tulle_status solve_linear(motion_solve *solve) {
         .stop = scene->stop,
     };
     conjugate_gradients_result result;
-    tulle_status status = TULLE_OK;
     bool has_hard_bodies = false, has_tilts = false;
     for (size_t i = 0; i < solve->hard_count; i++) {
         has_hard_bodies |= solve->hard_rows[i]->frame.has_body;
         has_tilts |= solve->hard_rows[i]->frame.tilt != NULL;
     }
-    if (has_hard_bodies) { /* bodies and cloth together */
-        status = bound_by_net(solve, &problem, NET_SHARE, &solve->net_of_all, &problem.tolerance);
-        problem.reference = solve->reference;
-        if (status == TULLE_OK)
-            status = solve_in_double(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
-                                     solve->u, &result);
-    } else { /* no hard row joins bodies to cloth: these are solved by themselves, at once */
+    bool const has_aggregates = solve->system->aggregates && !has_tilts;
+    bool const is_single = has_aggregates && !history->is_stiff;
+    if (!has_hard_bodies) { /* no hard row joins bodies to cloth: they are solved by themselves */
         solve->is_cloth_only = true;
         problem.vertex_count = scene->cloth_vertex_count;
-        problem.is_idle = solve->matrix.is_idle;
         precondition_bodies(scene, solve->diagonal, solve->right_hand_side, solve->u);
-        if (settings->effort->patience > 0 && solve->reference > 0.0) {
-            problem.patience = choose_patience(solve);
-            problem.late_tolerance =
-                fmin(settings->effort->late_factor * problem.tolerance, LATE_MOST);
-            status = bound_by_net(solve, &problem, LATE_NET_SHARE, &solve->net_of_cloth,
-                                  &problem.late_tolerance);
-        }
-        bool const has_aggregates = solve->system->aggregates && !has_tilts;
-        if (status == TULLE_OK && has_aggregates && !history->is_stiff) {
-            problem.has_product = is_at_start && !has_own_numbers(solve);
-            if (problem.has_product) multiply_start(solve, solve->phases.residual);
-            status = solve_in_phases(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
-                                     solve->u, &result);
-        } else if (status == TULLE_OK) {
-            problem.residual = solve->phases.residual;
-            status = has_aggregates
-                         ? solve_in_double(&solve->phases, &problem, solve->hard_rows,
-                                           solve->hard_count, solve->u, &result)
-                         : conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
-            solve->phases.has_residual = true;
-        }
-        solve->is_cloth_only = false;
+    } else if (!is_single) {
+        problem.is_idle = NULL; /* it does not know of bodies */
     }
+    tulle_status status = choose_end(solve, &problem);
+    if (status == TULLE_OK && is_single) {
+        problem.has_product = is_at_start && !has_hard_bodies && !has_own_numbers(solve);
+        if (problem.has_product) multiply_start(solve, solve->phases.residual);
+        status = solve_in_phases(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
+                                 solve->u, &result);
+    } else if (status == TULLE_OK) {
+        problem.residual = solve->phases.residual;
+        status = has_aggregates
+                     ? solve_in_double(&solve->phases, &problem, solve->hard_rows,
+                                       solve->hard_count, solve->u, &result)
+                     : conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
+        solve->phases.has_residual = true;
+    }
+    solve->is_cloth_only = false;
     if (status != TULLE_OK) return status;
+    if (!has_hard_bodies) /* what rounding left of theirs is mended below */
+        fill_body_residual(solve);
+    else if (is_single) /* they have followed */
+        memset(solve->phases.residual + 3 * scene->cloth_vertex_count, 0,
+               6 * scene->body_count * sizeof(double));
     if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     solve_report *const report = solve->report;
     bool const outlasts = problem.patience > 0 && result.iterations >= problem.patience;
@@ -542,14 +563,21 @@ static bool is_stiff_on_average(const contact_scene *scene, const block_matrix *
     return held > 3.0 * STIFF_ON_AVERAGE * mass;
 }
 
+/* Bodies on small cloth creep where its solves end late. */
+static const solve_effort *choose_effort(const contact_scene *scene, const motion_system *system) {
+    const solve_effort *const given = scene->settings.effort;
+    if (given->patience > 0 && system->history->is_stiff) return &STIFF_EFFORT;
+    bool const is_small = !system->aggregates;
+    return is_small && scene->body_count > 0 ? &solve_efforts[TULLE_QUALITY_EXACT] : given;
+}
+
 tulle_status solve_motion(const contact_scene *given, const motion_system *system, row_list *list,
                           double *u, solve_report *report) {
     *report = (solve_report){.has_converged = true, .has_settled = true};
     contact_scene own = *given;
     const contact_scene *const scene = &own;
     if (!system->start) system->history->is_stiff = is_stiff_on_average(given, system->matrix);
-    if (system->history->is_stiff && given->settings.effort->patience > 0)
-        own.settings.effort = &STIFF_EFFORT;
+    own.settings.effort = choose_effort(given, system);
     arena *const scratch = scene->scratch;
     arena_mark const mark = arena_get_mark(scratch);
     size_t const cloth_count = scene->cloth_vertex_count, count = get_solved_count(scene);
@@ -579,7 +607,8 @@ tulle_status solve_motion(const contact_scene *given, const motion_system *syste
     double *const scalars = ARENA_NEW(scratch, double, has_sums ? system->matrix->scalar_count : 0);
     solve.without_rows.scalar_sums = has_sums ? scalars : NULL;
     solve.matrix = solve.without_rows;
-    if (!system->aggregates || scene->body_count > 0 || system->history->is_stiff)
+    if (!system->aggregates || system->history->is_stiff ||
+        (scene->body_count > 0 && system->spring_count > 0))
         solve.matrix.values =
             ARENA_NEW(scratch, double, BLOCK_NUMBERS * system->matrix->block_count);
     bool const has_single = !system->aggregates ||

@@ -32,8 +32,7 @@ contact_scene world_make_scene(step_context *context) {
         settings.solve_rounds_landing = settings.solve_rounds;
     settings.impulse_sweeps = world->def.impulse_sweeps;
     settings.impact_rounds = world->def.impact_rounds;
-    settings.effort =
-        &solve_efforts[world->body_count > 0 ? TULLE_QUALITY_EXACT : world->def.quality];
+    settings.effort = &solve_efforts[world->def.quality];
     settings.cg_tolerance = world->def.cg_tolerance;
     settings.cg_max_iterations = world->def.cg_max_iterations;
     return (contact_scene){.set = &world->set,

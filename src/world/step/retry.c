@@ -10,7 +10,7 @@
  *   they take far more than there is   | the same about a part of the way    | 12 a balance
  *   the solve was rough                | solve to the tolerance              | 1 a linearisation
  *   energy is gained, bodies make room | the same with less room for bodies  | 2
- *   energy is gained                   | linearise, solve with more rounds   | 3, while it falls
+ *   energy is gained                   | linearise, solve with more rounds   | 3, while it halves
  *                                      |                                     |
  *   in a substep                       |                                     |
  *   its contacts wake bodies or cloth  | the substep with them awake         | once for each
@@ -45,8 +45,12 @@
 #include <string.h>
 
 enum { LINEARISATIONS_MAX = 3, LINEARISATIONS_LOST_MAX = 12 };
-/* Solves that follow a gain of energy: the most rounds of others, then twice as many each time. */
-enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 6, ROOM_LEVELS_MAX = 2 };
+/* Solves that follow a gain of energy take so many rounds at least, then twice as many each time.
+ */
+enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 3, ROOM_LEVELS_MAX = 2 };
+/* Another balance follows one that left less than this part of the gain. What the first one does
+ * not mend, later ones seldom do. */
+static const double BALANCE_FALL = 0.5;
 
 /* A rest of the step under this share of it is rounding, and no substep follows. */
 static const double REMAINDER_SHARE = 1e-9;
@@ -124,7 +128,8 @@ bool world_retry_balance(step_context *context, tulle_status *status) {
         begin_series(context);
         return true;
     }
-    if (retry->balances == BALANCES_MAX || !(context->gain < retry->last_gain)) return false;
+    if (retry->balances == BALANCES_MAX || !(context->gain < BALANCE_FALL * retry->last_gain))
+        return false;
     settings->solve_rounds = BALANCE_ROUNDS << retry->balances++;
     if (settings->solve_rounds_landing < settings->solve_rounds)
         settings->solve_rounds_landing = settings->solve_rounds;
