@@ -121,7 +121,7 @@ static bench_cloth *make_cloth(size_t side, int threads) {
         nested_aggregates *const aggregates =
             nested_aggregates_build(&cloth->heap, matrices[way], &cloth->scratch);
         check(aggregates != NULL, "the aggregates");
-        aggregated_system const all = {matrices[way], NULL, NULL, 0};
+        aggregated_system const all = {.matrix = matrices[way]};
         check(nested_aggregates_set(aggregates, &all, threads, &cloth->scratch),
               "the numbers of aggregates");
         cloth->aggregates[way] = aggregates;

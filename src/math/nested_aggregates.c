@@ -8,6 +8,9 @@
 
 #include <string.h>
 
+/* Aggregates of a first level whose sums are kept: 320 bytes each on a grid. */
+enum { MOST_KEPT = 16384 };
+
 /* A level is the last when at most this many of its members have neighbours. Pieces of a cloth
  * never join, so members without neighbours do not count. Each of the others shares an aggregate
  * with a neighbour, so each level has at most half as many of them as the one below. */
@@ -319,6 +322,15 @@ static void compute_places(const aggregate_level *level, size_t row_count, const
     }
 }
 
+static bool make_matrix_sums(memory *heap, nested_aggregates *all) {
+    const aggregate_level *const first = &all->levels[0];
+    if (first->count > MOST_KEPT) return true;
+    all->matrix_sum_count =
+        all->grid ? GRID_BLOCK * GRID_DIAGONALS * first->count : BLOCK_NUMBERS * first->entry_count;
+    all->matrix_sums = memory_allocate(heap, all->matrix_sum_count * sizeof(double));
+    return all->matrix_sums != NULL;
+}
+
 nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *matrix,
                                            arena *scratch) {
     nested_aggregates *const all = memory_allocate_zeroed(heap, 1, sizeof *all);
@@ -361,6 +373,10 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
         nested_aggregates_destroy(heap, all);
         return NULL;
     }
+    if (all->level_count > 0 && !make_matrix_sums(heap, all)) {
+        nested_aggregates_destroy(heap, all);
+        return NULL;
+    }
     if (all->level_count == 0 || all->grid) return all;
     compute_places(&all->levels[0], all->vertex_count, matrix->row_begin, matrix->columns,
                    all->block_places);
@@ -371,6 +387,7 @@ nested_aggregates *nested_aggregates_build(memory *heap, const block_matrix *mat
 
 void nested_aggregates_destroy(memory *heap, nested_aggregates *aggregates) {
     if (!aggregates) return;
+    memory_release(heap, aggregates->matrix_sums, aggregates->matrix_sum_count * sizeof(double));
     for (size_t l = 0; l < aggregates->level_count; l++) {
         const aggregate_level *const level = &aggregates->levels[l];
         size_t const count = level->count, entries = level->entry_count;

@@ -59,6 +59,11 @@ typedef struct nested_aggregates {
      * level; NO_PLACE where its mirror image is counted; FAR_PLACE where it must be looked for. */
     uint8_t *block_places, *scalar_places;
     uint8_t *is_fixed; /* vertex_count, of the last matrix */
+    /* A of the first level without terms, of the last matrix that was read; null: large, and so
+     * none is kept. */
+    double *matrix_sums;
+    size_t matrix_sum_count;
+    bool has_sums;
 } nested_aggregates;
 
 enum { FAR_PLACE = 254, NO_PLACE = 255 };
@@ -72,6 +77,9 @@ typedef struct aggregated_system {
     const uint8_t *is_fixed;
     const matrix_term *terms;
     size_t term_count;
+    /* Matrix and fixed vertices are those of the call before: where its sums are kept, no more than
+     * the terms is taken anew. */
+    bool is_known;
 } aggregated_system;
 
 /* Aggregates of the vertices that the matrix joins. Null: no memory. During the call

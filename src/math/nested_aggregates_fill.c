@@ -17,7 +17,7 @@
 enum { AGGREGATES_PER_CHUNK = 64, PRODUCTS_PER_CHUNK = 8 };
 
 typedef struct fill_task {
-    const nested_aggregates *all;
+    nested_aggregates *all;
     const block_matrix *matrix;
     const aggregate_level *level, *below;
     const double *values_below;
@@ -151,6 +151,21 @@ static void add_term(const nested_aggregates *all, const matrix_term *term, doub
         }
 }
 
+/* ---- sums that are kept ---- */
+
+/* False: there are none of this matrix. */
+static bool recall_sums(const nested_aggregates *all, const aggregated_system *system, double *sums,
+                        size_t count) {
+    if (!all->has_sums || !system->is_known) return false;
+    memcpy(sums, all->matrix_sums, count * sizeof *sums);
+    return true;
+}
+
+static void keep_sums(nested_aggregates *all, const double *sums, size_t count) {
+    all->has_sums = all->matrix_sums != NULL;
+    if (all->has_sums) memcpy(all->matrix_sums, sums, count * sizeof *sums);
+}
+
 /* ---- the blocks of a grid ---- */
 
 /* The sum of an entry, which is kept once for both triangles. */
@@ -191,9 +206,13 @@ static bool fill_blocks(fill_task *task, const aggregated_system *system, int th
     size_t const count = task->level->count;
     const uint8_t *const is_fixed = task->all->is_fixed;
     grid_fill_source const source = {task->matrix, is_fixed};
-    task->block_sums = ARENA_NEW(scratch, double, GRID_BLOCK *GRID_DIAGONALS *count);
-    if (!task->block_sums || !grid_transfer_sum(grid, &source, threads, scratch, task->block_sums))
-        return false;
+    size_t const sum_count = GRID_BLOCK * GRID_DIAGONALS * count;
+    task->block_sums = ARENA_NEW(scratch, double, sum_count);
+    if (!task->block_sums) return false;
+    if (!recall_sums(task->all, system, task->block_sums, sum_count)) {
+        if (!grid_transfer_sum(grid, &source, threads, scratch, task->block_sums)) return false;
+        keep_sums(task->all, task->block_sums, sum_count);
+    }
     grid_transfer_set_fixed(grid, is_fixed);
     for (size_t t = 0; t < system->term_count; t++)
         grid_transfer_add_term(grid, &system->terms[t], is_fixed, task->block_sums);
@@ -267,11 +286,16 @@ bool nested_aggregates_set(nested_aggregates *aggregates, const aggregated_syste
             ok = fill_blocks(&task, system, threads, scratch);
             continue;
         }
-        if (l == 0)
-            parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, sum_first_rows, &task);
-        else
-            parallel_for(level->count, PRODUCTS_PER_CHUNK, threads, multiply_rows, &task);
-        parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, mirror_rows, &task);
+        size_t const number_count = BLOCK_NUMBERS * level->entry_count;
+        bool const has_sums = l == 0 && recall_sums(aggregates, system, task.values, number_count);
+        if (!has_sums) {
+            if (l == 0)
+                parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, sum_first_rows, &task);
+            else
+                parallel_for(level->count, PRODUCTS_PER_CHUNK, threads, multiply_rows, &task);
+            parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, mirror_rows, &task);
+            if (l == 0) keep_sums(aggregates, task.values, number_count);
+        }
         for (size_t t = 0; l == 0 && t < system->term_count; t++)
             add_term(aggregates, &system->terms[t], task.values);
         parallel_for(level->count, AGGREGATES_PER_CHUNK, threads, round_rows, &task);

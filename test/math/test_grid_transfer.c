@@ -379,7 +379,7 @@ static void check_system(const spring_sheets *sheets, const spring_system *syste
                              find_block(&all->grid->columns, v % sheets->columns));
     dense_transfer const transfer = make_transfer(all->grid, sheets);
     aggregated_system const given = {&system->matrix, system->is_fixed, matrix->terms,
-                                     matrix->term_count};
+                                     matrix->term_count, false};
     assert_true(nested_aggregates_set(all, &given, 2, &scratch));
     dense_level dense[AGGREGATE_LEVELS_MAX];
     dense[0] = make_first(system, matrix, all, &transfer);
@@ -503,7 +503,7 @@ static void many_blocks_give_the_same_bits(void **state) {
     arena scratch = arena_make(&system.heap);
     nested_aggregates *const all = nested_aggregates_build(&system.heap, &system.matrix, &scratch);
     assert_true(all && all->grid && all->levels[0].count > 1024);
-    aggregated_system const given = {&system.matrix, system.is_fixed, NULL, 0};
+    aggregated_system const given = {&system.matrix, system.is_fixed, NULL, 0, false};
     assert_true(nested_aggregates_set(all, &given, 2, &scratch));
     check_bits(all, &given, &scratch);
     dense_transfer const transfer = make_transfer(all->grid, &sheets);
@@ -537,8 +537,8 @@ static void numbers_are_set_anew(void **state) {
     single_vectors const vectors = make_vectors(count), first = make_vectors(count);
     fill_randomly(vectors.residual, vectors.number_step, count, 8);
     memcpy(first.residual, vectors.residual, 3 * vectors.number_step * sizeof(float));
-    aggregated_system const free_one = {&system.matrix, NULL, NULL, 0};
-    aggregated_system const other = {&system.matrix, system.is_fixed, stiff.terms, TERMS};
+    aggregated_system const free_one = {&system.matrix, NULL, NULL, 0, false};
+    aggregated_system const other = {&system.matrix, system.is_fixed, stiff.terms, TERMS, false};
     double const dot = correct(all, &free_one, &first, 1, &scratch);
     for (size_t v = 0; v < count; v += 3) system.is_fixed[v] = 1;
     assert_true(correct(all, &other, &vectors, 1, &scratch) != dot);
@@ -546,6 +546,39 @@ static void numbers_are_set_anew(void **state) {
     assert_memory_equal(first.preconditioned, vectors.preconditioned,
                         3 * vectors.number_step * sizeof(float));
     destroy_vectors(&vectors), destroy_vectors(&first);
+    nested_aggregates_destroy(&system.heap, all);
+    arena_destroy(&scratch);
+    spring_system_destroy(&system);
+}
+
+/* What is said to be known is not read again: only the terms are. */
+static void sums_are_kept(void **state) {
+    (void)state;
+    spring_sheets const sheets = {.columns = 24, .rows = 24, .count = 1, .wide_count = 2};
+    spring_system system = spring_system_make(spring_graph_make_sheets(&sheets), 100.0, 3);
+    size_t const number_count = BLOCK_NUMBERS * system.matrix.block_count;
+    arena scratch = arena_make(&system.heap);
+    nested_aggregates *const all = nested_aggregates_build(&system.heap, &system.matrix, &scratch);
+    assert_true(all && all->grid && all->matrix_sums);
+    matrix_term terms[TERMS];
+    spring_matrix const stiff = make_terms(&system.mesh, sheets.columns, terms);
+    single_vectors const vectors = make_vectors(system.matrix.row_count);
+    fill_randomly(vectors.residual, vectors.number_step, system.matrix.row_count, 8);
+    aggregated_system given = {&system.matrix, NULL, NULL, 0, true};
+    double const before = correct(all, &given, &vectors, 1, &scratch); /* the first of all */
+    given.terms = stiff.terms;
+    given.term_count = TERMS;
+    given.is_known = false;
+    double const with_terms = correct(all, &given, &vectors, 1, &scratch);
+    assert_true(with_terms != before);
+    for (size_t i = 0; i < number_count; i++) system.matrix.values[i] *= 2.0;
+    given.is_known = true;
+    assert_true(correct(all, &given, &vectors, 2, &scratch) == with_terms);
+    given.term_count = 0;
+    assert_true(correct(all, &given, &vectors, 2, &scratch) == before);
+    given.is_known = false;
+    assert_true(correct(all, &given, &vectors, 2, &scratch) < 0.9 * before);
+    destroy_vectors(&vectors);
     nested_aggregates_destroy(&system.heap, all);
     arena_destroy(&scratch);
     spring_system_destroy(&system);
@@ -642,7 +675,7 @@ static void a_grid_without_levels_adds_nothing(void **state) {
     arena scratch = arena_make(&system.heap);
     nested_aggregates *const all = nested_aggregates_build(&system.heap, &system.matrix, &scratch);
     assert_true(all && all->grid && all->level_count == 0);
-    aggregated_system const given = {&system.matrix, NULL, NULL, 0};
+    aggregated_system const given = {&system.matrix, NULL, NULL, 0, false};
     single_vectors const vectors = make_vectors(8);
     fill_randomly(vectors.residual, vectors.number_step, 8, 8);
     assert_true(correct(all, &given, &vectors, 1, &scratch) == 0.0);
@@ -676,7 +709,7 @@ static void check_numbers(nested_aggregates *all, const block_matrix *matrix, me
                           int *left) {
     single_vectors const first = make_vectors(all->vertex_count);
     fill_randomly(first.residual, first.number_step, all->vertex_count, 8);
-    aggregated_system const given = {matrix, NULL, NULL, 0};
+    aggregated_system const given = {matrix, NULL, NULL, 0, false};
     size_t const held = heap->bytes_held;
     int fails = 0;
     for (bool is_set = false; !is_set; fails++) {
@@ -728,6 +761,7 @@ int main(void) {
         cmocka_unit_test(small_grids_agree),
         cmocka_unit_test(many_blocks_give_the_same_bits),
         cmocka_unit_test(numbers_are_set_anew),
+        cmocka_unit_test(sums_are_kept),
         cmocka_unit_test(grids_are_found),
         cmocka_unit_test(others_have_none),
         cmocka_unit_test(a_grid_without_levels_adds_nothing),

@@ -110,7 +110,7 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
     for (size_t i = 0; i < size; i++) r[i] = (float)random_signed(&random);
     for (size_t i = 0; i < size; i++) other[i] = (float)random_signed(&random);
     aggregated_system const given = {&system->matrix, system->is_fixed, matrix->terms,
-                                     matrix->term_count};
+                                     matrix->term_count, false};
     assert_true(nested_aggregates_set(all, &given, 2, &scratch));
     dense_level dense[AGGREGATE_LEVELS_MAX];
     for (size_t l = 0; l < all->level_count; l++) {
@@ -127,6 +127,18 @@ static void check_correction(spring_system *system, const spring_matrix *matrix)
         assert_true(nested_aggregates_set(all, &given, threads, &scratch));
         assert_true(nested_aggregates_correct(all, &vectors, threads) == found);
     }
+    /* a matrix that is said to be known is not read again */
+    aggregated_system known = given;
+    known.is_known = true;
+    for (size_t i = 0; i < BLOCK_NUMBERS * system->matrix.block_count; i++)
+        system->matrix.values[i] *= 2.0;
+    assert_true(nested_aggregates_set(all, &known, 2, &scratch));
+    assert_true(nested_aggregates_correct(all, &vectors, 1) == found);
+    assert_true(nested_aggregates_set(all, &given, 2, &scratch));
+    assert_true(found == 0.0 || nested_aggregates_correct(all, &vectors, 1) != found);
+    for (size_t i = 0; i < BLOCK_NUMBERS * system->matrix.block_count; i++)
+        system->matrix.values[i] *= 0.5;
+    assert_true(nested_aggregates_set(all, &given, 2, &scratch));
     /* a residual in planes gives the same bits */
     float *const planes = calloc(size, sizeof(float));
     for (size_t i = 0; i < size; i++) planes[i % 3 * (size / 3) + i / 3] = r[i];
@@ -276,7 +288,7 @@ static void test_memory(void **state) {
         arena_destroy(&scratch);
         if (all) {
             left = 0;
-            aggregated_system const given = {&system.matrix, NULL, NULL, 0};
+            aggregated_system const given = {&system.matrix, NULL, NULL, 0, false};
             assert_false(nested_aggregates_set(all, &given, 1, &scratch));
             nested_aggregates_destroy(&heap, all);
         }

@@ -215,7 +215,8 @@ static void check_aggregates(bool is_by_rows, bool has_grid) {
         nested_aggregates_build(&test.system.heap, &test.system.matrix, &test.scratch);
     assert_non_null(given.aggregates);
     assert_true((given.aggregates->grid != NULL) == has_grid);
-    aggregated_system const all = {&test.system.matrix, test.system.is_fixed, test.terms, 12};
+    aggregated_system const all = {&test.system.matrix, test.system.is_fixed, test.terms, 12,
+                                   false};
     assert_true(nested_aggregates_set(given.aggregates, &all, 1, &test.scratch));
     conjugate_gradients_result const result = solve_single(&given, test.x);
     assert_true(result.residual <= 1e-9 && 3 * result.iterations < 2 * without);
@@ -259,7 +260,8 @@ static void test_late_aggregates(void **state) {
     nested_aggregates *const aggregates =
         nested_aggregates_build(&test.system.heap, &test.system.matrix, &test.scratch);
     assert_non_null(aggregates);
-    aggregated_system const all = {&test.system.matrix, test.system.is_fixed, test.terms, 12};
+    aggregated_system const all = {&test.system.matrix, test.system.is_fixed, test.terms, 12,
+                                   false};
     assert_true(nested_aggregates_set(aggregates, &all, 1, &test.scratch));
     given.aggregates = aggregates;
     int const with = solve_single(&given, test.x).iterations;
@@ -383,7 +385,8 @@ static void check_double_correction(bool has_grid) {
                                           .number_step = step}};
     assert_true(task.aggregates && task.vectors.residual && task.vectors.preconditioned);
     assert_true((task.aggregates->grid != NULL) == has_grid);
-    aggregated_system const all = {&test.system.matrix, test.system.is_fixed, test.terms, 12};
+    aggregated_system const all = {&test.system.matrix, test.system.is_fixed, test.terms, 12,
+                                   false};
     assert_true(nested_aggregates_set(task.aggregates, &all, 2, &test.scratch));
     problem.correct = correct;
     problem.correct_context = &task;

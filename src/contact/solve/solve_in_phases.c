@@ -28,7 +28,8 @@ static bool add_aggregates(void *context) {
     phased_solve *const phases = run->phases;
     nested_aggregates *const aggregates = phases->system->aggregates;
     aggregated_system const system = {phases->single.matrix, run->problem->is_fixed, run->terms,
-                                      run->term_count};
+                                      run->term_count, phases->system->history->has_aggregates};
+    phases->system->history->has_aggregates = true;
     if (!nested_aggregates_set(aggregates, &system, run->problem->threads, phases->scene->scratch))
         return false;
     phases->single.aggregates = aggregates;
@@ -194,7 +195,7 @@ tulle_status solve_in_double(phased_solve *phases, const conjugate_gradients_pro
     const matrix_term *const terms = make_terms(scene, hard_rows, hard_count);
     cloth_correction task = {
         .aggregates = phases->system->aggregates,
-        .system = {phases->single.matrix, problem->is_fixed, terms, hard_count},
+        .system = {phases->single.matrix, problem->is_fixed, terms, hard_count, false},
         .threads = problem->threads,
         .scratch = scratch,
         .has_memory = true};
