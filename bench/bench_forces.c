@@ -118,7 +118,7 @@ static bench_cloth *make_cloth(const bench_sheet *sheet, tulle_membrane membrane
                                  .membrane = membrane};
     check(cloth_model_build(&cloth->heap, &def, &cloth->model, &error) == TULLE_OK, "the model");
     cloth->model_bytes = cloth->heap.bytes_held;
-    check(linear_system_build(&cloth->heap, &cloth->model, &cloth->system) == TULLE_OK,
+    check(linear_system_build(&cloth->heap, &cloth->model, true, &cloth->system) == TULLE_OK,
           "the system");
     cloth->system_bytes = cloth->heap.bytes_held - cloth->model_bytes;
     return cloth;

@@ -96,7 +96,7 @@ static bench_cloth *make_cloth(size_t side, int threads) {
                                  .materials = &cotton,
                                  .material_count = 1};
     check(cloth_model_build(&cloth->heap, &def, &cloth->model, &error) == TULLE_OK, "the model");
-    check(linear_system_build(&cloth->heap, &cloth->model, &cloth->system) == TULLE_OK,
+    check(linear_system_build(&cloth->heap, &cloth->model, false, &cloth->system) == TULLE_OK,
           "the system");
     motion_state const state = {
         .positions = cloth->positions, .velocities = cloth->velocities, .time_step = STEP};

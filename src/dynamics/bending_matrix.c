@@ -389,43 +389,52 @@ static bool collect_row(memory *heap, const cloth_model *model, uint32_t vertex,
     return true;
 }
 
+/* Entries of all rows: those of blocks to the blocks, the others to the scalars. The first of two
+ * walks only counts the scalars, for which there is no room yet. */
+static bool walk_rows(memory *heap, cloth_model *model, uint32_t *places, entry_array *row) {
+    size_t count = 0;
+    for (uint32_t v = 0; model->has_bending && v < model->vertex_count; v++) {
+        if (!collect_row(heap, model, v, places, row)) return false;
+        uint32_t block = model->block_begin[v];
+        uint32_t const block_end = model->block_begin[v + 1];
+        for (size_t i = 0; i < row->count; i++) {
+            const row_entry *const entry = &row->data[i];
+            while (block < block_end && model->block_columns[block] < entry->column) block++;
+            if (block < block_end && model->block_columns[block] == entry->column) {
+                model->bend_blocks[block] = entry->stiffness;
+                model->bend_block_damping[block] = entry->damping;
+                continue;
+            }
+            if (model->scalar_columns) {
+                model->scalar_columns[count] = entry->column;
+                model->bend_scalars[count] = entry->stiffness;
+                model->bend_scalar_damping[count] = entry->damping;
+            }
+            count++;
+        }
+        model->scalar_begin[v + 1] = (uint32_t)count;
+    }
+    model->scalar_count = count;
+    return true;
+}
+
+static bool make_scalars(memory *heap, cloth_model *model) {
+    model->scalar_columns = memory_allocate(heap, model->scalar_count * sizeof(uint32_t));
+    model->bend_scalars = memory_allocate(heap, model->scalar_count * sizeof(double));
+    model->bend_scalar_damping = memory_allocate(heap, model->scalar_count * sizeof(double));
+    return model->scalar_columns && model->bend_scalars && model->bend_scalar_damping;
+}
+
 bool bending_build_matrix(memory *heap, cloth_model *model) {
     model->scalar_begin = memory_allocate_zeroed(heap, model->vertex_count + 1, sizeof(uint32_t));
     model->bend_blocks = memory_allocate_zeroed(heap, model->block_count, sizeof(double));
     model->bend_block_damping = memory_allocate_zeroed(heap, model->block_count, sizeof(double));
     uint32_t *const places = memory_allocate(heap, model->vertex_count * sizeof(uint32_t));
-    entry_array row = {0}, rest = {0};
+    entry_array row = {0};
     bool ok = model->scalar_begin && model->bend_blocks && model->bend_block_damping && places;
     if (places) memset(places, 0xff, model->vertex_count * sizeof(uint32_t));
-    for (uint32_t v = 0; ok && model->has_bending && v < model->vertex_count; v++) {
-        ok = collect_row(heap, model, v, places, &row) && ARRAY_RESERVE(heap, &rest, row.count);
-        /* Entries go to the blocks that exist, the others to the scalars. */
-        uint32_t block = model->block_begin[v];
-        uint32_t const block_end = model->block_begin[v + 1];
-        for (size_t i = 0; ok && i < row.count; i++) {
-            const row_entry *const entry = &row.data[i];
-            while (block < block_end && model->block_columns[block] < entry->column) block++;
-            if (block < block_end && model->block_columns[block] == entry->column) {
-                model->bend_blocks[block] = entry->stiffness;
-                model->bend_block_damping[block] = entry->damping;
-            } else {
-                rest.data[rest.count++] = *entry;
-            }
-        }
-        model->scalar_begin[v + 1] = (uint32_t)rest.count;
-    }
-    if (ok) {
-        model->scalar_count = rest.count;
-        model->scalar_columns = memory_allocate(heap, rest.count * sizeof(uint32_t));
-        model->bend_scalars = memory_allocate(heap, rest.count * sizeof(double));
-        model->bend_scalar_damping = memory_allocate(heap, rest.count * sizeof(double));
-        ok = model->scalar_columns && model->bend_scalars && model->bend_scalar_damping;
-    }
-    for (size_t i = 0; ok && i < rest.count; i++) {
-        model->scalar_columns[i] = rest.data[i].column;
-        model->bend_scalars[i] = rest.data[i].stiffness;
-        model->bend_scalar_damping[i] = rest.data[i].damping;
-    }
+    ok = ok && walk_rows(heap, model, places, &row) && make_scalars(heap, model) &&
+         walk_rows(heap, model, places, &row);
     /* The matrix holds the couplings of the damping and, where all is flat at rest, the others. */
     memory_release(heap, model->damping_couplings,
                    HINGE_COUPLINGS * model->hinge_count * sizeof(double));
@@ -446,6 +455,5 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
     }
     memory_release(heap, places, model->vertex_count * sizeof(uint32_t));
     ARRAY_FREE(heap, &row);
-    ARRAY_FREE(heap, &rest);
     return ok;
 }

@@ -44,7 +44,7 @@ typedef struct linear_system {
     block_matrix matrix;     /* A [kg] */
     double *right_hand_side; /* b [kg m/s], 3 * vertex_count */
     double *forces;    /* f(x0, v0) [N], 3 * vertex_count, all forces with damping and wind, once
-                          force_options.finds_forces asked for them */
+                          force_options.finds_forces asked for them; null without room for forces */
     double force_time; /* [s] b holds force_time times the forces: h for implicit Euler */
     tulle_integrator integrator; /* used: BDF2 falls back to implicit Euler without history */
     double
@@ -53,9 +53,10 @@ typedef struct linear_system {
     size_t vertex_count, scalar_count;
 } linear_system;
 
-/* Allocates a system with the model's pattern, which is borrowed; values are undefined until
- * compute_forces. */
-tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_system *system);
+/* Allocates a system with the model's pattern, which is borrowed, and room for forces if it
+ * has_forces. Values are undefined until compute_forces. */
+tulle_status linear_system_build(memory *heap, const cloth_model *model, bool has_forces,
+                                 linear_system *system);
 void linear_system_destroy(memory *heap, linear_system *system);
 
 /* Fills the system. Bits do not depend on `threads`. BDF2 needs previous_mean,

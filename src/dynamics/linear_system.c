@@ -3,7 +3,8 @@
 #include "dynamics/compute_forces.h"
 #include "dynamics/hysteresis.h"
 
-tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_system *system) {
+tulle_status linear_system_build(memory *heap, const cloth_model *model, bool has_forces,
+                                 linear_system *system) {
     linear_system result = {.vertex_count = model->vertex_count};
     block_pattern const blocks = {model->block_begin, model->block_columns};
     block_pattern const scalars = {model->scalar_begin, model->scalar_columns};
@@ -13,12 +14,14 @@ tulle_status linear_system_build(memory *heap, const cloth_model *model, linear_
     result.matrix.scalar_parts[0] = model->bend_scalar_damping;
     result.matrix.scalar_parts[1] = model->bend_scalars;
     result.right_hand_side = memory_allocate_zeroed(heap, 3 * model->vertex_count, sizeof(double));
-    result.forces = memory_allocate_zeroed(heap, 3 * model->vertex_count, sizeof(double));
+    if (has_forces)
+        result.forces = memory_allocate_zeroed(heap, 3 * model->vertex_count, sizeof(double));
     bool const has_sliders = model->sliders && model->sliders->has_bend;
     if (has_sliders)
         result.slider_scalars = memory_allocate(heap, model->scalar_count * sizeof(double));
     result.scalar_count = model->scalar_count;
-    if (!result.right_hand_side || !result.forces || (has_sliders && !result.slider_scalars)) {
+    if (!result.right_hand_side || (has_forces && !result.forces) ||
+        (has_sliders && !result.slider_scalars)) {
         linear_system_destroy(heap, &result);
         return TULLE_ERROR_OUT_OF_MEMORY;
     }

@@ -1,7 +1,7 @@
 /* world/state.c - the state as a hash and as bytes.
  *
  * A saved state holds everything that decides later steps and is not in the defs: positions,
- * velocities, history of the integrator, clocks, presence of obstacles, contacts with their
+ * velocities, history of BDF2, clocks, presence of obstacles, contacts with their
  * impulses, ignored pairs, plastic parts where cloth has hysteresis, poses of obstacles that the
  * host drives as a whole, lags of felt surfaces, attachments, and what the host has changed:
  * gravity, wind, laws, materials, pins, locks and drives. What the host gave for the next step is
@@ -20,8 +20,8 @@
 #include <stddef.h>
 #include <string.h>
 
-/* B: version. */
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'B'};
+/* C: version. */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'C'};
 
 typedef struct state_header {
     char magic[8];
@@ -98,10 +98,9 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     const world_motion_state *const now = &world->now;
     size_t const bytes = 3 * world->vertex_count * sizeof(double);
     uint64_t hash = HASH_SEED;
-    hash = hash_bytes(hash, now->positions, bytes);
-    hash = hash_bytes(hash, now->velocities, bytes);
-    hash = hash_bytes(hash, now->previous_mean, bytes);
-    hash = hash_bytes(hash, now->previous_velocities, bytes);
+    double *vectors[STATE_VECTORS_MAX];
+    size_t const vector_count = world_list_vectors(now, vectors);
+    for (size_t i = 0; i < vector_count; i++) hash = hash_bytes(hash, vectors[i], bytes);
     if (world->plastic_count > 0)
         hash = hash_bytes(hash, now->plastic, world->plastic_count * sizeof(double));
     double const clocks[2] = {now->time, now->previous_time_step};
@@ -137,7 +136,9 @@ typedef struct part_sizes {
 } part_sizes;
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
-    return sizeof(state_header) + 12 * count_moving(world) * sizeof(double) +
+    double *vectors[STATE_VECTORS_MAX];
+    size_t const vector_count = world_list_vectors(&world->now, vectors);
+    return sizeof(state_header) + 3 * vector_count * count_moving(world) * sizeof(double) +
            world->plastic_count * sizeof(double) + 2 * world->obstacles.count +
            world->particle_count + world->body_count * sizeof(body_rest) +
            world->cloth_rest_count * sizeof(cloth_rest) + world->pose_count * sizeof(motion_pose) +
@@ -171,10 +172,9 @@ static part_sizes measure_parts(const tulle_world *world) {
 /* All but the header. */
 static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *cursor) {
     const world_motion_state *const now = &world->now;
-    put_moving(cursor, world, now->positions);
-    put_moving(cursor, world, now->velocities);
-    put_moving(cursor, world, now->previous_mean);
-    put_moving(cursor, world, now->previous_velocities);
+    double *vectors[STATE_VECTORS_MAX];
+    size_t const vector_count = world_list_vectors(now, vectors);
+    for (size_t i = 0; i < vector_count; i++) put_moving(cursor, world, vectors[i]);
     put(cursor, now->plastic, world->plastic_count * sizeof(double));
     put(cursor, now->is_present, world->obstacles.count);
     put(cursor, now->is_released, world->obstacles.count);
@@ -374,10 +374,9 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     /* into the spare state first, so that a failure changes nothing */
     world_motion_state *const next = &world->next;
     byte_cursor cursor = {(unsigned char *)(uintptr_t)bytes, sizeof header};
-    take_moving(&cursor, world, next->positions);
-    take_moving(&cursor, world, next->velocities);
-    take_moving(&cursor, world, next->previous_mean);
-    take_moving(&cursor, world, next->previous_velocities);
+    double *vectors[STATE_VECTORS_MAX];
+    size_t const vector_count = world_list_vectors(next, vectors);
+    for (size_t i = 0; i < vector_count; i++) take_moving(&cursor, world, vectors[i]);
     take(&cursor, next->plastic, world->plastic_count * sizeof(double));
     take(&cursor, next->is_present, world->obstacles.count);
     take(&cursor, next->is_released, world->obstacles.count);

@@ -63,11 +63,11 @@ static bool poses_are_valid(const tulle_world *world, const motion_pose *poses) 
 }
 
 static bool vectors_are_finite(const tulle_world *world, const world_motion_state *state) {
-    const double *const vectors[4] = {state->positions, state->velocities, state->previous_mean,
-                                      state->previous_velocities};
+    double *vectors[STATE_VECTORS_MAX];
+    size_t const count = world_list_vectors(state, vectors);
     moving_run run = world_first_moving(world);
     do
-        for (int i = 0; i < 4; i++)
+        for (size_t i = 0; i < count; i++)
             if (!are_finite(vectors[i] + 3 * run.begin, 3 * (run.end - run.begin))) return false;
     while (world_next_moving(world, &run));
     return true;

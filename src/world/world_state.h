@@ -188,10 +188,11 @@ typedef struct known_elastic {
 
 /* What a step replaces; there are two, swapped when a step succeeds. */
 typedef struct world_motion_state {
-    double *positions;           /* [m] all vertices */
-    double *velocities;          /* [m/s] all vertices */
-    double *previous_mean;       /* [m/s] mean velocity u of the last step, all vertices (BDF2) */
-    double *previous_velocities; /* [m/s] at the start of the last step, all vertices (BDF2) */
+    double *positions;  /* [m] all vertices */
+    double *velocities; /* [m/s] all vertices */
+    /* [m/s] all vertices; null without BDF2, which alone reads them */
+    double *previous_mean;       /* mean velocity u of the last step */
+    double *previous_velocities; /* at the start of the last step */
     double previous_time_step;   /* [s] of that step; 0: none, or it was shortened */
     double lost_energy;          /* [J] in the last substep; 0 without bodies */
     known_elastic elastic;       /* of the cloths at `positions`; not saved */
@@ -212,6 +213,17 @@ typedef struct world_motion_state {
     uint32_t attachment_count; /* that the world ever had */
     contact_store contacts;
 } world_motion_state;
+
+enum { STATE_VECTORS_MAX = 4 };
+/* The vectors over all vertices that a state has, and how many they are. */
+static inline size_t world_list_vectors(const world_motion_state *state,
+                                        double *vectors[STATE_VECTORS_MAX]) {
+    vectors[0] = state->positions;
+    vectors[1] = state->velocities;
+    vectors[2] = state->previous_mean;
+    vectors[3] = state->previous_velocities;
+    return state->previous_mean ? 4 : 2;
+}
 
 /* The law of two objects that does not follow from their materials. */
 typedef struct world_pair_law {

@@ -55,7 +55,7 @@ static inline fixture *fixture_make_def(cloth_model_def def, const uint32_t *tri
     tulle_error error;
     def.surface = &f->surface;
     assert_int_equal(cloth_model_build(&f->heap, &def, &f->model, &error), TULLE_OK);
-    assert_int_equal(linear_system_build(&f->heap, &f->model, &f->system), TULLE_OK);
+    assert_int_equal(linear_system_build(&f->heap, &f->model, true, &f->system), TULLE_OK);
     size_t const n = 3 * vertex_count;
     f->rest = copy_doubles(rest, n);
     f->diagonal = copy_doubles(NULL, 3 * n);

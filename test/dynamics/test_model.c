@@ -137,7 +137,7 @@ static void cloths_beside_obstacles_are_independent(void **state) {
     cloth_model model;
     linear_system system;
     assert_int_equal(cloth_model_build(&heap, &def, &model, NULL), TULLE_OK);
-    assert_int_equal(linear_system_build(&heap, &model, &system), TULLE_OK);
+    assert_int_equal(linear_system_build(&heap, &model, true, &system), TULLE_OK);
     uint64_t random = 4;
     for (size_t i = 0; i < 3 * CLOTH; i++) {
         x[i] = positions[i] + 0.02 * random_signed(&random);
@@ -229,7 +229,7 @@ static tulle_status try_build(const double *positions, size_t vertex_count, tull
     linear_system system;
     tulle_status status = cloth_model_build(&limited, &def, &model, error);
     if (status == TULLE_OK) {
-        status = linear_system_build(&limited, &model, &system);
+        status = linear_system_build(&limited, &model, true, &system);
         if (status == TULLE_OK) linear_system_destroy(&limited, &system);
         cloth_model_destroy(&limited, &model);
     }

@@ -13,13 +13,13 @@
 
 #include <cmocka.h>
 
-static const uint64_t GOLDEN = UINT64_C(0x173f8b2ed3ddaafe);
-static const uint64_t OF_SPRINGS = UINT64_C(0xaea99c4ebc45b76b);
+static const uint64_t GOLDEN = UINT64_C(0xe98de6828bf273b0);
+static const uint64_t OF_SPRINGS = UINT64_C(0xbe5a31d3879279ff);
 /* Of finer sheets, whose solves are in single precision. */
-static const uint64_t OF_FINE = UINT64_C(0x278a89c44fe2ac2b);
+static const uint64_t OF_FINE = UINT64_C(0x859e9763460aba0e);
 /* Of two of the same width, whose vertices make one grid. */
-static const uint64_t OF_GRID = UINT64_C(0x929a58f48435a29e);
-static const uint64_t OF_FINE_SPRINGS = UINT64_C(0x2a2368bd39623dd5);
+static const uint64_t OF_GRID = UINT64_C(0xb3dddf63dccfb0cf);
+static const uint64_t OF_FINE_SPRINGS = UINT64_C(0xc297a6970199c0f8);
 
 typedef struct golden_case {
     tulle_membrane membrane;

@@ -21,10 +21,10 @@ typedef struct solve_history {
 typedef struct motion_system {
     const double *right_hand_side; /* [N s] 3 * cloth_vertex_count */
     const block_matrix *matrix;    /* A */
-    const double *forces;          /* [N] f(x0, v0), 3 * cloth_vertex_count; of meaning where the
-                                      response needs_forces */
-    double force_time;             /* [s] right_hand_side holds force_time f */
-    const double *start;           /* [m/s] cloth velocities at the start of the step; null: u */
+    const double *forces; /* [N] f(x0, v0), 3 * cloth_vertex_count; null unless the response
+                             needs_forces */
+    double force_time;    /* [s] right_hand_side holds force_time f */
+    const double *start;  /* [m/s] cloth velocities at the start of the step; null: u */
     nested_aggregates *aggregates; /* of A, to precondition a solve in single precision; null: the
                                       solve is in double precision */
     solve_history *history;        /* of the substep */

@@ -68,11 +68,10 @@ static uint32_t find_body_source(const tulle_world *world, size_t body) {
 
 static void carry_vectors(world_motion_state *now, size_t to, const world_motion_state *old,
                           size_t from, size_t count) {
-    double *const targets[] = {now->positions, now->velocities, now->previous_mean,
-                               now->previous_velocities};
-    const double *const sources[] = {old->positions, old->velocities, old->previous_mean,
-                                     old->previous_velocities};
-    for (size_t i = 0; i < sizeof targets / sizeof targets[0]; i++)
+    double *targets[STATE_VECTORS_MAX], *sources[STATE_VECTORS_MAX];
+    size_t const vector_count = world_list_vectors(now, targets);
+    (void)world_list_vectors(old, sources);
+    for (size_t i = 0; i < vector_count; i++)
         memcpy(targets[i] + 3 * to, sources[i] + 3 * from, 3 * count * sizeof(double));
 }
 
@@ -124,6 +123,7 @@ static void make_history(tulle_world *world) {
     if (added >= world->cloths.count || !(world->now.previous_time_step > 0.0)) return;
     size_t const begin = 3 * (size_t)world->surfaces[added].vertex_begin;
     size_t const bytes = 3 * world->cloths.data[added].mesh.vertex_count * sizeof(double);
+    if (!world->now.previous_mean) return;
     memcpy(world->now.previous_mean + begin, world->now.velocities + begin, bytes);
     memcpy(world->now.previous_velocities + begin, world->now.velocities + begin, bytes);
 }

@@ -237,6 +237,7 @@ static void fall_asleep(step_context *context, size_t cloth) {
     rest->is_asleep = 1;
     rest->slept_from = world->now.time;
     memset(state->velocities + begin, 0, bytes);
+    if (!state->previous_mean) return;
     memset(state->previous_mean + begin, 0, bytes);
     memset(state->previous_velocities + begin, 0, bytes);
 }

@@ -2,6 +2,7 @@
  * what the cloths are at rest, their materials and their pins: at the start, and when a host
  * changes materials or lets go of pins. */
 #include "base/error.h"
+#include "contact/response.h"
 #include "world/start/start.h"
 
 #include <math.h>
@@ -177,7 +178,8 @@ tulle_status world_build_machinery(tulle_world *world, cloth_settings settings,
         return status;
     }
     made->model = model;
-    status = linear_system_build(heap, model, &made->system);
+    bool const has_forces = get_response(world->def.response)->needs_forces;
+    status = linear_system_build(heap, model, has_forces, &made->system);
     if (status == TULLE_OK && world->cloth_vertex_count >= SINGLE_VERTICES) {
         made->aggregates = nested_aggregates_build(heap, &made->system.matrix, &world->scratch);
         if (!made->aggregates) status = TULLE_ERROR_OUT_OF_MEMORY;

@@ -26,13 +26,17 @@ bool world_allocate_start(tulle_world *world) {
                    world->rest && world->targets && world->inverse_masses &&
                    world->active_inverse_masses && world->is_fixed && world->vertex_surface &&
                    world->laws;
+    bool const has_history = world->def.integrator == TULLE_INTEGRATOR_BDF2;
     world_motion_state *const states[2] = {&world->now, &world->next};
     for (int i = 0; i < 2; i++) {
         world_motion_state *const state = states[i];
         state->positions = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
         state->velocities = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
-        state->previous_mean = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
-        state->previous_velocities = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
+        if (has_history) {
+            state->previous_mean = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
+            state->previous_velocities = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
+            has_all = has_all && state->previous_mean && state->previous_velocities;
+        }
         state->is_released = memory_allocate_zeroed(heap, world->obstacles.count, 1);
         state->is_present = memory_allocate_zeroed(heap, world->obstacles.count, 1);
         state->particles = memory_allocate_zeroed(heap, world->particle_count, 1);
@@ -46,10 +50,9 @@ bool world_allocate_start(tulle_world *world) {
         state->poses = memory_allocate(heap, world->pose_count * sizeof *state->poses);
         for (size_t k = 0; state->poses && k < world->pose_count; k++)
             state->poses[k] = motion_compute_pose(&world->obstacles.data[k].motion, 0.0);
-        has_all = has_all && state->positions && state->velocities && state->previous_mean &&
-                  state->previous_velocities && state->is_released && state->is_present &&
-                  state->particles && state->rests && state->cloth_rests && state->drive_forces &&
-                  state->poses && state->lags && state->largest_lags;
+        has_all = has_all && state->positions && state->velocities && state->is_released &&
+                  state->is_present && state->particles && state->rests && state->cloth_rests &&
+                  state->drive_forces && state->poses && state->lags && state->largest_lags;
     }
     return has_all;
 }

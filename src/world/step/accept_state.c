@@ -68,8 +68,10 @@ static tulle_status accept_velocities(step_context *context) {
     world_scale_impulses(context, system->share * context->time_step / system->force_time);
     world_finish_bodies(context, end);
 
-    memcpy(state->previous_velocities, state->velocities, bytes);
-    memcpy(state->previous_mean, u, bytes);
+    if (state->previous_mean) {
+        memcpy(state->previous_velocities, state->velocities, bytes);
+        memcpy(state->previous_mean, u, bytes);
+    }
     memcpy(state->velocities, end, bytes);
     /* velocities that jump are no history */
     bool const is_smooth = is_whole && ends.rebound_count == 0 && context->damping < 1.0;

@@ -31,10 +31,10 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
     const world_motion_state *const source = &world->now;
     world_motion_state *const target = &world->next;
     size_t const bytes = 3 * world->vertex_count * sizeof(double);
-    memcpy(target->positions, source->positions, bytes);
-    memcpy(target->velocities, source->velocities, bytes);
-    memcpy(target->previous_mean, source->previous_mean, bytes);
-    memcpy(target->previous_velocities, source->previous_velocities, bytes);
+    double *from[STATE_VECTORS_MAX], *to[STATE_VECTORS_MAX];
+    size_t const vector_count = world_list_vectors(source, from);
+    (void)world_list_vectors(target, to);
+    for (size_t i = 0; i < vector_count; i++) memcpy(to[i], from[i], bytes);
     if (world->obstacles.count > 0) {
         memcpy(target->is_released, source->is_released, world->obstacles.count);
         memcpy(target->is_present, source->is_present, world->obstacles.count);

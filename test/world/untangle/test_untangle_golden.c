@@ -145,14 +145,14 @@ static uint64_t untangle(const golden_start *start, int threads) {
 static void hashes_are_the_golden_ones(void **state) {
     (void)state;
     static const golden_start starts[] = {
-        {"thrust", lie_flat, thrust, 0, UINT64_C(0x640c21a2742aef3e)},
-        {"poke", lie_flat, poke, 0, UINT64_C(0xe0b53ef8b6e569e9)},
-        {"overlay", lie_flat, overlay, 0, UINT64_C(0x90abf7bcbed608ee)},
-        {"loop", loop, NULL, 0, UINT64_C(0x2e38f6f4c8d6db94)},
-        {"crumple", crumple, NULL, 0, UINT64_C(0x055d605bf9ee2c94)},
-        {"dip", dip, NULL, 1, UINT64_C(0x20e0757d72746af4)},
-        {"bulge", lie_flat, bulge, 0, UINT64_C(0x5a80d1dc9bfba5ea)},
-        {"bars", lie_in_bars, NULL, 2, UINT64_C(0xc0064cfe17c83aed)},
+        {"thrust", lie_flat, thrust, 0, UINT64_C(0x6d5d64547d5a2b78)},
+        {"poke", lie_flat, poke, 0, UINT64_C(0xa8b2aa1c18d05dfb)},
+        {"overlay", lie_flat, overlay, 0, UINT64_C(0xa6182768099c3952)},
+        {"loop", loop, NULL, 0, UINT64_C(0xf68c1775540f2735)},
+        {"crumple", crumple, NULL, 0, UINT64_C(0x699342081e65f84c)},
+        {"dip", dip, NULL, 1, UINT64_C(0x477139dc62c65915)},
+        {"bulge", lie_flat, bulge, 0, UINT64_C(0x72421fce2a88937c)},
+        {"bars", lie_in_bars, NULL, 2, UINT64_C(0xaf8e1082ed10e678)},
     };
     int wrong_count = 0;
     for (size_t i = 0; i < sizeof starts / sizeof *starts; i++) {
