@@ -82,18 +82,6 @@ static tulle_status measure_pins(const step_context *context, double *work) {
     return TULLE_OK;
 }
 
-static double sum_masses(const tulle_world *world) {
-    double mass = 0.0;
-    for (size_t v = 0; v < world->cloth_vertex_count; v++) mass += world->model->masses[v];
-    return mass;
-}
-
-double world_measure_fall(const step_context *context) {
-    const tulle_world *const world = context->world;
-    double const fall = vec3_norm(vec3_load(world->def.gravity, 0)) * context->time_step;
-    return sum_masses(world) * fall * fall;
-}
-
 /* Kinetic energy [J] of the vertices that are held or of those that are not, with velocities u. */
 static double measure_kinetic(const step_context *context, bool is_held) {
     const tulle_world *const world = context->world;
@@ -138,7 +126,8 @@ tulle_status world_measure_gain(step_context *context) {
     kinetic_limit limit;
     tulle_status const status = world_compute_kinetic_limit(context, &limit);
     if (status != TULLE_OK) return status;
-    double mass = sum_masses(world);
+    double mass = 0.0;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) mass += world->model->masses[v];
     for (size_t b = 0; b < world->body_count; b++)
         mass += world->obstacles.data[world->body_obstacles[b]].rigid.mass;
     double const outside =
@@ -157,8 +146,8 @@ static tulle_status measure_work(step_context *context, double *work) {
     const tulle_world *const world = context->world;
     world_motion_state *const state = context->state;
     double const fall = vec3_norm(vec3_load(world->def.gravity, 0)) * context->time_step;
-    double const mass = sum_masses(world);
-    double fastest2 = 0.0;
+    double mass = 0.0, fastest2 = 0.0;
+    for (size_t v = 0; v < world->cloth_vertex_count; v++) mass += world->model->masses[v];
     for (size_t v = 0; v < world->vertex_count; v++) {
         if (context->scene.inverse_mass[v] > 0.0) continue;
         vec3 const x0 = vec3_load(state->positions, v);

@@ -17,10 +17,6 @@
 /* Springs may take more energy than the linear system reckons with. It misleads the solve where the
  * difference is over this share of the energy that the step takes anyway. */
 static const double EXCESS_SHARE = 0.5;
-/* It must also be over this share of m (g h)^2. A sheet that comes to rest on tips would be
- * linearised four times a step to the end. A hundredth makes it gain energy, which costs as much.
- */
-static const double LEAST_EXCESS = 1e-3;
 
 /* The next solve goes on from a rough one. So a rough solve ends at this part of its first
  * residual, but neither above so many times the tolerance nor above a hundredth. At rest the first
@@ -115,8 +111,7 @@ static tulle_status check_springs(step_context *context) {
                               world->threads, &world->scratch, &excess);
     if (status != TULLE_OK) return status;
     context->spring_excess = excess.springs;
-    context->is_stretched = excess.springs > EXCESS_SHARE * kept * excess.inertia &&
-                            excess.springs > LEAST_EXCESS * world_measure_fall(context);
+    context->is_stretched = excess.springs > EXCESS_SHARE * kept * excess.inertia;
     return context->is_stretched ? world_temper_solution(context) : TULLE_OK;
 }
 

@@ -229,9 +229,6 @@ bool world_keeps_balance(const step_context *context);
  * length. */
 bool world_gains_too_much(const step_context *context);
 
-/* energy_balance.c: m (g h)^2 [J] of all cloth, what gravity does in the substep. */
-double world_measure_fall(const step_context *context);
-
 /* energy_balance.c: takes a solution that stretches cloth by far more energy than there is back on
  * the way to it, and sets `guess`. From then on so it takes all of the substep that have more. */
 tulle_status world_temper_solution(step_context *context);
