@@ -1,6 +1,7 @@
 /* contact/pairs/pair_rules.c - see pair_rules.h. */
 #include "contact/pairs/pair_rules.h"
 
+#include "base/parallel.h"
 #include "base/sort.h"
 
 #include <float.h>
@@ -82,23 +83,43 @@ bool pair_is_ignored(const contact_scene *scene, feature_kind kind, feature_pair
     return true;
 }
 
-double compute_rounding_slack(const contact_scene *scene, const double *x1) {
+/* The search for the largest coordinate: chunks at most, and coordinates of one at least. */
+enum { SLACK_CHUNKS = 16, SLACK_CHUNK_LEAST = 8192 };
+
+typedef struct slack_task {
+    const double *arrays[2];
+    double largest[SLACK_CHUNKS];
+} slack_task;
+
+static void find_largest(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     enum { LANES = 8 }; /* several at a time */
-    const double *const arrays[2] = {scene->x0, x1};
-    size_t const count = 3 * scene->vertex_count;
+    (void)worker;
+    slack_task *const task = context;
     double largest[LANES] = {0.0};
     for (int array = 0; array < 2; array++) {
-        const double *const values = arrays[array];
-        size_t i = 0;
-        for (; i + LANES <= count; i += LANES)
+        const double *const values = task->arrays[array];
+        size_t i = begin;
+        for (; i + LANES <= end; i += LANES)
             for (size_t k = 0; k < LANES; k++) {
                 double const size = fabs(values[i + k]);
                 largest[k] = size > largest[k] ? size : largest[k];
             }
-        for (; i < count; i++)
+        for (; i < end; i++)
             largest[0] = fabs(values[i]) > largest[0] ? fabs(values[i]) : largest[0];
     }
     for (size_t k = 1; k < LANES; k++)
         if (largest[k] > largest[0]) largest[0] = largest[k];
-    return SLACK_ROUNDINGS * DBL_EPSILON * largest[0];
+    task->largest[chunk] = largest[0];
+}
+
+double compute_rounding_slack(const contact_scene *scene, const double *x1) {
+    slack_task task = {.arrays = {scene->x0, x1}};
+    size_t const count = 3 * scene->vertex_count;
+    size_t const even = count / SLACK_CHUNKS + 1;
+    size_t const chunk = even > SLACK_CHUNK_LEAST ? even : SLACK_CHUNK_LEAST;
+    parallel_for(count, chunk, scene->threads, find_largest, &task);
+    double largest = 0.0;
+    for (size_t k = 0; k < SLACK_CHUNKS; k++)
+        if (task.largest[k] > largest) largest = task.largest[k];
+    return SLACK_ROUNDINGS * DBL_EPSILON * largest;
 }

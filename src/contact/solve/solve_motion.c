@@ -14,6 +14,7 @@
  * the mass, and the last projection gives the springs energy. */
 #include "contact/solve/solve_motion.h"
 
+#include "base/parallel.h"
 #include "contact/rows/row_motion.h"
 #include "contact/solve/body_drives.h"
 #include "contact/solve/end_round.h"
@@ -75,6 +76,8 @@ static const solve_effort STIFF_EFFORT = {10.0, 1500, 32, 1.0, 0.0};
 /* Scalars of the matrix whose sums are kept during a call. With the sums of more of them, solves of
  * large cloth would take more scratch than any other stage. */
 enum { MOST_SUMMED = 4 << 20 };
+/* Vertices of a chunk of a loop. */
+enum { VERTICES_PER_CHUNK = 1024 };
 
 typedef struct motion_solve {
     const contact_scene *scene;
@@ -504,18 +507,41 @@ static tulle_status solve_linear(motion_solve *solve) {
     return translate_cloths(solve); /* the tolerance must not cost momentum */
 }
 
-/* Sets velocities of the start, the inverse blocks and the reference of residuals: the norm of the
- * force impulse b - A u at the velocities of the start, as conjugate gradients measure it. */
+static void set_start(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const motion_solve *const solve = context;
+    const contact_scene *const scene = solve->scene;
+    const double *const cloth = solve->system->start ? solve->system->start : solve->u;
+    for (size_t i = begin; i < end; i++) {
+        bool const is_cloth = i < scene->cloth_vertex_count;
+        solve->is_fixed[i] = is_cloth ? !(scene->inverse_mass[i] > 0.0)
+                                      : !scene->bodies[(i - scene->cloth_vertex_count) / 2].is_free;
+        const double *const free = is_cloth ? cloth : scene->v0;
+        vec3_store(solve->start, i, vec3_load(solve->is_fixed[i] ? solve->u : free, i));
+    }
+}
+
+typedef struct impulse_task {
+    const motion_solve *solve;
+    double *impulse;
+} impulse_task;
+
+/* b - A u of the start. */
+static void subtract_product(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    const impulse_task *const task = context;
+    for (size_t i = 3 * begin; i < 3 * end; i++)
+        task->impulse[i] = task->solve->system->right_hand_side[i] - task->solve->start_product[i];
+}
+
+/* Sets what is fixed, velocities of the start, the inverse blocks and the reference of residuals:
+ * the norm of the force impulse b - A u at the velocities of the start, as conjugate gradients
+ * measure it. */
 static tulle_status prepare_start(motion_solve *solve) {
     const contact_scene *const scene = solve->scene;
     const motion_system *const system = solve->system;
-    size_t const size = 3 * scene->cloth_vertex_count;
-    for (size_t i = 0; i < get_solved_count(scene); i++) {
-        const double *const free = i >= scene->cloth_vertex_count ? scene->v0
-                                   : system->start                ? system->start
-                                                                  : solve->u;
-        vec3_store(solve->start, i, vec3_load(solve->is_fixed[i] ? solve->u : free, i));
-    }
+    size_t const count = scene->cloth_vertex_count;
+    parallel_for(get_solved_count(scene), VERTICES_PER_CHUNK, scene->threads, set_start, solve);
     conjugate_gradients_problem problem = {
         .vertex_count = scene->cloth_vertex_count,
         .diagonal = solve->diagonal, /* no row is in it yet */
@@ -525,12 +551,12 @@ static tulle_status prepare_start(motion_solve *solve) {
     };
     conjugate_gradients_invert(&problem, solve->inverse);
     arena_mark const mark = arena_get_mark(scene->scratch);
-    double *const impulse = ARENA_NEW(scene->scratch, double, size);
+    double *const impulse = ARENA_NEW(scene->scratch, double, 3 * count);
     if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
     block_matrix_operator matrix = {&solve->without_rows, scene->threads};
     block_matrix_apply(&matrix, solve->start, solve->start_product);
-    for (size_t i = 0; i < size; i++)
-        impulse[i] = system->right_hand_side[i] - solve->start_product[i];
+    impulse_task task = {solve, impulse};
+    parallel_for(count, VERTICES_PER_CHUNK, scene->threads, subtract_product, &task);
     double of_momentum = 0.0;
     problem.right_hand_side = impulse;
     tulle_status status = conjugate_gradients_measure(&problem, scene->scratch, &solve->reference);
@@ -621,9 +647,6 @@ tulle_status solve_motion(const contact_scene *given, const motion_system *syste
         for (size_t i = cloth_count; i < count; i++) solve.has_rows[i] = 1; /* bodies */
         if (has_sums) block_matrix_sum_scalars(system->matrix, scalars, scene->threads);
         block_matrix_get_diagonal(system->matrix, solve.diagonal, scene->threads);
-        for (size_t i = 0; i < count; i++)
-            solve.is_fixed[i] = i < cloth_count ? !(scene->inverse_mass[i] > 0.0)
-                                                : !scene->bodies[(i - cloth_count) / 2].is_free;
         status = prepare_start(&solve);
     }
     const contact_settings *const settings = &scene->settings;

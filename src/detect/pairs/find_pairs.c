@@ -1,6 +1,7 @@
 /* detect/pairs/find_pairs.c - the candidates as a list: takes fitted trees, gives all feature pairs
  * whose boxes meet. Each worker of the search writes into blocks of its own in the stores; sorting
  * makes the list the same for any number of threads. */
+#include "base/parallel.h"
 #include "detect/trees/broad_phase_parts.h"
 
 enum { SPARE_BLOCKS = 16 /* beyond what is needed */ };
@@ -27,6 +28,19 @@ static void write_pairs(void *context, const pair_tables *tables, const pair_bat
             *writer->cursor++ = (uint64_t)pair.first << writer->shift | pair.second;
         }
     }
+}
+
+typedef struct copy_task {
+    const pair_store *stores;
+    feature_pair *lists[2];
+    size_t found[2];
+} copy_task;
+
+static void copy_kinds(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)chunk, (void)worker;
+    copy_task *const task = context;
+    for (size_t kind = begin; kind < end; kind++)
+        task->found[kind] = pair_store_copy(&task->stores[kind], task->lists[kind]);
 }
 
 tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads, pair_order order,
@@ -80,20 +94,16 @@ tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads,
         !ARRAY_RESERVE(broad->heap, &pairs->edge_edge,
                        broad->stores[FEATURE_EDGE_EDGE].keys.capacity))
         return TULLE_ERROR_OUT_OF_MEMORY;
-    feature_pair *const lists[2] = {[FEATURE_VERTEX_TRIANGLE] = pairs->vertex_triangle.data,
-                                    [FEATURE_EDGE_EDGE] = pairs->edge_edge.data};
-    size_t found[2] = {0, 0};
-    for (int kind = 0; kind < 2; kind++) {
-        pair_store *const store = &broad->stores[kind];
-        if (order == PAIRS_UNSORTED) {
-            found[kind] = pair_store_copy(store, lists[kind]);
-        } else {
-            tulle_status const status =
-                pair_store_sort(store, broad->heap, threads, lists[kind], &found[kind]);
-            if (status != TULLE_OK) return status;
-        }
+    copy_task task = {.stores = broad->stores,
+                      .lists = {[FEATURE_VERTEX_TRIANGLE] = pairs->vertex_triangle.data,
+                                [FEATURE_EDGE_EDGE] = pairs->edge_edge.data}};
+    if (order == PAIRS_UNSORTED) parallel_for(2, 1, threads, copy_kinds, &task);
+    for (int kind = 0; order != PAIRS_UNSORTED && kind < 2; kind++) {
+        tulle_status const status = pair_store_sort(&broad->stores[kind], broad->heap, threads,
+                                                    task.lists[kind], &task.found[kind]);
+        if (status != TULLE_OK) return status;
     }
-    pairs->vertex_triangle.count = found[FEATURE_VERTEX_TRIANGLE];
-    pairs->edge_edge.count = found[FEATURE_EDGE_EDGE];
+    pairs->vertex_triangle.count = task.found[FEATURE_VERTEX_TRIANGLE];
+    pairs->edge_edge.count = task.found[FEATURE_EDGE_EDGE];
     return TULLE_OK;
 }

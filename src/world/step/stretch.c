@@ -3,6 +3,7 @@
 #include "world/step/step.h"
 
 #include "base/error.h"
+#include "base/parallel.h"
 #include "dynamics/compute_forces.h"
 
 #include <math.h>
@@ -39,20 +40,40 @@ static double measure_edge2(const double *positions, const uint32_t *ends) {
     return vec3_norm2(vec3_sub(vec3_load(positions, ends[0]), vec3_load(positions, ends[1])));
 }
 
-/* The most that an edge grows, as a multiple of what is too much. Few are long enough to grow by
- * that, and only those are measured at the start. */
-static double measure_edge_growth(const step_context *context) {
-    const tulle_world *const world = context->world;
+/* Chunks at most, and edges of one at least. */
+enum { GROWTH_CHUNKS = 16, GROWTH_CHUNK_LEAST = 4096 };
+
+typedef struct growth_task {
+    const step_context *context;
+    double growths[GROWTH_CHUNKS];
+} growth_task;
+
+/* Few edges are long enough to grow by too much, and only those are measured at the start. */
+static void measure_growth(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    growth_task *const task = context;
+    const tulle_world *const world = task->context->world;
     double const shortest = (STRETCH_FREE + STRETCH_GROWTH_MAX) * (1.0 - 1e-9);
     double growth = 0.0;
-    for (size_t e = 0; e < world->cloth_edge_count; e++) {
+    for (size_t e = begin; e < end; e++) {
         const uint32_t *const ends = world->topo.edges + 2 * e;
         double const rest2 = measure_edge2(world->rest, ends);
-        if (measure_edge2(context->end, ends) <= shortest * shortest * rest2) continue;
-        edge_lengths const length = measure_lengths(context, e);
+        if (measure_edge2(task->context->end, ends) <= shortest * shortest * rest2) continue;
+        edge_lengths const length = measure_lengths(task->context, e);
         double const before = fmax(length.start / length.rest, STRETCH_FREE);
         growth = fmax(growth, length.end / length.rest - before);
     }
+    task->growths[chunk] = growth;
+}
+
+/* The most that an edge grows, as a multiple of what is too much. */
+static double measure_edge_growth(const step_context *context) {
+    growth_task task = {.context = context};
+    size_t const count = context->world->cloth_edge_count, even = count / GROWTH_CHUNKS + 1;
+    size_t const chunk = even > GROWTH_CHUNK_LEAST ? even : GROWTH_CHUNK_LEAST;
+    parallel_for(count, chunk, context->world->threads, measure_growth, &task);
+    double growth = 0.0;
+    for (int k = 0; k < GROWTH_CHUNKS; k++) growth = fmax(growth, task.growths[k]);
     return growth / STRETCH_GROWTH_MAX;
 }
 
