@@ -77,10 +77,10 @@ typedef enum tulle_motion_space {
     TULLE_MOTION_SPACE_POLYHEDRAL /* the whole intersection of the half-spaces, which move along */
 } tulle_motion_space;
 
-/* How far the solves of a step go that cost much. The promise is the same for all, and solves that
- * are cheap, as of small cloth at rest, are as exact. Small cloth beside rigid bodies, and worlds
- * of TULLE_RESPONSE_PAPER, are always exact. A late end is at so many times cg_tolerance as is said
- * below, at most 0.01 and a tenth of the net impulse, a hundredth with bodies on cloth. */
+/* How far the solves of a step go that cost much; the promise is the same. Cheap solves, as of
+ * small cloth at rest, are as exact, and so are all by TULLE_RESPONSE_PAPER, and beside rigid
+ * bodies those of small, very stiff or tied cloth. A late end is at so many times cg_tolerance as
+ * follows, at most 0.01 and a tenth (with bodies a hundredth) of the net impulse. */
 typedef enum tulle_quality {
     /* a solve may end late, at 100 times, after 16 iterations (10 of cloth of 1,000 vertices and
      * more), and impulses need hardly settle: friction and impacts are rough */

@@ -167,11 +167,11 @@ static tulle_world *make_bodies(void) {
 }
 
 /* A box that is driven falls on a sheet that lies on the ground; the host watches. */
-static tulle_world *make_body_on_cloth(void) {
+static tulle_world *make_body_on_cloth(unsigned n) {
     tulle_world *const world = create(make_def());
     tulle_body const body = {.is_dynamic = 1, .density = 300.0, .velocity = {0.0, 0.0, -1.0}};
     double const still[3] = {0.0, 0.0, 0.0};
-    add_sheet(world, (sheet_def){.side = 0.2, .n = 5, .z = 0.004});
+    add_sheet(world, (sheet_def){.side = 0.2, .n = n, .z = 0.004});
     add_box(world, (double[3]){1.0, 1.0, 0.1}, (double[3]){0.0, 0.0, -0.05}, NULL, still);
     add_box(world, (double[3]){0.1, 0.1, 0.1}, (double[3]){0.01, 0.02, 0.062}, &body, still);
     tulle_body_drive drive = tulle_body_drive_default();
@@ -281,8 +281,10 @@ static void steps_with_bodies(void **state) {
 /* Bodies and cloth are solved together. */
 static void steps_of_a_body_on_cloth(void **state) {
     (void)state;
-    assert_int_equal(fail_calls_of_a_step(make_body_on_cloth(), 1, 1), 0);
-    assert_int_equal(fail_calls_of_a_step(make_body_on_cloth(), 2, choose_stride(40)), 0);
+    assert_int_equal(fail_calls_of_a_step(make_body_on_cloth(5), 1, 1), 0);
+    assert_int_equal(fail_calls_of_a_step(make_body_on_cloth(5), 2, choose_stride(40)), 0);
+    /* fine cloth, which bodies follow */
+    assert_int_equal(fail_calls_of_a_step(make_body_on_cloth(33), 2, choose_stride(40)), 0);
 }
 
 static void steps_with_a_pinch(void **state) {

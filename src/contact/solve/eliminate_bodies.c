@@ -6,6 +6,9 @@
 #include <math.h>
 #include <string.h>
 
+/* A pivot below this part of the diagonal is but rounding: mass is lost beside what rows pull. */
+static const double LEAST_PIVOT = 1e-13;
+
 /* How a row lies on its body. */
 typedef struct row_hold {
     size_t body; /* SIZE_MAX: it lies on none */
@@ -50,14 +53,17 @@ static void add_row_to_block(const contact_row *row, const row_hold *hold, doubl
     }
 }
 
-/* The lower triangle of a symmetric matrix by that of its Cholesky factor. */
-static void factor_block(double *block) {
+/* The lower triangle of a symmetric matrix by that of its Cholesky factor. False: it is not
+ * positive definite. */
+static bool factor_block(double *block) {
     for (int i = 0; i < 6; i++)
         for (int j = 0; j <= i; j++) {
             double sum = block[6 * i + j];
             for (int k = 0; k < j; k++) sum -= block[6 * i + k] * block[6 * j + k];
+            if (i == j && !(sum > LEAST_PIVOT * block[7 * i])) return false;
             block[6 * i + j] = i == j ? sqrt(sum) : sum / block[6 * j + j];
         }
+    return true;
 }
 
 static void solve_block(const double *factor, double x[6]) {
@@ -87,6 +93,7 @@ bool factor_bodies(eliminated_bodies *bodies, arena *scratch) {
         is_held[hold.body] = 1;
     }
     bodies->held_count = 0;
+    bodies->is_definite = true;
     for (uint32_t b = 0; b < count; b++)
         if (is_held[b]) bodies->held[bodies->held_count++] = b;
     for (size_t b = 0; b < count; b++) {
@@ -101,7 +108,7 @@ bool factor_bodies(eliminated_bodies *bodies, arena *scratch) {
                 block[6 * i + j] = own[3 * i + j];
                 block[6 * (3 + i) + 3 + j] = own[9 + 3 * i + j];
             }
-        factor_block(block);
+        bodies->is_definite &= factor_block(block);
     }
     return true;
 }

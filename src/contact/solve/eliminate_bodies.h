@@ -22,9 +22,11 @@ typedef struct eliminated_bodies {
     double *answers; /* 6 of each body */
     uint32_t *held;  /* bodies that a row lies on */
     size_t held_count;
+    bool is_definite; /* all blocks B are, in spite of rounding; else the bodies must stay */
 } eliminated_bodies;
 
-/* Factors the blocks B; all members before the factors are given. False: no memory. */
+/* Factors the blocks B; all members before the factors are given. Sets is_definite. False: no
+ * memory. */
 bool factor_bodies(eliminated_bodies *bodies, arena *scratch);
 /* Sets the slots in u for its cloth. */
 void settle_bodies(const eliminated_bodies *bodies, double *u);

@@ -28,8 +28,8 @@ static bool add_aggregates(void *context) {
     phased_solve *const phases = run->phases;
     nested_aggregates *const aggregates = phases->system->aggregates;
     aggregated_system const system = {phases->single.matrix, run->problem->is_fixed, run->terms,
-                                      run->term_count, phases->system->history->has_aggregates};
-    phases->system->history->has_aggregates = true;
+                                      run->term_count, phases->system->history->has_sums};
+    phases->system->history->has_sums = true;
     if (!nested_aggregates_set(aggregates, &system, run->problem->threads, phases->scene->scratch))
         return false;
     phases->single.aggregates = aggregates;
@@ -72,51 +72,60 @@ static bool eliminate_bodies(single_run *run, contact_row *const *hard_rows,
     return rows && factor_bodies(bodies, scene->scratch);
 }
 
+/* In single precision, the unknowns being those of `of_cloth`. If that fails, `whole` is solved in
+ * double precision to the same target. */
+static tulle_status solve_single_first(const single_run *run,
+                                       const conjugate_gradients_problem *of_cloth,
+                                       conjugate_gradients_problem whole,
+                                       const late_aggregates *late, double *u,
+                                       conjugate_gradients_result *result) {
+    phased_solve *const phases = run->phases;
+    arena *const scratch = phases->scene->scratch;
+    tulle_status const status = single_solve(of_cloth, &phases->single, late, u, scratch, result);
+    if (status != TULLE_OK) return status;
+    int const used = result->iterations;
+    phases->plain_iterations += used < late->plain_iterations ? used : late->plain_iterations;
+    phases->has_residual = result->end == CONJUGATE_GRADIENTS_CONVERGED ||
+                           result->end == CONJUGATE_GRADIENTS_ITERATION_LIMIT;
+    if (phases->has_residual) return TULLE_OK;
+    whole.max_iterations -= used;
+    whole.patience -= used;
+    whole.early_share = 0.0;
+    if (whole.reference > 0.0) whole.tolerance = result->target / whole.reference;
+    tulle_status const end = conjugate_gradients_solve(&whole, u, scratch, result);
+    result->iterations += used;
+    return end;
+}
+
 tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_problem *problem,
                              contact_row *const *hard_rows, size_t hard_count, double *u,
                              conjugate_gradients_result *result) {
     const contact_scene *const scene = phases->scene;
     arena *const scratch = scene->scratch;
     arena_mark const mark = arena_get_mark(scratch);
-    conjugate_gradients_problem now = *problem;
-    now.residual = phases->residual;
+    bool const has_bodies = problem->vertex_count > scene->cloth_vertex_count;
+    conjugate_gradients_problem whole = *problem, of_cloth = *problem;
+    whole.residual = of_cloth.residual = phases->residual;
+    of_cloth.vertex_count = scene->cloth_vertex_count;
+    if (has_bodies) whole.is_idle = NULL; /* which has no slots */
     single_run run = {.phases = phases,
                       .problem = problem,
                       .terms = make_terms(scene, hard_rows, hard_count),
                       .term_count = hard_count};
     late_aggregates const late = {PLAIN_ITERATIONS - phases->plain_iterations, add_aggregates,
                                   &run};
-    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
     phases->single.aggregates = NULL; /* until they have these terms */
-    phases->single.outer = NULL;
-    size_t const cloth_count = scene->cloth_vertex_count;
-    bool const has_bodies = problem->vertex_count > cloth_count;
     eliminated_bodies bodies;
     outer_unknowns outer;
-    now.vertex_count = cloth_count;
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
     if (run.terms &&
         single_system_set_terms(&phases->single, run.terms, hard_count, problem->threads,
                                 scratch) &&
         (!has_bodies || eliminate_bodies(&run, hard_rows, &bodies, &outer)))
-        status = single_solve(&now, &phases->single, &late, u, scratch, result);
-    if (status == TULLE_OK) {
-        now.vertex_count = problem->vertex_count;
-        phases->has_residual = true;
-        int const used = result->iterations;
-        phases->plain_iterations += used < late.plain_iterations ? used : late.plain_iterations;
-        bool const is_done = result->end == CONJUGATE_GRADIENTS_CONVERGED ||
-                             result->end == CONJUGATE_GRADIENTS_ITERATION_LIMIT;
-        if (!is_done) { /* in double precision, to the same target */
-            phases->has_residual = false;
-            now.max_iterations -= used;
-            now.patience -= used;
-            now.early_share = 0.0;
-            if (has_bodies) now.is_idle = NULL; /* it does not know of them */
-            if (now.reference > 0.0) now.tolerance = result->target / now.reference;
-            status = conjugate_gradients_solve(&now, u, scratch, result);
-            result->iterations += used;
-        }
-    }
+        status = has_bodies && !bodies.is_definite
+                     ? conjugate_gradients_solve(&whole, u, scratch, result)
+                     : solve_single_first(&run, &of_cloth, whole, &late, u, result);
+    phases->single.outer = NULL;
     arena_release(scratch, mark);
     return status;
 }

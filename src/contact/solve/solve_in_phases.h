@@ -15,14 +15,14 @@ typedef struct phased_solve {
     bool has_residual;
 } phased_solve;
 
-/* Solves as conjugate_gradients_solve does. problem->apply adds the hard rows to the matrix. The
- * problem is one of cloth, or of cloth and bodies. Then no hard row may have a tilt, and the
- * diagonal counts bodies, too. */
+/* Solves as conjugate_gradients_solve does. problem->apply adds the hard rows to the matrix, none
+ * of which may have a tilt. The problem is one of cloth, or of cloth and bodies. */
 tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_problem *problem,
                              contact_row *const *hard_rows, size_t hard_count, double *u,
                              conjugate_gradients_result *result);
 
-/* The same in double precision, for very stiff cloth, and for ties at a height over cloth. */
+/* The same in double precision, for very stiff cloth, for ties at a height over cloth, and for
+ * those that hold bodies. */
 tulle_status solve_in_double(phased_solve *phases, const conjugate_gradients_problem *problem,
                              contact_row *const *hard_rows, size_t hard_count, double *u,
                              conjugate_gradients_result *result);

@@ -413,6 +413,15 @@ static void fill_body_residual(motion_solve *solve) {
     clear_locked(scene, residual);
 }
 
+/* Whether a tie holds a body. It may be stiffer than its body is heavy by many powers of ten. The
+ * diagonal then hides what moves both, from single precision and from late ends. */
+static bool has_tied_bodies(const motion_system *system) {
+    bool has_any = false;
+    for (size_t i = 0; i < system->spring_count; i++)
+        has_any |= system->springs[i].row.frame.has_body;
+    return has_any;
+}
+
 /* Where a solve ends, and where it may end late. */
 static tulle_status choose_end(motion_solve *solve, conjugate_gradients_problem *problem) {
     const solve_effort *const effort = solve->scene->settings.effort;
@@ -461,8 +470,9 @@ static tulle_status solve_linear(motion_solve *solve) {
         has_hard_bodies |= solve->hard_rows[i]->frame.has_body;
         has_tilts |= solve->hard_rows[i]->frame.tilt != NULL;
     }
-    bool const has_aggregates = solve->system->aggregates && !has_tilts;
-    bool const is_single = has_aggregates && !history->is_stiff;
+    bool const has_aggregates = solve->system->aggregates != NULL;
+    bool const is_single =
+        has_aggregates && !history->is_stiff && !has_tilts && !has_tied_bodies(solve->system);
     if (!has_hard_bodies) { /* no hard row joins bodies to cloth: they are solved by themselves */
         solve->is_cloth_only = true;
         problem.vertex_count = scene->cloth_vertex_count;
@@ -592,9 +602,10 @@ static bool is_stiff_on_average(const contact_scene *scene, const block_matrix *
 /* Bodies on small cloth creep where its solves end late. */
 static const solve_effort *choose_effort(const contact_scene *scene, const motion_system *system) {
     const solve_effort *const given = scene->settings.effort;
-    if (given->patience > 0 && system->history->is_stiff) return &STIFF_EFFORT;
-    bool const is_small = !system->aggregates;
-    return is_small && scene->body_count > 0 ? &solve_efforts[TULLE_QUALITY_EXACT] : given;
+    bool const is_small = !system->aggregates, is_stiff = system->history->is_stiff;
+    if (scene->body_count > 0 && (is_small || is_stiff || has_tied_bodies(system)))
+        return &solve_efforts[TULLE_QUALITY_EXACT];
+    return given->patience > 0 && is_stiff ? &STIFF_EFFORT : given;
 }
 
 tulle_status solve_motion(const contact_scene *given, const motion_system *system, row_list *list,

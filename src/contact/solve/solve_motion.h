@@ -7,10 +7,10 @@
 #include "math/single_solve.h"
 
 /* What earlier solves of a substep leave for later ones; zeroed before the first. Whoever changes
- * the matrix clears has_aggregates. */
+ * the matrix clears has_sums. */
 typedef struct solve_history {
     uint32_t iterations; /* of all before */
-    bool has_aggregates; /* aggregates have sums of this matrix */
+    bool has_sums;       /* aggregates have sums of this matrix */
     bool is_costly;      /* one of fine cloth outlasted its patience */
     bool is_stiff;       /* cloth is held by its neighbours as if by far more than its mass */
 } solve_history;

@@ -121,9 +121,9 @@ static void carry_lags(tulle_world *world) {
 static void make_history(tulle_world *world) {
     uint32_t const added = world->change->added;
     if (added >= world->cloths.count || !(world->now.previous_time_step > 0.0)) return;
+    if (!world->now.previous_mean) return;
     size_t const begin = 3 * (size_t)world->surfaces[added].vertex_begin;
     size_t const bytes = 3 * world->cloths.data[added].mesh.vertex_count * sizeof(double);
-    if (!world->now.previous_mean) return;
     memcpy(world->now.previous_mean + begin, world->now.velocities + begin, bytes);
     memcpy(world->now.previous_velocities + begin, world->now.velocities + begin, bytes);
 }

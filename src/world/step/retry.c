@@ -91,7 +91,7 @@ static tulle_status linearise_anew(step_context *context) {
         memcpy(context->guess, context->mean_velocity,
                3 * context->world->cloth_vertex_count * sizeof(double));
     context->dynamics.guess = context->guess;
-    context->retry.history.has_aggregates = false; /* the matrix is another one from here on */
+    context->retry.history.has_sums = false; /* the matrix is another one from here on */
     return world_compute_forces(context);
 }
 

@@ -184,10 +184,30 @@ static void rows_pull_less_as_bodies_follow(void **state) {
     }
 }
 
+/* Beside a row that pulls so hard the mass of its body is lost: the body must stay. */
+static void mass_that_is_lost_is_told(void **state) {
+    (void)state;
+    system_of_bodies system;
+    make_system(&system, 3);
+    assert_true(system.eliminated.is_definite);
+    assert_true(system.rows[0].frame.has_body);
+    system.eliminated.row_count = 1;
+    for (int i = 0; i < 2; i++) {
+        system.rows[0].solve.pull = mat3_identity(i == 0 ? 1e10 : 1e18);
+        fill_body_system(&system.scene, system.right_hand_side, system.diagonal);
+        add_row_blocks(&system.rows[0], CLOTH, &system.rows[0].solve.pull, system.diagonal);
+        fix_locked(&system.scene, system.right_hand_side, system.diagonal);
+        assert_true(factor_bodies(&system.eliminated, &system.scratch));
+        assert_true(system.eliminated.is_definite == (i == 0));
+    }
+    destroy_system(&system);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bodies_follow_the_cloth),
         cmocka_unit_test(rows_pull_less_as_bodies_follow),
+        cmocka_unit_test(mass_that_is_lost_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

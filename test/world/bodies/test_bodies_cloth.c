@@ -1,6 +1,7 @@
 /* Rigid bodies and cloth: contact both ways. Laws of conservation, statics, the exact judge. */
 #include "support/body_world.h"
 #include "support/test_support.h"
+#include "tulle/attach.h"
 #include "tulle/tulle.h"
 #include "world/world_state.h"
 
@@ -289,6 +290,42 @@ static void stack_comes_to_rest(void **state) {
     stack_rests(FINE_SIDE);
 }
 
+/* A box of half a kilogram hangs below fine cloth by a tie of 1e11 N/m, as with exact solves. */
+static double hang_from_tie(tulle_quality quality) {
+    tulle_world_def def = tulle_world_def_default();
+    def.quality = quality;
+    tulle_world *const world = bodies_make_world(&def, false);
+    tulle_mesh sheet = small_sheet(1.0, FINE_SIDE, 0.0);
+    tulle_mesh box = bodies_make_box(0.15, 0.15, 0.02, (double[3]){0.0, 0.0, -0.03});
+    bodies_add_cloth(world, &sheet, 0.3, 1);
+    tulle_body const body = {.is_dynamic = 1, .mass = 0.5};
+    tulle_obstacle_id const id = bodies_add_obstacle(world, &box, 0.5, &body);
+    tulle_attachment_def tie = tulle_attachment_def_default();
+    tie.cloth = (tulle_cloth_id){0, 1};
+    tie.vertices = (const uint32_t[]){FINE_SIDE * FINE_SIDE / 2};
+    tie.vertex_count = 1;
+    tie.obstacle = id;
+    tie.stiffness = 1e11;
+    tulle_attachment_id attachment;
+    assert_int_equal(tulle_world_attach(world, &tie, &attachment, NULL), TULLE_OK);
+    for (int i = 0; i < 45; i++) bodies_step(world);
+    double const height = bodies_get_transform(world, id).position[2];
+    assert_int_equal(bodies_judge(world, &sheet, 1, &box, 1), 0);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&box);
+    tulle_world_destroy(world);
+    return height;
+}
+
+static void a_stiff_tie_bears_a_body(void **state) {
+    (void)state;
+    double const normal = hang_from_tie(TULLE_QUALITY_NORMAL);
+    double const exact = hang_from_tie(TULLE_QUALITY_EXACT);
+    print_message("a box hangs at %.6f m, with exact solves at %.6f m\n", normal, exact);
+    assert_true(exact < -0.05 && exact > -0.4);
+    assert_true(fabs(normal - exact) < 1e-3);
+}
+
 /* A ball that falls into a sheet, with any number of threads and across a checkpoint. */
 static uint64_t fall_with(unsigned side, int threads, bool saves) {
     tulle_world_def def = tulle_world_def_default();
@@ -336,6 +373,7 @@ int main(void) {
         cmocka_unit_test(ball_and_free_sheet_keep_momentum),
         cmocka_unit_test(balls_rest_on_a_sheet),
         cmocka_unit_test(stack_comes_to_rest),
+        cmocka_unit_test(a_stiff_tie_bears_a_body),
         cmocka_unit_test(bits_are_the_same),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
