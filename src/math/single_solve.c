@@ -197,7 +197,7 @@ static void multiply(void *context, size_t begin, size_t end, size_t chunk, int 
 }
 
 /* Lets outer unknowns follow; what that takes from the curvature. */
-static double release_outer(const single_solver *work) {
+static double yield_outer(const single_solver *work) {
     const outer_unknowns *const outer = work->system->outer;
     return outer ? outer->yield(outer->context, work->apart.pulls) : 0.0;
 }
@@ -251,7 +251,7 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2) {
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         double curvature = run_loop(work, multiply);
         curvature += parallel_sum(work->apart.curvatures, work->system->apart_count);
-        curvature -= release_outer(work);
+        curvature -= yield_outer(work);
         if (++work->iterations == problem->patience) work->target = work->late_target;
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;

@@ -172,9 +172,7 @@ static void a_sleeper_has_no_history(void **state) {
     assert_int_equal(world_list_vectors(&world->now, vectors), STATE_VECTORS_MAX);
     for (int i = 1; i < STATE_VECTORS_MAX; i++)
         for (size_t k = 0; k < 3 * VERTICES; k++) assert_true(vectors[i][k] == 0.0);
-    tulle_mesh_destroy(&self.sheet);
-    tulle_mesh_destroy(&self.support);
-    tulle_world_destroy(world);
+    free_scene(&self, world);
 }
 
 static void a_sleeper_stands_still(void **state) {
