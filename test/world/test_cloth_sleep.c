@@ -7,7 +7,6 @@
 #include "support/body_world.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
-#include "world/world_state.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -160,20 +159,6 @@ static int fall_asleep(tulle_world *world) {
 }
 
 /* ---- asleep ---- */
-
-/* What wakes in the next step begins from rest, by BDF2 too, which knows the step before. */
-static void a_sleeper_has_no_history(void **state) {
-    (void)state;
-    scene self = default_scene();
-    self.def.integrator = TULLE_INTEGRATOR_BDF2;
-    tulle_world *const world = make_scene(&self, ON_TABLE);
-    fall_asleep(world);
-    double *vectors[STATE_VECTORS_MAX];
-    assert_int_equal(world_list_vectors(&world->now, vectors), STATE_VECTORS_MAX);
-    for (int i = 1; i < STATE_VECTORS_MAX; i++)
-        for (size_t k = 0; k < 3 * VERTICES; k++) assert_true(vectors[i][k] == 0.0);
-    free_scene(&self, world);
-}
 
 static void a_sleeper_stands_still(void **state) {
     (void)state;
@@ -793,7 +778,6 @@ static void nothing_beside_a_sleeper_is_left_out(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_sleeper_stands_still),
-        cmocka_unit_test(a_sleeper_has_no_history),
         cmocka_unit_test(waking_is_no_twitch),
         cmocka_unit_test(a_pendulum_comes_to_rest_first),
         cmocka_unit_test(slow_sliding_is_no_rest),

@@ -2,6 +2,7 @@
  * intersection, rescue or tearing; a sheet on a slope stays below the critical angle and goes with
  * Coulomb's acceleration above it; what hangs free gains no energy; a collision keeps momentum. */
 #include "support/small_world.h"
+#include "world/world_state.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -194,9 +195,37 @@ static void collisions_keep_momentum(void **state) {
     }
 }
 
+/* What wakes in the step after it fell asleep begins from rest, by BDF2 too, which knows the step
+ * before. */
+static void a_sleeper_has_no_history(void **state) {
+    (void)state;
+    tulle_world_def def = tulle_world_def_default();
+    def.integrator = TULLE_INTEGRATOR_BDF2;
+    def.sleep_speed = 1e-3;
+    def.sleep_time = 0.5;
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    tulle_mesh sheet = small_sheet(0.3, 13, 0.01);
+    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    tulle_mesh table = small_shape(shape, 0.0, 0.0, -0.5 * shape.size[2]);
+    tulle_cloth_id const cloth = small_add_cloth(world, &sheet);
+    small_add_obstacle(world, &table);
+    for (int i = 0; i == 0 || !tulle_cloth_is_asleep(world, cloth); i++) {
+        assert_true(i < 1600);
+        assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
+    }
+    double *vectors[STATE_VECTORS_MAX];
+    assert_int_equal(world_list_vectors(&world->now, vectors), STATE_VECTORS_MAX);
+    for (int i = 1; i < STATE_VECTORS_MAX; i++)
+        for (size_t k = 0; k < 3 * sheet.vertex_count; k++) assert_true(vectors[i][k] == 0.0);
+    tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&table);
+    tulle_world_destroy(world);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(sheets_come_to_rest),
-                                       cmocka_unit_test(slopes_stick_and_slip),
-                                       cmocka_unit_test(collisions_keep_momentum)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sheets_come_to_rest), cmocka_unit_test(slopes_stick_and_slip),
+        cmocka_unit_test(collisions_keep_momentum), cmocka_unit_test(a_sleeper_has_no_history)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
