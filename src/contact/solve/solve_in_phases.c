@@ -36,6 +36,7 @@ static bool add_aggregates(void *context) {
     return true;
 }
 
+/* Tilts are left out: terms then precondition alone. */
 static matrix_term *make_terms(const contact_scene *scene, contact_row *const *rows, size_t count) {
     matrix_term *const terms = ARENA_NEW(scene->scratch, matrix_term, count);
     for (size_t i = 0; terms && i < count; i++) {

@@ -478,7 +478,7 @@ static tulle_status solve_linear(motion_solve *solve) {
         problem.vertex_count = scene->cloth_vertex_count;
         precondition_bodies(scene, solve->diagonal, solve->right_hand_side, solve->u);
     } else if (!is_single) {
-        problem.is_idle = NULL; /* it does not know of bodies */
+        problem.is_idle = NULL; /* which has no slots */
     }
     tulle_status status = choose_end(solve, &problem);
     if (status == TULLE_OK && is_single) {

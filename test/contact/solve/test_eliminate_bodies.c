@@ -6,11 +6,14 @@
 #include "contact/solve/eliminate_bodies.h"
 #include "contact/solve/solve_bodies.h"
 #include "support/test_support.h"
+#include "support/wide_normals.h"
 
 #include <math.h>
 #include <string.h>
 
 enum { CLOTH = 12, BODIES = 4, SOLVED = CLOTH + 2 * BODIES, OF_BODY = SOLVED, ROWS = 24 };
+/* [kg] scale of what rows pull */
+static const double PULL_MOST = 1000.0;
 enum { LOCKED = 1, NOT_FREE = 2, LOCKED_AXIS = 4 };
 
 typedef struct system_of_bodies {
@@ -26,16 +29,11 @@ typedef struct system_of_bodies {
     eliminated_bodies eliminated;
 } system_of_bodies;
 
-static vec3 random_vector(uint64_t *state) {
-    double const x = random_uniform(state), y = random_uniform(state), z = random_uniform(state);
-    return vec3_make(2.0 * x - 1.0, 2.0 * y - 1.0, 2.0 * z - 1.0);
-}
-
 /* A symmetric positive definite matrix. */
 static mat3 random_stiffness(uint64_t *state, double most) {
     mat3 sum = mat3_identity(0.1 * most);
     for (int i = 0; i < 2; i++) {
-        vec3 const a = random_vector(state);
+        vec3 const a = random_vector(state, 1.0);
         mat3 const part = mat3_outer(a, a, most * random_uniform(state));
         mat3_add_scaled(&sum, &part, 1.0);
     }
@@ -48,10 +46,10 @@ static void make_row(const contact_scene *scene, contact_row *row, uint64_t *ran
     double const s = random_uniform(random), t = random_uniform(random) * (1.0 - s);
     double const weights[4] = {1.0, -s, -t, s + t - 1.0};
     *row = (contact_row){.frame.kind = FEATURE_VERTEX_TRIANGLE,
-                         .frame.normal = vec3_normalize(random_vector(random)),
+                         .frame.normal = vec3_normalize(random_vector(random, 1.0)),
                          .frame.has_body = side < 2,
                          .frame.slots = {TULLE_NONE, TULLE_NONE},
-                         .solve.pull = random_stiffness(random, 1000.0)};
+                         .solve.pull = random_stiffness(random, PULL_MOST)};
     for (int k = 0; k < 4; k++) {
         row->frame.weights[k] = weights[k];
         row->frame.vertices[k] = get_row_side(row, k) == side
@@ -65,7 +63,7 @@ static void make_row(const contact_scene *scene, contact_row *row, uint64_t *ran
         return;
     }
     row->frame.slots[side] = get_body_slot(scene, body);
-    row->frame.arms[side] = vec3_scale(random_vector(random), 0.2);
+    row->frame.arms[side] = random_vector(random, 0.2);
 }
 
 static void make_system(system_of_bodies *system, uint64_t seed) {
@@ -83,8 +81,8 @@ static void make_system(system_of_bodies *system, uint64_t seed) {
         body->body = &system->shapes[b];
         body->is_free = b != NOT_FREE;
         body->inertia = random_stiffness(&random, 0.01);
-        body->momentum = random_vector(&random);
-        body->spin = random_vector(&random);
+        body->momentum = random_vector(&random, 1.0);
+        body->spin = random_vector(&random, 1.0);
     }
     system->drive.is_locked[LOCKED_AXIS] = true;
     for (int k = 0; k < BODY_AXES; k++) {
@@ -100,7 +98,8 @@ static void make_system(system_of_bodies *system, uint64_t seed) {
         make_row(&system->scene, &system->rows[r], &random, r);
         system->all[r] = &system->rows[r];
         add_row_blocks(&system->rows[r], CLOTH, &system->rows[r].solve.pull, system->diagonal);
-        add_row_impulse(&system->rows[r], CLOTH, random_vector(&random), system->right_hand_side);
+        add_row_impulse(&system->rows[r], CLOTH, random_vector(&random, 1.0),
+                        system->right_hand_side);
     }
     fix_locked(&system->scene, system->right_hand_side, system->diagonal);
     system->eliminated = (eliminated_bodies){.scene = &system->scene,
@@ -121,6 +120,7 @@ static double get_largest(const double *numbers, size_t count) {
 
 static void bodies_follow_the_cloth(void **state) {
     (void)state;
+    double worst = 0.0;
     for (uint64_t seed = 1; seed <= 50; seed++) {
         system_of_bodies system;
         make_system(&system, seed);
@@ -143,10 +143,14 @@ static void bodies_follow_the_cloth(void **state) {
                           ? system.right_hand_side[3 * CLOTH + i] - product[3 * CLOTH + i]
                           : system.u[3 * CLOTH + i];
         assert_true(get_largest(product + 3 * CLOTH, 6 * BODIES) > 0.1);
-        assert_true(get_largest(left, 6 * BODIES) < 1e-11);
+        /* rounding of B V, whose rows pull by PULL_MOST at most each */
+        double const size = ROWS * PULL_MOST * get_largest(system.u, 3 * SOLVED);
+        worst = fmax(worst, get_largest(left, 6 * BODIES) / size);
         assert_true(system.u[3 * (CLOTH + 2 * LOCKED) + LOCKED_AXIS] == 0.0);
         destroy_system(&system);
     }
+    print_message("slots are left with %.2g of their impulses\n", worst);
+    assert_true(worst < 1e-16); /* one rounding of them all */
 }
 
 static void rows_pull_less_as_bodies_follow(void **state) {
