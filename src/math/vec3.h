@@ -51,6 +51,11 @@ static inline vec3 vec3_reject(vec3 a, vec3 unit) {
     return vec3_add_scaled(a, unit, -vec3_dot(unit, a));
 }
 
+static inline mat3 mat3_scale(const mat3 *a, double s) {
+    mat3 result;
+    for (int i = 0; i < 9; i++) result.m[i] = s * a->m[i];
+    return result;
+}
 static inline mat3 mat3_identity(double s) { return (mat3){{s, 0, 0, 0, s, 0, 0, 0, s}}; }
 static inline vec3 mat3_multiply_vec3(const mat3 *a, vec3 b) {
     return (vec3){a->m[0] * b.x + a->m[1] * b.y + a->m[2] * b.z,

@@ -152,7 +152,7 @@ double measure_row_mobility(const contact_scene *scene, const contact_row *row,
         vec3 const turn = vec3_cross(row->frame.arms[side], row->frame.normal);
         mobility +=
             (body->drive ? vec3_dot(row->frame.normal, get_centre_answer(body, row->frame.normal))
-                         : 1.0 / body->body->mass) +
+                         : body->inverse_mass.x) +
             vec3_dot(turn, mat3_multiply_vec3(&body->inverse_inertia, turn));
     }
     return mobility;

@@ -58,11 +58,13 @@ static double get_push(const body_drive *drive, int k) {
 
 void update_body_answers(contact_body *body) {
     const body_drive *const drive = body->drive;
-    double const mass = body->body->mass;
+    double const mass = get_damped_mass(body);
     body->inverse_mass = vec3_make(1.0 / mass, 1.0 / mass, 1.0 / mass);
+    mat3 const inverse_inertia = rigid_compute_inverse_inertia(body->body, body->start.orientation);
+    body->inverse_inertia = mat3_scale(&inverse_inertia, 1.0 / body->spin_drag);
     if (!drive) return;
     double inverse[3];
-    mat3 inertia = body->inertia;
+    mat3 inertia = get_damped_inertia(body);
     for (int k = 0; k < 3; k++) {
         inverse[k] = drive->is_locked[k] ? 0.0 : 1.0 / (mass + get_drive_gain(drive, k));
         inertia.m[4 * k] += get_drive_gain(drive, 3 + k);
@@ -73,8 +75,8 @@ void update_body_answers(contact_body *body) {
 
 body_system make_body_system(const contact_body *body) {
     const body_drive *const drive = body->drive;
-    body_system system = {body->momentum, body->spin, mat3_identity(body->body->mass),
-                          body->inertia};
+    body_system system = {body->momentum, body->spin, mat3_identity(get_damped_mass(body)),
+                          get_damped_inertia(body)};
     if (!drive) return system;
     double sides[BODY_AXES];
     vec3_store(sides, 0, system.momentum);
@@ -125,8 +127,9 @@ static bool settle_body(contact_body *body, double u[BODY_AXES]) {
     body_drive *const drive = body->drive;
     /* what the body has without its drive: its start, and what rows gave */
     double without[BODY_AXES];
-    vec3_store(without, 0, vec3_scale(vec3_load(u, 0), body->body->mass));
-    vec3_store(without, 1, mat3_multiply_vec3(&body->inertia, vec3_load(u, 1)));
+    mat3 const inertia = get_damped_inertia(body);
+    vec3_store(without, 0, vec3_scale(vec3_load(u, 0), get_damped_mass(body)));
+    vec3_store(without, 1, mat3_multiply_vec3(&inertia, vec3_load(u, 1)));
     for (int k = 0; k < BODY_AXES; k++)
         without[k] -= get_push(drive, k) - get_drive_gain(drive, k) * u[k];
     bool has_changed = false;
@@ -153,15 +156,15 @@ static bool settle_body(contact_body *body, double u[BODY_AXES]) {
 }
 
 void update_driven_rows(const contact_scene *scene, contact_row *rows, size_t count) {
-    bool has_drive = false;
-    for (size_t b = 0; b < scene->body_count; b++) has_drive |= scene->bodies[b].drive != NULL;
-    for (size_t i = 0; has_drive && i < count; i++) {
-        bool is_driven = false;
+    bool has_any = false;
+    for (size_t b = 0; b < scene->body_count; b++) has_any |= scene->bodies[b].answers_anew;
+    for (size_t i = 0; has_any && i < count; i++) {
+        bool is_stale = false;
         for (int side = 0; side < 2; side++) {
             const contact_body *const body = find_side_body(scene, &rows[i], side);
-            is_driven |= body && body->drive;
+            is_stale |= body && body->answers_anew;
         }
-        if (is_driven) (void)set_row_mobility(scene, &rows[i]);
+        if (is_stale) (void)set_row_mobility(scene, &rows[i]);
     }
 }
 
@@ -188,8 +191,9 @@ tulle_status project_driven_impulses(const contact_scene *scene, contact_row *ro
 void rest_drives(const contact_scene *scene, contact_row *rows, size_t count) {
     for (size_t b = 0; b < scene->body_count; b++) {
         contact_body *const body = &scene->bodies[b];
-        if (!body->is_free || !body->drive) continue;
-        for (int k = 0; k < BODY_AXES; k++) body->drive->states[k] = DRIVE_IS_OFF;
+        if (!body->is_free || !body->answers_anew) continue;
+        body->drag = body->spin_drag = 1.0;
+        for (int k = 0; k < BODY_AXES && body->drive; k++) body->drive->states[k] = DRIVE_IS_OFF;
         update_body_answers(body);
     }
     update_driven_rows(scene, rows, count);

@@ -1,5 +1,5 @@
-/* contact/solve/body_drives.h - bodies that are driven and locked: how they answer impulses, and
- * what their drives give.
+/* contact/solve/body_drives.h - bodies that are damped, driven and locked: how they answer
+ * impulses, and what their drives give.
  *
  * Along each axis of the world a drive gives the impulse  push - gain u, but never more than its
  * limit: a spring and a damper that are part of the implicit solve. An axis below its limit adds
@@ -18,7 +18,15 @@ static inline double get_drive_gain(const body_drive *drive, int k) {
 /* Inverse of a symmetric positive definite matrix on the axes that are not locked; zero on the
  * others. */
 mat3 compute_free_inverse(const mat3 *matrix, const bool is_locked[3]);
-/* Sets inverse_mass and inverse_inertia from what the drive does now. */
+/* Mass [kg] and inertia [kg m^2] in the system, damping included. */
+static inline double get_damped_mass(const contact_body *body) {
+    return body->drag * body->body->mass;
+}
+static inline mat3 get_damped_inertia(const contact_body *body) {
+    return mat3_scale(&body->inertia, body->spin_drag);
+}
+
+/* Sets inverse_mass and inverse_inertia from the damping and what the drive does now. */
 void update_body_answers(contact_body *body);
 
 /* Entries of the linear system: the right-hand side and diagonal blocks of both slots. Those of a
@@ -40,9 +48,9 @@ bool settle_drives(const contact_scene *scene, contact_row *rows, size_t count, 
 /* project_impulses, and settle_drives after it, until no drive changes what it does. */
 tulle_status project_driven_impulses(const contact_scene *scene, contact_row *rows, size_t count,
                                      double *u);
-/* Drives give no more, as for the laws of impact. */
+/* Drives give no more, and nothing damps, as for the laws of impact. */
 void rest_drives(const contact_scene *scene, contact_row *rows, size_t count);
-/* Sets the answers of all rows on driven bodies. */
+/* Sets the answers of all rows on driven and damped bodies. */
 void update_driven_rows(const contact_scene *scene, contact_row *rows, size_t count);
 
 #endif

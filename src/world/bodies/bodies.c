@@ -147,6 +147,9 @@ void world_mark_bodies(tulle_world *world, const world_motion_state *state) {
 
 void world_load_bodies(step_context *context, double share) {
     double const h = context->time_step, ch = share * h;
+    /* BDF2 has another time for forces than for velocities; the one of cloth, or bodies and cloth
+     * would not press each other alike */
+    double const scale = context->world->system.integrator == TULLE_INTEGRATOR_BDF2 ? share : 1.0;
     vec3 const gravity = context->scene.gravity;
     for (size_t b = 0; b < context->scene.body_count; b++) {
         contact_body *const body = &context->scene.bodies[b];
@@ -155,11 +158,14 @@ void world_load_bodies(step_context *context, double share) {
         vec3 const pull = vec3_add_scaled(gravity, obstacle->given_force, 1.0 / body->body->mass);
         vec3 const fallen = vec3_add_scaled(body->start.velocity, pull, ch);
         vec3 const turned = vec3_add_scaled(body->start.spin, obstacle->given_torque, ch);
-        body->momentum =
-            vec3_scale(fallen, body->body->mass / (1.0 + ch * body->body->linear_damping));
-        body->spin = vec3_scale(turned, 1.0 / (1.0 + ch * body->body->angular_damping));
+        body->momentum = vec3_scale(fallen, scale * body->body->mass);
+        body->spin = vec3_scale(turned, scale);
+        body->drag = scale * (1.0 + ch * body->body->linear_damping);
+        body->spin_drag = scale * (1.0 + ch * body->body->angular_damping);
+        body->answers_anew = body->drive || body->drag != 1.0 || body->spin_drag != 1.0;
         body->fall = vec3_scale(pull, (0.5 - share) * h);
-        world_load_drive(context, b, ch);
+        world_load_drive(context, b, scale * ch);
+        update_body_answers(body);
     }
 }
 
@@ -183,6 +189,8 @@ tulle_status world_prepare_bodies(step_context *context) {
                                .vertex_begin = obstacle->vertex_begin,
                                .vertex_end = obstacle->vertex_begin + (uint32_t)count,
                                .is_free = answers && state->rests[b].state != BODY_SLEEPS,
+                               .drag = 1.0,
+                               .spin_drag = 1.0,
                                .start = {.position = vec3_load(state->positions, slot),
                                          .orientation = orientation,
                                          .velocity = vec3_load(state->velocities, slot)}};
@@ -191,7 +199,6 @@ tulle_status world_prepare_bodies(step_context *context) {
         memcpy(world->targets + 3 * begin, state->positions + 3 * begin,
                3 * count * sizeof(double));
         body->inertia = rigid_compute_inertia(&obstacle->rigid, orientation);
-        body->inverse_inertia = rigid_compute_inverse_inertia(&obstacle->rigid, orientation);
         if (body->is_free && !world_prepare_drive(context, b)) return TULLE_ERROR_OUT_OF_MEMORY;
         update_body_answers(body);
         body->start.velocity = vec3_load(state->velocities, slot);
@@ -210,7 +217,8 @@ tulle_status world_prepare_bodies(step_context *context) {
         vec3 const turn_rate =
             vec3_load(context->mean_velocity, (size_t)get_body_slot(scene, b) + 1);
         rigid_state end = body->start;
-        end.spin = body->drive ? mat3_multiply_vec3(&body->inertia, turn_rate) : body->spin;
+        bool const is_as_given = !body->drive && body->spin_drag == 1.0;
+        end.spin = is_as_given ? body->spin : mat3_multiply_vec3(&body->inertia, turn_rate);
         body->turn = mat3_identity(1.0);
         body->turn_vector = vec3_make(0.0, 0.0, 0.0);
         if (!drift_body(body, end.velocity, turn_rate, context->time_step, &end)) continue;

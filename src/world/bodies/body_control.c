@@ -302,7 +302,7 @@ static vec3 compute_turn(quaternion from, quaternion to) {
     return size > 0.0 ? vec3_scale(quarter, 4.0 * atan(size) / size) : quarter;
 }
 
-void world_load_drive(const step_context *context, size_t body, double ch) {
+void world_load_drive(const step_context *context, size_t body, double force_time) {
     const tulle_world *const world = context->world;
     contact_body *const moved = &context->scene.bodies[body];
     const body_control *const control = &world->controls[body];
@@ -323,9 +323,9 @@ void world_load_drive(const step_context *context, size_t body, double ch) {
         double const speed = (turns ? given->angular_velocity : given->velocity)[axis];
         double const limit = (turns ? given->torque_limit : given->force_limit)[axis];
         if (moved->drive->is_locked[k]) continue;
-        moved->drive->gains[k] = ch * (damping + context->time_step * stiffness);
-        moved->drive->pushes[k] = ch * (stiffness * ways[k] + damping * speed);
-        moved->drive->limits[k] = ch * limit;
+        moved->drive->gains[k] = force_time * (damping + context->time_step * stiffness);
+        moved->drive->pushes[k] = force_time * (stiffness * ways[k] + damping * speed);
+        moved->drive->limits[k] = force_time * limit;
     }
     /* what is driven goes by u alone, which the drive reckons with */
     double fall[3];
@@ -333,7 +333,6 @@ void world_load_drive(const step_context *context, size_t body, double ch) {
     for (int k = 0; k < 3; k++)
         if (moved->drive->gains[k] > 0.0) fall[k] = 0.0;
     moved->fall = vec3_load(fall, 0);
-    update_body_answers(moved);
 }
 
 void world_note_drive(const step_context *context, size_t body) {
@@ -342,7 +341,7 @@ void world_note_drive(const step_context *context, size_t body) {
     const body_drive *const drive = context->scene.bodies[body].drive;
     double *const forces = context->state->drive_forces + BODY_AXES * body;
     memset(forces, 0, BODY_AXES * sizeof *forces);
-    double const time = world->system.share * context->time_step;
+    double const time = world->system.force_time;
     for (int k = 0; drive && control->is_driven && k < BODY_AXES; k++) {
         double const limit =
             k < 3 ? control->drive.force_limit[k] : control->drive.torque_limit[k - 3];

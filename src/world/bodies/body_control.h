@@ -8,9 +8,8 @@
 /* Gives the scene's body its drive, in the scratch arena, where it has locks or a drive; stops what
  * moves along locked axes. False: no memory. */
 bool world_prepare_drive(step_context *context, size_t body);
-/* Gains, pushes and limits of a drive for `ch` [s], the share of the substep in which forces act
- * on u. */
-void world_load_drive(const step_context *context, size_t body, double ch);
+/* Gains, pushes and limits of a drive for the time [s] that forces act on u. */
+void world_load_drive(const step_context *context, size_t body, double force_time);
 /* Notes in context->state what the drive gave in the substep. */
 void world_note_drive(const step_context *context, size_t body);
 /* [J] Work of drives and of what the host added, in the substep as solved. */

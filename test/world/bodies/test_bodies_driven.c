@@ -377,6 +377,45 @@ static void a_table_feels_the_weight(void **state) {
     }
 }
 
+/* However much the air damps a body, at rest it weighs what it weighs: on a table, and at a spring,
+ * by all integrators. */
+static void a_damped_box_keeps_its_weight(void **state) {
+    (void)state;
+    tulle_body const body = {
+        .is_dynamic = 1, .mass = MASS, .linear_damping = 20.0, .angular_damping = 10.0};
+    for (int integrator = 0; integrator < 3; integrator++) {
+        tulle_world_def def = tulle_world_def_default();
+        def.integrator = (tulle_integrator)integrator;
+        tulle_world *const world = bodies_make_world(&def, true);
+        tulle_mesh ground = bodies_make_box(2.0, 2.0, 0.2, (double[3]){0.0, 0.0, -0.1});
+        tulle_mesh box = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.5, 0.25, 0.104});
+        tulle_mesh other = bodies_make_box(0.2, 0.2, 0.2, (double[3]){0.0, 0.0, 1.0});
+        tulle_obstacle_id const table = bodies_add_obstacle(world, &ground, 0.5, NULL);
+        bodies_add_obstacle(world, &box, 0.5, &body);
+        tulle_obstacle_id const hung = bodies_add_obstacle(world, &other, 0.5, &body);
+        tulle_error error = {0};
+        fine(tulle_world_start(world, &error), &error);
+        tulle_body_drive drive = tulle_body_drive_default();
+        double const stiffness = 400.0, weight = 9.81 * MASS;
+        drive.position[2] = 1.0;
+        drive.stiffness[2] = stiffness;
+        fine(tulle_obstacle_set_drive(world, hung, &drive, &error), &error);
+        for (int i = 0; i < 640; i++) bodies_step_by(world, STEP);
+        double impulse[3], moment[3];
+        fine(tulle_obstacle_get_contact_impulse(world, table, impulse, moment, &error), &error);
+        double const height = bodies_get_transform(world, hung).position[2];
+        print_message("integrator %d: a damped box of %.2f N weighs %.6f N and hangs by %.6f m\n",
+                      integrator, weight, -impulse[2] / STEP, 1.0 - height);
+        expect_near(-impulse[2] / STEP, weight, 1e-6 * weight);
+        expect_near(moment[0] / STEP, -0.25 * weight, 1e-6 * weight);
+        expect_near(1.0 - height, weight / stiffness, 1e-9);
+        tulle_mesh_destroy(&ground);
+        tulle_mesh_destroy(&box);
+        tulle_mesh_destroy(&other);
+        tulle_world_destroy(world);
+    }
+}
+
 static void a_table_feels_what_sleeps_on_it(void **state) {
     (void)state;
     tulle_world_def const def = tulle_world_def_default();
@@ -503,6 +542,7 @@ int main(void) {
         cmocka_unit_test(locks_are_exact),
         cmocka_unit_test(a_finger_squeezes_with_its_limit),
         cmocka_unit_test(a_table_feels_the_weight),
+        cmocka_unit_test(a_damped_box_keeps_its_weight),
         cmocka_unit_test(a_table_feels_what_sleeps_on_it),
         cmocka_unit_test(states_hold_locks_and_drives),
         cmocka_unit_test(crafted_drives_are_refused),
