@@ -10,7 +10,8 @@
  *   they take far more than there is   | the same about a part of the way    | 12 a balance
  *   the solve was rough                | solve to the tolerance              | 1 a linearisation
  *   energy is gained, bodies make room | the same with less room for bodies  | 2
- *   energy is gained                   | linearise, solve with more rounds   | 3, while it halves
+ *   energy is gained                   | linearise, solve with more rounds   | 3, while it halves,
+ *                                      |                                     | down to a tenth
  *                                      |                                     |
  *   in a substep                       |                                     |
  *   its contacts wake bodies or cloth  | the substep with them awake         | once for each
@@ -49,8 +50,9 @@ enum { LINEARISATIONS_MAX = 3, LINEARISATIONS_LOST_MAX = 12 };
  */
 enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 3, ROOM_LEVELS_MAX = 2 };
 /* Another balance follows one that left less than this part of the gain. What the first one does
- * not mend, later ones seldom do. */
-static const double BALANCE_FALL = 0.5;
+ * not mend, later ones seldom do. Nor does one follow where next to nothing of the first gain is
+ * left. */
+static const double BALANCE_FALL = 0.5, BALANCE_ENOUGH = 0.1;
 
 /* A rest of the step under this share of it is rounding, and no substep follows. */
 static const double REMAINDER_SHARE = 1e-9;
@@ -81,6 +83,7 @@ void world_begin_solves(step_context *context) {
     retry->history = (solve_history){0};
     retry->is_lost = retry->is_tempered = false;
     retry->last_gain = (double)INFINITY;
+    retry->first_gain = 0.0;
     context->gain = 0.0;
     begin_series(context);
 }
@@ -105,7 +108,7 @@ bool world_retry_solve(step_context *context, tulle_status *status) {
     if (*status != TULLE_OK || context->outcome != SUBSTEP_RUNS) return false;
     if (context->is_stretched && world_may_linearise(context)) {
         retry->linearisations++;
-        retry->is_rough = true;
+        retry->is_rough = retry->is_lost || !context->is_nearly_linear;
         *status = linearise_anew(context);
         return *status == TULLE_OK;
     }
@@ -129,8 +132,10 @@ bool world_retry_balance(step_context *context, tulle_status *status) {
         begin_series(context);
         return true;
     }
-    if (retry->balances == BALANCES_MAX || !(context->gain < BALANCE_FALL * retry->last_gain))
-        return false;
+    if (retry->balances == 0) retry->first_gain = context->gain;
+    bool const is_enough = context->gain < BALANCE_ENOUGH * retry->first_gain;
+    bool const falls = context->gain < BALANCE_FALL * retry->last_gain;
+    if (retry->balances == BALANCES_MAX || is_enough || !falls) return false;
     settings->solve_rounds = BALANCE_ROUNDS << retry->balances++;
     if (settings->solve_rounds_landing < settings->solve_rounds)
         settings->solve_rounds_landing = settings->solve_rounds;

@@ -17,6 +17,14 @@
 /* Springs may take more energy than the linear system reckons with. It misleads the solve where the
  * difference is over this share of the energy that the step takes anyway. */
 static const double EXCESS_SHARE = 0.5;
+/* Near rest a step takes next to no energy. So springs that were linearised anew may also take this
+ * share of m (g h)^2 of the lightest cloth. Without that first time pinched cloth creeps. A stack
+ * of bodies on cloth creeps even so, so that nothing is left to springs beside bodies. */
+static const double FALL_SHARE = 0.01;
+/* Linearised anew, springs seldom have a twentieth of the excess. Where that will do, the solve
+ * that follows is a full one, but for an excess over m (g h)^2: stiff sheets that land are thrown
+ * about more, and cloth creeps in a drum that spins fast. */
+static const double NEWTON_FALL = 20.0;
 
 /* The next solve goes on from a rough one. So a rough solve ends at this part of its first
  * residual, but neither above so many times the tolerance nor above a hundredth. At rest the first
@@ -98,6 +106,20 @@ tulle_status world_compute_forces(step_context *context) {
 
 /* ---- 7 ---- */
 
+/* [J] m (g h)^2 of the lightest cloth. */
+static double measure_lightest_fall(const step_context *context) {
+    const tulle_world *const world = context->world;
+    double lightest = (double)INFINITY;
+    for (size_t s = 0; s < world->cloths.count; s++) {
+        double mass = 0.0;
+        for (uint32_t v = world->surfaces[s].vertex_begin; v < world->surfaces[s].vertex_end; v++)
+            mass += world->model->masses[v];
+        lightest = fmin(lightest, mass);
+    }
+    double const fall = vec3_norm(vec3_load(world->def.gravity, 0)) * context->time_step;
+    return lightest * fall * fall;
+}
+
 /* Whether the solution stretches the cloth by more energy than the linear system knows of. */
 static tulle_status check_springs(step_context *context) {
     tulle_world *const world = context->world;
@@ -111,7 +133,13 @@ static tulle_status check_springs(step_context *context) {
                               world->threads, &world->scratch, &excess);
     if (status != TULLE_OK) return status;
     context->spring_excess = excess.springs;
-    context->is_stretched = excess.springs > EXCESS_SHARE * kept * excess.inertia;
+    double const of_step = EXCESS_SHARE * kept * excess.inertia;
+    context->is_stretched = excess.springs > of_step;
+    if (!context->is_stretched) return TULLE_OK;
+    double const fall = context->scene.body_count > 0 ? 0.0 : measure_lightest_fall(context);
+    double const enough = fmax(of_step, FALL_SHARE * kept * fall);
+    context->is_stretched = context->retry.linearisations == 0 || excess.springs > enough;
+    context->is_nearly_linear = excess.springs < fmin(NEWTON_FALL * enough, fall);
     return context->is_stretched ? world_temper_solution(context) : TULLE_OK;
 }
 

@@ -75,7 +75,7 @@ typedef struct retry_state {
     bool is_tempered; /* the last one still did, and no other follows: u went back on its way */
     int balances;     /* solves anew with more rounds, for a gain of energy */
     int room_levels;  /* solves anew with less room between bodies, for the same */
-    double last_gain; /* [J] of the balance before */
+    double first_gain, last_gain; /* [J] that balances were for: the first, the one before */
 } retry_state;
 
 /* What a step carries from stage to stage. */
@@ -112,6 +112,7 @@ typedef struct step_context {
     double *mean_velocity;     /* [m/s] solve_motion: u of all vertices */
     double *end;               /* [m] solve_motion: ends x0 + h u of the paths */
     bool is_stretched;         /* the cloth takes more energy than the system reckons with */
+    bool is_nearly_linear;     /* but hardly any more, once springs are linearised anew */
     double spring_excess;      /* [J] so much more in springs */
     bool has_settled;          /* the impulses of a full solve no longer change */
     impact_report impacts;     /* resolve_impacts */
