@@ -134,13 +134,13 @@ typedef struct contact_body {
     bool is_tied;                      /* a spring pulls it */
     rigid_state start;                 /* at x0 */
     mat3 inertia;                      /* about the centre, in the world's axes at x0 */
-    /* Mass and inertia in the implicit solve are so many times as large: damping is part of it, and
-     * forces act there as long as on cloth. */
-    double drag, spin_drag;
-    bool answers_anew; /* its answers are not the same in the solve and after it */
-    body_drive *drive; /* null: nothing drives or locks it */
-    vec3 inverse_mass; /* [1/kg] of each axis. These two answer an impulse: with damping and the
-                          gains that the drive follows, zero where it is locked */
+    /* The implicit solve multiplies mass and inertia by these: by 1 + damping times the time of
+     * forces, and by BDF2 also by its share c. */
+    double mass_factor, inertia_factor;
+    bool has_own_answers; /* in the solve: not those of its mass and inertia alone */
+    body_drive *drive;    /* null: nothing drives or locks it */
+    vec3 inverse_mass;    /* [1/kg] of each axis. These two answer an impulse: with damping and the
+                             gains that the drive follows, zero where it is locked */
     mat3 inverse_inertia;
     vec3 momentum, spin; /* [N s], [N m s] right-hand sides: those of the start, with gravity and
                             what the host adds */

@@ -68,13 +68,6 @@ void rigid_apply_impulse(const rigid_body *body, rigid_state *state, vec3 point,
     state->spin = vec3_add(state->spin, vec3_cross(vec3_sub(point, state->position), impulse));
 }
 
-void rigid_apply_gravity(const rigid_body *body, rigid_state *state, vec3 gravity,
-                         double time_step) {
-    vec3 const velocity = vec3_add_scaled(state->velocity, gravity, time_step);
-    state->velocity = vec3_scale(velocity, 1.0 / (1.0 + time_step * body->linear_damping));
-    state->spin = vec3_scale(state->spin, 1.0 / (1.0 + time_step * body->angular_damping));
-}
-
 /* One midpoint step of the orientation. Newton's method finds P_m and stops when its error stops
  * shrinking. */
 static quaternion turn(const rigid_body *body, quaternion q, vec3 spin, double h) {

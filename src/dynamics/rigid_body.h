@@ -36,9 +36,6 @@ double rigid_measure_kinetic_energy(const rigid_body *body, const rigid_state *s
 
 /* An impulse [N s] that acts at `point` [m] of the world. */
 void rigid_apply_impulse(const rigid_body *body, rigid_state *state, vec3 point, vec3 impulse);
-/* Gravity [m/s^2] and damping over time_step [s], on velocities alone. */
-void rigid_apply_gravity(const rigid_body *body, rigid_state *state, vec3 gravity,
-                         double time_step);
 
 /* Moves the body on by time_step [s] with the mean velocity [m/s] of its centre and no torque: the
  * rotation keeps the spin and its energy but for rounding. Its error in time is of fourth order.

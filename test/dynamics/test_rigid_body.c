@@ -240,23 +240,18 @@ static void test_impulses_and_fall(void **context) {
     vec3 const gravity = vec3_make(0.0, 0.0, -9.81);
     for (int step = 0; step < 180; step++) {
         vec3 const before = state.velocity;
-        rigid_apply_gravity(&body, &state, gravity, STEP);
+        state.velocity = vec3_add_scaled(state.velocity, gravity, STEP);
         assert_true(rigid_drift(&body, vec3_lerp(before, state.velocity, 0.5), STEP, &state));
     }
     assert_true(fabs(state.position.z - (3.0 * 2.0 - 0.5 * 9.81 * 4.0)) < 1e-12);
     assert_true(fabs(state.position.x - 1.0) < 1e-13);
 }
 
-static void test_damping_and_refusals(void **context) {
+static void test_refusals(void **context) {
     (void)context;
     rigid_body body = make_body(0.1, 0.2, 0.3);
-    body.linear_damping = 2.0, body.angular_damping = 3.0;
     rigid_state state = {
         .orientation = {1.0, 0.0, 0.0, 0.0}, .velocity = {1.0, 0.0, 0.0}, .spin = {0.0, 1.0, 0.0}};
-    for (int step = 0; step < 9000; step++)
-        rigid_apply_gravity(&body, &state, vec3_make(0, 0, 0), 1.0 / 9000);
-    assert_true(fabs(state.velocity.x - exp(-2.0)) < 1e-4);
-    assert_true(fabs(state.spin.y - exp(-3.0)) < 1e-4);
     rigid_state before = state;
     state.spin.x = before.spin.x = 1e9;
     assert_false(rigid_drift(&body, state.velocity, STEP, &state));
@@ -285,7 +280,7 @@ int main(void) {
                                        cmocka_unit_test(test_symmetric_top_precesses),
                                        cmocka_unit_test(test_drift_runs_back),
                                        cmocka_unit_test(test_impulses_and_fall),
-                                       cmocka_unit_test(test_damping_and_refusals),
+                                       cmocka_unit_test(test_refusals),
                                        cmocka_unit_test(test_places)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -86,10 +86,11 @@ void set_row_friction(const contact_scene *scene, contact_row *row) {
     for (int side = 0; side < 2 && row->frame.has_body; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
         if (!body) continue;
-        double own = pull;
-        if (body->drive)
-            own = vec3_dot(row->frame.normal, mask_locked(body->drive, scene->gravity));
-        law->fall += scene->time_step * (side == 0 ? 1.0 : -1.0) * own;
+        double const damping = body->body->linear_damping;
+        vec3 own = vec3_add_scaled(scene->gravity, body->start.velocity, -damping);
+        if (body->drive) own = mask_locked(body->drive, own);
+        law->fall += scene->time_step * (side == 0 ? 1.0 : -1.0) *
+                     vec3_dot(row->frame.normal, own) / (1.0 + scene->time_step * damping);
     }
     vec3 const slip = vec3_add_scaled(velocity, row->frame.normal, -law->approach);
     law->restitution = given->restitution;

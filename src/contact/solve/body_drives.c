@@ -58,13 +58,13 @@ static double get_push(const body_drive *drive, int k) {
 
 void update_body_answers(contact_body *body) {
     const body_drive *const drive = body->drive;
-    double const mass = get_damped_mass(body);
+    double const mass = get_system_mass(body);
     body->inverse_mass = vec3_make(1.0 / mass, 1.0 / mass, 1.0 / mass);
     mat3 const inverse_inertia = rigid_compute_inverse_inertia(body->body, body->start.orientation);
-    body->inverse_inertia = mat3_scale(&inverse_inertia, 1.0 / body->spin_drag);
+    body->inverse_inertia = mat3_scale(&inverse_inertia, 1.0 / body->inertia_factor);
     if (!drive) return;
     double inverse[3];
-    mat3 inertia = get_damped_inertia(body);
+    mat3 inertia = get_system_inertia(body);
     for (int k = 0; k < 3; k++) {
         inverse[k] = drive->is_locked[k] ? 0.0 : 1.0 / (mass + get_drive_gain(drive, k));
         inertia.m[4 * k] += get_drive_gain(drive, 3 + k);
@@ -75,8 +75,8 @@ void update_body_answers(contact_body *body) {
 
 body_system make_body_system(const contact_body *body) {
     const body_drive *const drive = body->drive;
-    body_system system = {body->momentum, body->spin, mat3_identity(get_damped_mass(body)),
-                          get_damped_inertia(body)};
+    body_system system = {body->momentum, body->spin, mat3_identity(get_system_mass(body)),
+                          get_system_inertia(body)};
     if (!drive) return system;
     double sides[BODY_AXES];
     vec3_store(sides, 0, system.momentum);
@@ -127,8 +127,8 @@ static bool settle_body(contact_body *body, double u[BODY_AXES]) {
     body_drive *const drive = body->drive;
     /* what the body has without its drive: its start, and what rows gave */
     double without[BODY_AXES];
-    mat3 const inertia = get_damped_inertia(body);
-    vec3_store(without, 0, vec3_scale(vec3_load(u, 0), get_damped_mass(body)));
+    mat3 const inertia = get_system_inertia(body);
+    vec3_store(without, 0, vec3_scale(vec3_load(u, 0), get_system_mass(body)));
     vec3_store(without, 1, mat3_multiply_vec3(&inertia, vec3_load(u, 1)));
     for (int k = 0; k < BODY_AXES; k++)
         without[k] -= get_push(drive, k) - get_drive_gain(drive, k) * u[k];
@@ -155,14 +155,14 @@ static bool settle_body(contact_body *body, double u[BODY_AXES]) {
     return has_changed;
 }
 
-void update_driven_rows(const contact_scene *scene, contact_row *rows, size_t count) {
+void update_body_rows(const contact_scene *scene, contact_row *rows, size_t count) {
     bool has_any = false;
-    for (size_t b = 0; b < scene->body_count; b++) has_any |= scene->bodies[b].answers_anew;
+    for (size_t b = 0; b < scene->body_count; b++) has_any |= scene->bodies[b].has_own_answers;
     for (size_t i = 0; has_any && i < count; i++) {
         bool is_stale = false;
         for (int side = 0; side < 2; side++) {
             const contact_body *const body = find_side_body(scene, &rows[i], side);
-            is_stale |= body && body->answers_anew;
+            is_stale |= body && body->has_own_answers;
         }
         if (is_stale) (void)set_row_mobility(scene, &rows[i]);
     }
@@ -175,7 +175,7 @@ bool settle_drives(const contact_scene *scene, contact_row *rows, size_t count, 
         if (!body->is_free || !body->drive) continue;
         has_changed |= settle_body(body, u + 3 * (size_t)get_body_slot(scene, b));
     }
-    if (has_changed) update_driven_rows(scene, rows, count);
+    if (has_changed) update_body_rows(scene, rows, count);
     return has_changed;
 }
 
@@ -188,13 +188,13 @@ tulle_status project_driven_impulses(const contact_scene *scene, contact_row *ro
     return TULLE_OK;
 }
 
-void rest_drives(const contact_scene *scene, contact_row *rows, size_t count) {
+void rest_bodies(const contact_scene *scene, contact_row *rows, size_t count) {
     for (size_t b = 0; b < scene->body_count; b++) {
         contact_body *const body = &scene->bodies[b];
-        if (!body->is_free || !body->answers_anew) continue;
-        body->drag = body->spin_drag = 1.0;
+        if (!body->is_free || !body->has_own_answers) continue;
+        body->mass_factor = body->inertia_factor = 1.0;
         for (int k = 0; k < BODY_AXES && body->drive; k++) body->drive->states[k] = DRIVE_IS_OFF;
         update_body_answers(body);
     }
-    update_driven_rows(scene, rows, count);
+    update_body_rows(scene, rows, count);
 }

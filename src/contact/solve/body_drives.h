@@ -18,12 +18,12 @@ static inline double get_drive_gain(const body_drive *drive, int k) {
 /* Inverse of a symmetric positive definite matrix on the axes that are not locked; zero on the
  * others. */
 mat3 compute_free_inverse(const mat3 *matrix, const bool is_locked[3]);
-/* Mass [kg] and inertia [kg m^2] in the system, damping included. */
-static inline double get_damped_mass(const contact_body *body) {
-    return body->drag * body->body->mass;
+/* Mass [kg] and inertia [kg m^2] in the linear system. */
+static inline double get_system_mass(const contact_body *body) {
+    return body->mass_factor * body->body->mass;
 }
-static inline mat3 get_damped_inertia(const contact_body *body) {
-    return mat3_scale(&body->inertia, body->spin_drag);
+static inline mat3 get_system_inertia(const contact_body *body) {
+    return mat3_scale(&body->inertia, body->inertia_factor);
 }
 
 /* Sets inverse_mass and inverse_inertia from the damping and what the drive does now. */
@@ -49,8 +49,8 @@ bool settle_drives(const contact_scene *scene, contact_row *rows, size_t count, 
 tulle_status project_driven_impulses(const contact_scene *scene, contact_row *rows, size_t count,
                                      double *u);
 /* Drives give no more, and nothing damps, as for the laws of impact. */
-void rest_drives(const contact_scene *scene, contact_row *rows, size_t count);
+void rest_bodies(const contact_scene *scene, contact_row *rows, size_t count);
 /* Sets the answers of all rows on driven and damped bodies. */
-void update_driven_rows(const contact_scene *scene, contact_row *rows, size_t count);
+void update_body_rows(const contact_scene *scene, contact_row *rows, size_t count);
 
 #endif

@@ -46,8 +46,8 @@ void apply_bodies(const contact_scene *scene, const double *x, double *y) {
         size_t const slot = get_body_slot(scene, b);
         memset(y + 3 * slot, 0, 6 * sizeof(double));
         if (!body->is_free) continue;
-        mat3 const inertia = get_damped_inertia(body);
-        vec3_store(y, slot, vec3_scale(vec3_load(x, slot), get_damped_mass(body)));
+        mat3 const inertia = get_system_inertia(body);
+        vec3_store(y, slot, vec3_scale(vec3_load(x, slot), get_system_mass(body)));
         vec3_store(y, slot + 1, mat3_multiply_vec3(&inertia, vec3_load(x, slot + 1)));
         for (int k = 0; body->drive && k < BODY_AXES; k++)
             y[3 * slot + (size_t)k] += get_drive_gain(body->drive, k) * x[3 * slot + (size_t)k];

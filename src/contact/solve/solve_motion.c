@@ -665,7 +665,7 @@ tulle_status solve_motion(const contact_scene *given, const motion_system *syste
     size_t const row_count = list->rows.count;
     bool const moves_first = status == TULLE_OK && !system->start && is_very_stiff(&solve);
     if (status == TULLE_OK) set_springs(&solve);
-    update_driven_rows(scene, rows, row_count);
+    update_body_rows(scene, rows, row_count);
     if (status == TULLE_OK) prepare_hard_rows(scene, solve.diagonal, rows, row_count, u);
     for (int round = 0; round < settings->solve_rounds_landing && status == TULLE_OK; round++) {
         uint32_t const before = report->cg_iterations;

@@ -160,10 +160,14 @@ void world_load_bodies(step_context *context, double share) {
         vec3 const turned = vec3_add_scaled(body->start.spin, obstacle->given_torque, ch);
         body->momentum = vec3_scale(fallen, scale * body->body->mass);
         body->spin = vec3_scale(turned, scale);
-        body->drag = scale * (1.0 + ch * body->body->linear_damping);
-        body->spin_drag = scale * (1.0 + ch * body->body->angular_damping);
-        body->answers_anew = body->drive || body->drag != 1.0 || body->spin_drag != 1.0;
-        body->fall = vec3_scale(pull, (0.5 - share) * h);
+        body->mass_factor = scale * (1.0 + ch * body->body->linear_damping);
+        body->inertia_factor = scale * (1.0 + ch * body->body->angular_damping);
+        body->has_own_answers =
+            body->drive || body->mass_factor != 1.0 || body->inertia_factor != 1.0;
+        /* what damping takes from a step's change of speed, it takes from half of it, too */
+        double const damping = body->body->linear_damping, rest = 1.0 + ch * damping;
+        vec3 const change = vec3_add_scaled(pull, body->start.velocity, -damping);
+        body->fall = vec3_scale(change, (0.5 - share) * h / (rest * rest));
         world_load_drive(context, b, scale * ch);
         update_body_answers(body);
     }
@@ -189,8 +193,8 @@ tulle_status world_prepare_bodies(step_context *context) {
                                .vertex_begin = obstacle->vertex_begin,
                                .vertex_end = obstacle->vertex_begin + (uint32_t)count,
                                .is_free = answers && state->rests[b].state != BODY_SLEEPS,
-                               .drag = 1.0,
-                               .spin_drag = 1.0,
+                               .mass_factor = 1.0,
+                               .inertia_factor = 1.0,
                                .start = {.position = vec3_load(state->positions, slot),
                                          .orientation = orientation,
                                          .velocity = vec3_load(state->velocities, slot)}};
@@ -217,7 +221,7 @@ tulle_status world_prepare_bodies(step_context *context) {
         vec3 const turn_rate =
             vec3_load(context->mean_velocity, (size_t)get_body_slot(scene, b) + 1);
         rigid_state end = body->start;
-        bool const is_as_given = !body->drive && body->spin_drag == 1.0;
+        bool const is_as_given = !body->drive && body->inertia_factor == 1.0;
         end.spin = is_as_given ? body->spin : mat3_multiply_vec3(&body->inertia, turn_rate);
         body->turn = mat3_identity(1.0);
         body->turn_vector = vec3_make(0.0, 0.0, 0.0);

@@ -351,6 +351,7 @@ void world_note_drive(const step_context *context, size_t body) {
 
 double world_measure_control_work(const step_context *context) {
     const tulle_world *const world = context->world;
+    double const whole = context->time_step / world->system.force_time;
     double work = 0.0;
     for (size_t b = 0; b < world->body_count; b++) {
         const world_obstacle *const obstacle = get_body(world, b);
@@ -358,7 +359,7 @@ double world_measure_control_work(const step_context *context) {
         const double *const u = context->mean_velocity + 3 * slot;
         const body_drive *const drive = context->scene.bodies[b].drive;
         if (!context->scene.bodies[b].is_free) continue;
-        for (int k = 0; drive && k < BODY_AXES; k++) work += drive->impulses[k] * u[k];
+        for (int k = 0; drive && k < BODY_AXES; k++) work += whole * drive->impulses[k] * u[k];
         vec3 const way =
             vec3_sub(vec3_load(context->end, slot), vec3_load(context->state->positions, slot));
         work += vec3_dot(obstacle->given_force, way) +

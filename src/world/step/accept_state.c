@@ -36,7 +36,8 @@ static tulle_status accept_velocities(step_context *context) {
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         world->is_fixed[v] = !(world->active_inverse_masses[v] > 0.0);
     response->mark_plain_ends(&context->scene, rows, world->is_fixed);
-    world_scale_impulses(context, 1.0 / system->share); /* to what they gave to end velocities */
+    /* to what they gave to end velocities; by BDF2 bodies got 1 / share of that */
+    world_scale_impulses(context, 1.0 / system->share);
     memcpy(end, u, bytes);
     finish_velocities(system, &context->dynamics, world->is_fixed, u, end);
 
@@ -51,7 +52,7 @@ static tulle_status accept_velocities(step_context *context) {
 
     /* the laws of impact, as far as energy allows */
     end_velocities ends = {.is_inelastic = system->integrator != TULLE_INTEGRATOR_IMPLICIT_EULER};
-    rest_drives(&context->scene, rows->rows.data, rows->rows.count);
+    rest_bodies(&context->scene, rows->rows.data, rows->rows.count);
     if (is_whole) {
         bool may_rebound = false;
         for (size_t i = 0; i < rows->rows.count; i++)

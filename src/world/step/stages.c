@@ -18,12 +18,12 @@
  * difference is over this share of the energy that the step takes anyway. */
 static const double EXCESS_SHARE = 0.5;
 /* Near rest a step takes next to no energy. So springs that were linearised anew may also take this
- * share of m (g h)^2 of the lightest cloth. Without that first time pinched cloth creeps. A stack
- * of bodies on cloth creeps even so, so that nothing is left to springs beside bodies. */
+ * share of m (g h)^2 of the lightest cloth. Without that first time pinched cloth creeps. Beside
+ * bodies they may not: a stack on cloth would creep. */
 static const double FALL_SHARE = 0.01;
-/* Linearised anew, springs seldom have a twentieth of the excess. Where that will do, the solve
- * that follows is a full one, but for an excess over m (g h)^2: stiff sheets that land are thrown
- * about more, and cloth creeps in a drum that spins fast. */
+/* A new linearisation usually leaves less than a twentieth of the excess. Where that will do, the
+ * solve that follows is a full one, but for an excess over m (g h)^2: stiff sheets that land would
+ * be thrown about more, and cloth would creep in a drum that spins fast. */
 static const double NEWTON_FALL = 20.0;
 
 /* The next solve goes on from a rough one. So a rough solve ends at this part of its first
@@ -136,8 +136,9 @@ static tulle_status check_springs(step_context *context) {
     double const of_step = EXCESS_SHARE * kept * excess.inertia;
     context->is_stretched = excess.springs > of_step;
     if (!context->is_stretched) return TULLE_OK;
-    double const fall = context->scene.body_count > 0 ? 0.0 : measure_lightest_fall(context);
-    double const enough = fmax(of_step, FALL_SHARE * kept * fall);
+    bool const has_bodies = context->scene.body_count > 0;
+    double const fall = has_bodies ? 0.0 : kept * measure_lightest_fall(context);
+    double const enough = fmax(of_step, FALL_SHARE * fall);
     context->is_stretched = context->retry.linearisations == 0 || excess.springs > enough;
     context->is_nearly_linear = excess.springs < fmin(NEWTON_FALL * enough, fall);
     return context->is_stretched ? world_temper_solution(context) : TULLE_OK;

@@ -36,8 +36,8 @@ static void make_scene(bodies_scene *made) {
     }
     for (int b = 0; b < BODIES; b++)
         made->bodies[b] = (contact_body){.is_free = true,
-                                         .drag = 1.0,
-                                         .spin_drag = 1.0,
+                                         .mass_factor = 1.0,
+                                         .inertia_factor = 1.0,
                                          .start.position = {(double)b, 0.0, 0.0},
                                          .turn = {{0, -1, 0, 1, 0, 0, 0, 0, 1}}};
     made->scene = (contact_scene){.x0 = made->x0,

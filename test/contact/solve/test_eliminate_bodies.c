@@ -81,8 +81,8 @@ static void make_system(system_of_bodies *system, uint64_t seed) {
         body->body = &system->shapes[b];
         body->is_free = b != NOT_FREE;
         body->inertia = random_stiffness(&random, 0.01);
-        body->drag = 1.0 + 0.5 * b;
-        body->spin_drag = 1.0 + 0.25 * b;
+        body->mass_factor = 1.0 + 0.5 * b;
+        body->inertia_factor = 1.0 + 0.25 * b;
         body->momentum = random_vector(&random, 1.0);
         body->spin = random_vector(&random, 1.0);
     }

@@ -41,6 +41,51 @@ static void free_fall_is_exact(void **state) {
     tulle_world_destroy(world);
 }
 
+/* What damping slows down falls as it should, and never rises, however strong the damping is. */
+static void damped_fall(tulle_integrator integrator, double damping, double most_off) {
+    tulle_world_def def = tulle_world_def_default();
+    def.integrator = integrator;
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_mesh ball = bodies_make_ball(0.1, 2, (double[3]){0.0, 0.0, 2.0});
+    tulle_body const body = {.is_dynamic = 1,
+                             .mass = 2.0,
+                             .linear_damping = damping,
+                             .angular_damping = damping,
+                             .angular_velocity = {0.0, 0.0, 2.0}};
+    tulle_obstacle_id const id = bodies_add_obstacle(world, &ball, 0.3, &body);
+    double const time = 60 * BODIES_STEP, speed = 9.81 / damping;
+    double last = 2.0, way = 0.0;
+    for (int i = 0; i < 60; i++) {
+        bodies_step(world);
+        double const height = bodies_get_transform(world, id).position[2];
+        way = last - height;
+        assert_true(way > 0.0);
+        last = height;
+    }
+    tulle_transform const end = bodies_get_transform(world, id);
+    double const exact = speed * (time - (1.0 - exp(-damping * time)) / damping);
+    print_message("damped by %g/s, integrator %d: falls by %.6g m, exactly %.6g\n", damping,
+                  (int)integrator, 2.0 - last, exact);
+    assert_true(fabs(2.0 - last - exact) < most_off * exact);
+    double const left =
+        exp(-damping * time); /* of the speed that is still to come, and of the spin */
+    assert_true(fabs(-end.velocity[2] - speed * (1.0 - left)) < 0.03 * speed);
+    assert_true(fabs(way - BODIES_STEP * speed * (1.0 - left)) < 0.03 * BODIES_STEP * speed);
+    assert_true(fabs(end.angular_velocity[2] - 2.0 * left) < 0.05);
+    tulle_mesh_destroy(&ball);
+    tulle_world_destroy(world);
+}
+
+static void damped_bodies_fall(void **state) {
+    (void)state;
+    for (int integrator = 0; integrator < 3; integrator++) {
+        damped_fall((tulle_integrator)integrator, 3.0, 0.02);
+        damped_fall((tulle_integrator)integrator, 30.0, 0.02);
+    }
+    damped_fall(TULLE_INTEGRATOR_IMPLICIT_EULER, 200.0, 0.02);
+    damped_fall(TULLE_INTEGRATOR_IMPLICIT_EULER, 1e6, 0.02);
+}
+
 /* A box that spins about its middle axis: it flips, and keeps spin and energy. */
 static void top_keeps_spin_and_energy(void **state) {
     (void)state;
@@ -209,6 +254,7 @@ static void ball_rolls(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(free_fall_is_exact),
+        cmocka_unit_test(damped_bodies_fall),
         cmocka_unit_test(top_keeps_spin_and_energy),
         cmocka_unit_test(box_sticks_and_slides),
         cmocka_unit_test(ball_rolls),
