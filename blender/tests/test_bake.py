@@ -61,8 +61,11 @@ class Bakes(SceneTest):
         self.scene.gravity = (0, 0, -981)
         self.bake_all()
         self.compare(sheet, "sheet")
-        for a, b in zip(metres, self.list_frames("sheet")):
-            self.assertLess(np.abs(a - b).max(), 2e-3)
+        centimetres = self.list_frames("sheet")
+        off = [np.abs(a - b).max() for a, b in zip(metres, centimetres)]
+        self.assertEqual(len(metres), len(centimetres))
+        self.assertLess(max(off[:6]), 1e-5)  # the fall and the first contact
+        self.assertLess(max(off), 0.03)  # draped cloth makes more of rounding; it goes 0.58 m
         self.scene.gravity = (0, 0, -9.81)
         self.bake_all(restart=True)
         self.assertIn("Gravity is 0.0981", self.scene.tulle.report)
