@@ -259,6 +259,39 @@ static void ball_bounces(void **state) {
     assert_true(nothing < 1e-9);
 }
 
+/* A ball that falls as fast as the air lets it gets no faster until it strikes, so it leaves with
+ * just the restitution's part of that. */
+static void damped_ball_bounces(void **state) {
+    (void)state;
+    double const damping = 20.0, restitution = 0.8;
+    tulle_world_def const def = tulle_world_def_default();
+    tulle_world *const world = bodies_make_world(&def, true);
+    tulle_mesh meshes[2] = {bodies_make_box(1.0, 1.0, 0.2, (double[3]){0.0, 0.0, -0.1}),
+                            bodies_make_ball(0.1, 6, (double[3]){0.0, 0.0, 0.15})};
+    tulle_obstacle_id ids[2];
+    double const terminal = 9.81 / damping;
+    for (int i = 0; i < 2; i++) {
+        tulle_obstacle_def obstacle = tulle_obstacle_def_default();
+        obstacle.mesh = tulle_mesh_get_view(&meshes[i]);
+        obstacle.restitution = restitution;
+        if (i)
+            obstacle.body = (tulle_body){.is_dynamic = 1,
+                                         .mass = 1.0,
+                                         .linear_damping = damping,
+                                         .velocity = {0.0, 0.0, -terminal}};
+        assert_int_equal(tulle_world_add_obstacle(world, &obstacle, &ids[i], NULL), TULLE_OK);
+    }
+    double fastest = 0.0;
+    for (int i = 0; i < 30; i++) {
+        bodies_step(world);
+        fastest = fmax(fastest, bodies_get_transform(world, ids[1]).velocity[2]);
+    }
+    print_message("a damped ball leaves with %.6f of its speed\n", fastest / terminal);
+    assert_true(fabs(fastest - restitution * terminal) < 1e-9);
+    for (int i = 0; i < 2; i++) tulle_mesh_destroy(&meshes[i]);
+    tulle_world_destroy(world);
+}
+
 /* Without any cloth: a box falls on another and lies there. */
 static void worlds_need_no_cloth(void **state) {
     (void)state;
@@ -310,6 +343,7 @@ int main(void) {
         cmocka_unit_test(box_slides_over_a_seam),
         cmocka_unit_test(ring_hangs_on_a_rod),
         cmocka_unit_test(ball_bounces),
+        cmocka_unit_test(damped_ball_bounces),
         cmocka_unit_test(worlds_need_no_cloth),
         cmocka_unit_test(laws_of_what_never_touches_are_refused),
         cmocka_unit_test(pile_holds_no_intersection),
