@@ -110,11 +110,11 @@ viewer: python
 wheel:
 	@$(INSTALL_PACKAGES) build python wheel viewer
 	@sh python/viewer/build.sh --optional
-	@JOBS=$(JOBS) "$$($(FIND_PYTHON) 'cffi, build.__main__')" -m build --no-isolation --outdir build/wheel .
+	@JOBS=$(JOBS) "$$($(FIND_PYTHON) 'cffi, numpy, build.__main__')" -m build --no-isolation --outdir build/wheel .
 
 # The package's types and tests, then those of the wheel in an environment of its own. PYTEST_OPTIONS='-k arrays' chooses.
 PYTEST_OPTIONS ?=
-PYTEST = "$$($(FIND_PYTHON) 'cffi, pytest')" -m pytest -q -p no:cacheprovider $(PYTEST_OPTIONS)
+PYTEST = "$$($(FIND_PYTHON) 'cffi, numpy, pytest')" -m pytest -q -p no:cacheprovider $(PYTEST_OPTIONS)
 test-python: python
 	@$(INSTALL_PACKAGES) wheel python-test
 	@MYPYPATH=$(BUILD)/python mypy --cache-dir build/mypy -p tulle

@@ -32,7 +32,7 @@ needs() {
         echo "gnuplot-nox    program:gnuplot     optional"
         echo "python3-numpy  python:numpy        optional"
         echo "python3-matplotlib python:matplotlib optional"
-        echo "python3-cffi   python:cffi         optional"
+        echo "python3-cffi   python:cffi,numpy   optional"
         ;;
     paper)
         echo "python3        program:python3     needed"
@@ -43,35 +43,35 @@ needs() {
         ;;
     python)
         echo "python3        program:python3     needed"
-        echo "python3-cffi   python:cffi         needed"
+        echo "python3-cffi   python:cffi,numpy   needed"
         echo "python3-numpy  python:cffi,numpy   needed"
-        echo "python3-tqdm   python:cffi,tqdm    optional"
-        echo "python3-yaml   python:cffi,yaml    optional"
+        echo "python3-tqdm   python:cffi,numpy,tqdm optional"
+        echo "python3-yaml   python:cffi,numpy,yaml optional"
         ;;
     viewer)
         echo "nodejs         program:node        optional"
         echo "npm            program:npm         optional"
         ;;
     wheel)
-        echo "python3-build  python:cffi,build.__main__ needed"
-        echo "python3-setuptools python:cffi,setuptools needed"
-        echo "python3-wheel  python:cffi,wheel   needed"
-        echo "python3-venv   python:cffi,ensurepip needed"
+        echo "python3-build  python:cffi,numpy,build.__main__ needed"
+        echo "python3-setuptools python:cffi,numpy,setuptools needed"
+        echo "python3-wheel  python:cffi,numpy,wheel needed"
+        echo "python3-venv   python:cffi,numpy,ensurepip needed"
         ;;
     python-test)
-        echo "python3-pytest python:cffi,pytest  needed"
-        echo "python3-hypothesis python:cffi,hypothesis needed"
-        echo "python3-matplotlib python:cffi,matplotlib optional"
-        echo "python3-nbformat python:cffi,nbformat optional"
-        echo "python3-nbclient python:cffi,nbclient optional"
-        echo "python3-ipykernel python:cffi,ipykernel optional"
+        echo "python3-pytest python:cffi,numpy,pytest needed"
+        echo "python3-hypothesis python:cffi,numpy,hypothesis needed"
+        echo "python3-matplotlib python:cffi,numpy,matplotlib optional"
+        echo "python3-nbformat python:cffi,numpy,nbformat optional"
+        echo "python3-nbclient python:cffi,numpy,nbclient optional"
+        echo "python3-ipykernel python:cffi,numpy,ipykernel optional"
         echo "mypy           program:mypy        needed"
         ;;
     notebook-test)
         echo "nodejs         program:node        needed"
         echo "npm            program:npm         needed"
         echo "chromium       program:chromium    needed"
-        echo "python3-nbconvert python:cffi,nbconvert optional"
+        echo "python3-nbconvert python:cffi,numpy,nbconvert optional"
         ;;
     view)
         echo "libwebsockets-dev package:libwebsockets needed"

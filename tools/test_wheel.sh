@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds the wheel and the sdist, installs the wheel into a fresh environment without a network, and uses it there.
 set -eu
-python=$(sh paper/find_python.sh 'cffi, build.__main__')
+python=$(sh paper/find_python.sh 'cffi, numpy, build.__main__')
 rm -rf build/wheel
 # The libraries are those of build/release, unless TULLE_BUILD is set and empty: then they are built from the sdist.
 export TULLE_BUILD="${TULLE_BUILD-$PWD/build/release}"
