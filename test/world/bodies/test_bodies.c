@@ -41,7 +41,8 @@ static void free_fall_is_exact(void **state) {
     tulle_world_destroy(world);
 }
 
-/* What damping slows down falls as it should, and never rises, however strong the damping is. */
+/* What damping slows down falls as it should, and never rises, however strong the damping is. Steps
+ * of implicit Euler are off by up to 0.8 % of the way, and by half of that of the speed. */
 static void damped_fall(tulle_integrator integrator, double damping, double most_off) {
     tulle_world_def def = tulle_world_def_default();
     def.integrator = integrator;
@@ -69,9 +70,9 @@ static void damped_fall(tulle_integrator integrator, double damping, double most
     assert_true(fabs(2.0 - last - exact) < most_off * exact);
     double const left =
         exp(-damping * time); /* of the speed that is still to come, and of the spin */
-    assert_true(fabs(-end.velocity[2] - speed * (1.0 - left)) < 0.03 * speed);
-    assert_true(fabs(way - BODIES_STEP * speed * (1.0 - left)) < 0.03 * BODIES_STEP * speed);
-    assert_true(fabs(end.angular_velocity[2] - 2.0 * left) < 0.05);
+    assert_true(fabs(-end.velocity[2] - speed * (1.0 - left)) < 0.01 * speed);
+    assert_true(fabs(way - BODIES_STEP * speed * (1.0 - left)) < 0.01 * BODIES_STEP * speed);
+    assert_true(fabs(end.angular_velocity[2] - 2.0 * left) < 0.02);
     tulle_mesh_destroy(&ball);
     tulle_world_destroy(world);
 }
@@ -79,11 +80,11 @@ static void damped_fall(tulle_integrator integrator, double damping, double most
 static void damped_bodies_fall(void **state) {
     (void)state;
     for (int integrator = 0; integrator < 3; integrator++) {
-        damped_fall((tulle_integrator)integrator, 3.0, 0.02);
-        damped_fall((tulle_integrator)integrator, 30.0, 0.02);
+        damped_fall((tulle_integrator)integrator, 3.0, 0.01);
+        damped_fall((tulle_integrator)integrator, 30.0, 0.01);
     }
-    damped_fall(TULLE_INTEGRATOR_IMPLICIT_EULER, 200.0, 0.02);
-    damped_fall(TULLE_INTEGRATOR_IMPLICIT_EULER, 1e6, 0.02);
+    damped_fall(TULLE_INTEGRATOR_IMPLICIT_EULER, 200.0, 0.01);
+    damped_fall(TULLE_INTEGRATOR_IMPLICIT_EULER, 1e6, 0.01);
 }
 
 /* A box that spins about its middle axis: it flips, and keeps spin and energy. */
