@@ -14,6 +14,10 @@
  * closes it. A helper that gets a processor only then finds the gate closed. So on a busy machine a
  * loop takes at most as long as the caller alone would need, and the rest of one chunk.
  *
+ * Loops take few microseconds, and a cache line that goes from one processor to another takes a
+ * twentieth of one. So the gate is also what helpers look at between loops, its loop lies beside it
+ * in the same line, and nobody writes into a line that others look at without need.
+ *
  * There are no mutexes and no condition variables: with them, a thread that has been woken and gets
  * no processor holds up the one that woke it. Posting a semaphore never waits.
  *
@@ -33,12 +37,15 @@
 
 enum {
     MAX_HELPERS = 255,
-    LIMIT_BITS = 16, /* of a ticket: how many helpers take part */
-    GATE_BITS = 17,  /* of a gate, below the number of its loop: helpers inside, and whether open */
-    GATE_OPEN = 1 << 16,
-    LOOKS = 64, /* between two readings of the clock, a microsecond or a few */
-    STOP_LIMIT = (1 << LIMIT_BITS) - 1
+    LOOKS = 64 /* between two readings of the clock, a microsecond or a few */
 };
+
+/* A gate: in the low bits the helpers inside, above these the number of its loop. */
+static const uint64_t GATE_INSIDE = 0xffff;
+static const uint64_t GATE_OPEN = 1 << 16;    /* helpers may enter */
+static const uint64_t GATE_AWAITED = 1 << 17; /* the last to leave posts `is_done` */
+static const uint64_t GATE_ENDED = 1 << 18;   /* helpers end */
+enum { GATE_NUMBER = 19 };                    /* bits below it */
 
 /* [s] How long a thread looks for work before it sleeps. Between two loops of a solve a caller
  * works alone for some 10 microseconds. */
@@ -58,16 +65,18 @@ typedef struct chunk_range {
     _Alignas(64) atomic_size_t next;
 } chunk_range;
 
+/* A loop and the gate to it, on one cache line. Only those inside and the caller may look at the
+ * loop. */
+typedef struct gated_loop {
+    _Alignas(64) _Atomic uint64_t gate;
+    parallel_loop loop;
+    int range_count; /* one more than helpers may take part */
+} gated_loop;
+
 struct helper_team {
-    sem_t is_done; /* posted by the last helper to leave a closed gate */
-    /* Number of the loop and, in the low bits, of the helpers that take part in it. */
-    _Atomic uint64_t ticket;
-    /* Number of the loop, GATE_OPEN while helpers may enter, and in the low bits how many are
-     * inside. The next three belong to those inside and to the caller. */
-    _Atomic uint64_t gate;
-    const parallel_loop *loop;
-    int range_count;
+    gated_loop shared;
     chunk_range ranges[MAX_HELPERS + 1]; /* by worker */
+    _Alignas(64) sem_t is_done;
     atomic_bool has_room; /* no more threads than processors: a thread may look for work */
     int processor_count;
     unsigned fork_count; /* of the process that made it */
@@ -98,20 +107,22 @@ static bool look_for(const helper_team *team, look sees, void *context) {
 }
 
 /* The first chunk of a range. */
-static size_t compute_range_begin(const helper_team *team, const parallel_loop *loop, int range) {
-    size_t const count = (size_t)team->range_count, share = loop->chunk_count / count;
+static size_t compute_range_begin(const parallel_loop *loop, int range_count, int range) {
+    size_t const count = (size_t)range_count, share = loop->chunk_count / count;
     size_t const rest = loop->chunk_count % count, number = (size_t)range;
     return share * number + (number < rest ? number : rest);
 }
 
-static void take_chunks(helper_team *team, const parallel_loop *loop, int worker) {
-    for (int i = 0; i < team->range_count; i++) {
-        int const range = (worker + i) % team->range_count;
-        size_t const end = compute_range_begin(team, loop, range + 1);
-        for (;;) {
-            size_t const chunk = atomic_fetch_add(&team->ranges[range].next, 1);
-            if (chunk >= end) break;
-            parallel_run_chunk(loop, chunk, worker);
+static void take_chunks(helper_team *team, int worker) {
+    parallel_loop const loop = team->shared.loop;
+    int const range_count = team->shared.range_count;
+    for (int i = 0; i < range_count; i++) {
+        int const range = (worker + i) % range_count;
+        size_t const end = compute_range_begin(&loop, range_count, range + 1);
+        atomic_size_t *const next = &team->ranges[range].next;
+        while (atomic_load(next) < end) {
+            size_t const chunk = atomic_fetch_add(next, 1);
+            if (chunk < end) parallel_run_chunk(&loop, chunk, worker);
         }
     }
 }
@@ -120,54 +131,60 @@ static void await_post(sem_t *semaphore) {
     while (sem_wait(semaphore) != 0) continue; /* a signal interrupts it */
 }
 
-static bool sees_post(void *semaphore) { return sem_trywait(semaphore) == 0; }
+/* The gate of a team, and the number of the loop that a helper has seen last. */
+typedef struct gate_watch {
+    _Atomic uint64_t *gate;
+    uint64_t seen;
+} gate_watch;
 
-/* A ticket, and the one that was there before. */
-typedef struct ticket_watch {
-    helper_team *team;
-    uint64_t seen, ticket;
-} ticket_watch;
-
-static bool sees_ticket(void *context) {
-    ticket_watch *const watch = context;
-    watch->ticket = atomic_load(&watch->team->ticket);
-    return watch->ticket != watch->seen;
+/* Whether there is a loop to enter, or an end. */
+static bool sees_call(void *context) {
+    const gate_watch *const watch = context;
+    uint64_t const gate = atomic_load(watch->gate);
+    return (gate & GATE_ENDED) || ((gate & GATE_OPEN) && gate >> GATE_NUMBER != watch->seen);
 }
 
-/* Calls the first `count` helpers to a loop, or to end. All that they find in the team is ready. */
-static void publish_ticket(helper_team *team, uint64_t ticket, int count) {
-    atomic_store(&team->ticket, ticket);
+static bool sees_nobody(void *context) {
+    return (atomic_load(&((helper_team *)context)->shared.gate) & GATE_INSIDE) == 0;
+}
+
+/* Calls the first `count` helpers. All that they find in the team is ready. */
+static void publish_gate(helper_team *team, uint64_t gate, int count) {
+    atomic_exchange(&team->shared.gate, gate); /* a store that no load overtakes */
     for (int i = 0; i < count; i++) {
         helper *const called = &team->helpers[i];
-        if (atomic_exchange(&called->is_asleep, 0)) sem_post(&called->wake);
+        if (atomic_load(&called->is_asleep) && atomic_exchange(&called->is_asleep, 0))
+            sem_post(&called->wake);
+    }
+}
+
+/* Looks until it is called, then sleeps until it is. */
+static void await_call(helper *self, gate_watch *watch) {
+    while (!look_for(self->team, sees_call, watch)) {
+        atomic_store(&self->is_asleep, 1);
+        if (sees_call(watch) && atomic_exchange(&self->is_asleep, 0)) return;
+        await_post(&self->wake);
     }
 }
 
 static void *run_helper(void *argument) {
     helper *const self = argument;
     helper_team *const team = self->team;
-    ticket_watch watch = {.team = team};
+    gate_watch watch = {.gate = &team->shared.gate};
     for (;;) {
-        /* Looks for another ticket, then sleeps until someone wakes it. */
-        while (!look_for(team, sees_ticket, &watch)) {
-            atomic_store(&self->is_asleep, 1);
-            if (sees_ticket(&watch) && atomic_exchange(&self->is_asleep, 0)) break;
-            await_post(&self->wake);
-        }
-        uint64_t const seen = watch.seen = watch.ticket;
-        uint64_t const limit = seen & STOP_LIMIT;
-        if (limit == STOP_LIMIT) return NULL;
-        if ((uint64_t)self->worker > limit) continue;
+        await_call(self, &watch);
         /* Enters the gate, unless its loop is over or another one has begun. */
-        uint64_t gate = atomic_load(&team->gate);
+        uint64_t gate = atomic_load(watch.gate);
+        if (gate & GATE_ENDED) return NULL;
+        if (!(gate & GATE_OPEN)) continue;
+        watch.seen = gate >> GATE_NUMBER;
         bool is_inside = false;
-        while (!is_inside && gate >> GATE_BITS == seen >> LIMIT_BITS && (gate & GATE_OPEN) != 0)
-            is_inside = atomic_compare_exchange_weak(&team->gate, &gate, gate + 1);
+        while (!is_inside && gate >> GATE_NUMBER == watch.seen && (gate & GATE_OPEN))
+            is_inside = atomic_compare_exchange_weak(watch.gate, &gate, gate + 1);
         if (!is_inside) continue;
-        take_chunks(team, team->loop, self->worker);
-        /* The last to leave a closed gate tells the caller. */
-        gate = atomic_fetch_sub(&team->gate, 1);
-        if ((gate & (2 * GATE_OPEN - 1)) == 1) sem_post(&team->is_done);
+        if (self->worker < team->shared.range_count) take_chunks(team, self->worker);
+        gate = atomic_fetch_sub(watch.gate, 1);
+        if ((gate & GATE_AWAITED) && (gate & GATE_INSIDE) == 1) sem_post(&team->is_done);
     }
 }
 
@@ -181,7 +198,7 @@ static void release_team(helper_team *team) {
 static void destroy_team(void *argument) {
     helper_team *const team = argument;
     if (team->fork_count == atomic_load(&fork_count)) {
-        publish_ticket(team, atomic_load(&team->ticket) | STOP_LIMIT, team->helper_count);
+        publish_gate(team, GATE_ENDED, team->helper_count);
         for (int i = 0; i < team->helper_count; i++) {
             pthread_join(team->helpers[i].thread, NULL);
             sem_destroy(&team->helpers[i].wake);
@@ -242,18 +259,19 @@ void parallel_backend_run(const parallel_loop *loop, int threads) {
         team->helper_count++;
     }
     int const helper_count = team->helper_count < wanted ? team->helper_count : wanted;
-    uint64_t const number = (atomic_load(&team->ticket) >> LIMIT_BITS) + 1;
-    atomic_store(&team->has_room, threads <= team->processor_count);
-    /* The gate opens to this loop; nobody is inside. */
-    team->loop = loop;
-    team->range_count = helper_count + 1;
-    for (int i = 0; i < team->range_count; i++)
-        atomic_store(&team->ranges[i].next, compute_range_begin(team, loop, i));
-    atomic_store(&team->gate, number << GATE_BITS | GATE_OPEN);
-    publish_ticket(team, number << LIMIT_BITS | (uint64_t)helper_count, helper_count);
-    take_chunks(team, loop, 0);
+    bool const has_room = threads <= team->processor_count;
+    if (atomic_load(&team->has_room) != has_room) atomic_store(&team->has_room, has_room);
+    /* The gate is closed and nobody is inside. */
+    team->shared.loop = *loop;
+    team->shared.range_count = helper_count + 1;
+    for (int i = 0; i <= helper_count; i++)
+        atomic_store_explicit(&team->ranges[i].next, compute_range_begin(loop, helper_count + 1, i),
+                              memory_order_relaxed);
+    uint64_t const number = (atomic_load(&team->shared.gate) >> GATE_NUMBER) + 1;
+    publish_gate(team, number << GATE_NUMBER | GATE_OPEN, helper_count);
+    take_chunks(team, 0);
     /* No chunk is left: no more helpers enter, then those inside leave. */
-    uint64_t const gate = atomic_fetch_sub(&team->gate, GATE_OPEN);
-    if ((gate & (GATE_OPEN - 1)) == 0) return;
-    if (!look_for(team, sees_post, &team->is_done)) await_post(&team->is_done);
+    if ((atomic_fetch_sub(&team->shared.gate, GATE_OPEN) & GATE_INSIDE) == 0) return;
+    if (look_for(team, sees_nobody, team)) return;
+    if (atomic_fetch_or(&team->shared.gate, GATE_AWAITED) & GATE_INSIDE) await_post(&team->is_done);
 }

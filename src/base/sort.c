@@ -2,7 +2,8 @@
  *
  * Short lists are sorted by insertion, long ones by a heap: a tree in the array itself in which
  * no parent comes before its children. The root, which comes last of all, is moved to the end,
- * again and again.
+ * again and again. Keys that are numbers are sorted by one digit after the other, from the least
+ * significant one on.
  *
  * Based on: J. W. J. Williams, Algorithm 232: Heapsort, 1964; the heap is built from the bottom
  * as in R. W. Floyd, Algorithm 245: Treesort 3, 1964. */
@@ -12,7 +13,12 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { INSERTION_MOST = 24, SIZE_MOST = 96 /* [bytes] */ };
+enum {
+    INSERTION_MOST = 24,
+    SIZE_MOST = 96 /* [bytes] */,
+    DIGIT_BITS = 8,
+    DIGITS = 1 << DIGIT_BITS
+};
 
 typedef struct sorting {
     char *items;
@@ -70,6 +76,40 @@ void sort_in_place(void *items, size_t count, size_t size,
         memmove(get_item(&list, at + 1), get_item(&list, at), (i - at) * size);
         memcpy(get_item(&list, at), item, size);
     }
+}
+
+/* Puts keys into the order of one digit; those where it is the same stay in theirs. */
+static void sort_by_digit(const uint64_t *from, uint64_t *to, size_t count, unsigned shift) {
+    uint32_t places[DIGITS] = {0}, begin = 0;
+    for (size_t i = 0; i < count; i++) places[from[i] >> shift & (DIGITS - 1)]++;
+    for (size_t d = 0; d < DIGITS; d++) {
+        uint32_t const digit_count = places[d];
+        places[d] = begin;
+        begin += digit_count;
+    }
+    for (size_t i = 0; i < count; i++) to[places[from[i] >> shift & (DIGITS - 1)]++] = from[i];
+}
+
+const uint64_t *sort_keys(uint64_t *keys, uint64_t *spare, size_t count) {
+    if (count <= INSERTION_MOST) {
+        for (size_t i = 1; i < count; i++) {
+            uint64_t const key = keys[i];
+            size_t at = i;
+            for (; at > 0 && keys[at - 1] > key; at--) keys[at] = keys[at - 1];
+            keys[at] = key;
+        }
+        return keys;
+    }
+    uint64_t differing = 0; /* bits that not all keys have alike */
+    for (size_t i = 1; i < count; i++) differing |= keys[i] ^ keys[0];
+    for (unsigned shift = 0; shift < 64; shift += DIGIT_BITS) {
+        if ((differing >> shift & (DIGITS - 1)) == 0) continue;
+        sort_by_digit(keys, spare, count, shift);
+        uint64_t *const swapped = keys;
+        keys = spare;
+        spare = swapped;
+    }
+    return keys;
 }
 
 int compare_u64(const void *a, const void *b) {

@@ -6,14 +6,12 @@
 #include "base/parallel.h"
 #include "base/sort.h"
 
-enum {
-    BUCKET_CHUNK = 4096, /* buckets; some 40 microseconds */
-    INSERTION_MOST = 40  /* keys: fewer are faster sorted by insertion */
-};
+enum { BUCKET_CHUNK = 4096 /* buckets; some 40 microseconds */ };
 
 typedef struct pair_buckets {
     feature_pair *pairs; /* sorted: the keys of all buckets */
     uint64_t *keys;      /* first << 32 | second */
+    uint64_t *spare;     /* as many */
     uint32_t *ends;      /* of each bucket, in `keys` */
 } pair_buckets;
 
@@ -24,22 +22,13 @@ static void sort_buckets(void *context, size_t begin, size_t end, size_t chunk, 
     const pair_buckets *const buckets = context;
     size_t const first = begin > 0 ? buckets->ends[begin - 1] : 0;
     for (size_t b = begin, from = first; b < end; from = buckets->ends[b++]) {
-        uint64_t *const keys = buckets->keys + from;
         size_t const count = buckets->ends[b] - from;
-        if (count > INSERTION_MOST) {
-            sort_in_place(keys, count, sizeof *keys, compare_u64);
-            continue;
-        }
-        for (size_t i = 1; i < count; i++) { /* by insertion */
-            uint64_t const key = keys[i];
-            size_t at = i;
-            for (; at > 0 && keys[at - 1] > key; at--) keys[at] = keys[at - 1];
-            keys[at] = key;
-        }
+        const uint64_t *const sorted =
+            sort_keys(buckets->keys + from, buckets->spare + from, count);
+        for (size_t i = 0; i < count; i++)
+            buckets->pairs[from + i] =
+                (feature_pair){(uint32_t)(sorted[i] >> 32), (uint32_t)sorted[i]};
     }
-    for (size_t i = first; i < buckets->ends[end - 1]; i++)
-        buckets->pairs[i] =
-            (feature_pair){(uint32_t)(buckets->keys[i] >> 32), (uint32_t)buckets->keys[i]};
 }
 
 tulle_status sort_pairs(arena *scratch, int threads, feature_pair *pairs, size_t count,
@@ -54,8 +43,9 @@ tulle_status sort_pairs(arena *scratch, int threads, feature_pair *pairs, size_t
     size_t const bucket_count = (first_count >> shift) + 1;
     pair_buckets buckets = {.pairs = pairs,
                             .keys = ARENA_NEW(scratch, uint64_t, count),
+                            .spare = ARENA_NEW(scratch, uint64_t, count),
                             .ends = ARENA_NEW_ZEROED(scratch, uint32_t, bucket_count)};
-    bool const has_room = buckets.keys && buckets.ends;
+    bool const has_room = buckets.keys && buckets.spare && buckets.ends;
     if (has_room) {
         /* keys go to their buckets: `ends` counts, then says where the next key goes */
         uint32_t *const places = buckets.ends;

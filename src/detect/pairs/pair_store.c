@@ -1,11 +1,12 @@
 /* detect/pairs/pair_store.c - see pair_store.h.
  *
  * Sorting: chunks of keys are spread over buckets by their highest bits. Then each bucket is sorted
- * in cache by a radix sort, from the least significant digit on. All keys differ, so the order does
+ * in cache. All keys differ, so the order does
  * not depend on who wrote which block. */
 #include "detect/pairs/pair_store.h"
 
 #include "base/parallel.h"
+#include "base/sort.h"
 
 #include <string.h>
 
@@ -13,10 +14,7 @@ enum {
     SORT_CHUNK = 16 * KEY_BLOCK, /* keys, some 30 microseconds */
     MOST_BUCKETS = 1024,         /* counters stay in the first cache level */
     WANTED_KEYS = 256,           /* in a bucket, so that it stays there too */
-    BUCKETS_PER_TASK = 16,
-    DIGIT_BITS = 8,
-    DIGITS = 1 << DIGIT_BITS,
-    INSERTION_MOST = 24 /* keys: fewer than this are faster sorted by insertion */
+    BUCKETS_PER_TASK = 16
 };
 
 void pair_store_prepare(pair_store *store, size_t first_count, size_t second_count) {
@@ -69,35 +67,6 @@ static void scatter_chunk(void *context, size_t begin, size_t end, size_t chunk,
             sort->store->spare.data[places[keys[i] >> sort->bucket_shift]++] = keys[i];
 }
 
-/* Sorts keys by their lowest bits: few by insertion, more by one digit after the other, from
- * `keys` to `spare` and back. Returns the one of both that holds them in the end. */
-static const uint64_t *sort_keys(uint64_t *keys, uint64_t *spare, size_t count, unsigned bits) {
-    if (count <= INSERTION_MOST) {
-        for (size_t i = 1; i < count; i++) {
-            uint64_t const key = keys[i];
-            size_t at = i;
-            for (; at > 0 && keys[at - 1] > key; at--) keys[at] = keys[at - 1];
-            keys[at] = key;
-        }
-        return keys;
-    }
-    for (unsigned shift = 0; shift < bits; shift += DIGIT_BITS) {
-        uint32_t places[DIGITS] = {0}, begin = 0;
-        for (size_t i = 0; i < count; i++) places[keys[i] >> shift & (DIGITS - 1)]++;
-        for (size_t d = 0; d < DIGITS; d++) {
-            uint32_t const digit_count = places[d];
-            places[d] = begin;
-            begin += digit_count;
-        }
-        for (size_t i = 0; i < count; i++)
-            spare[places[keys[i] >> shift & (DIGITS - 1)]++] = keys[i];
-        uint64_t *const swapped = keys;
-        keys = spare;
-        spare = swapped;
-    }
-    return keys;
-}
-
 static void sort_buckets(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const sort_context *const sort = context;
@@ -105,8 +74,8 @@ static void sort_buckets(void *context, size_t begin, size_t end, size_t chunk, 
     uint64_t const mask = ((uint64_t)1 << store->shift) - 1;
     for (size_t b = begin; b < end; b++) {
         size_t const first = sort->bucket_begin[b], count = sort->bucket_begin[b + 1] - first;
-        const uint64_t *const keys = sort_keys(store->spare.data + first, store->keys.data + first,
-                                               count, sort->bucket_shift);
+        const uint64_t *const keys =
+            sort_keys(store->spare.data + first, store->keys.data + first, count);
         for (size_t i = 0; i < count; i++)
             sort->pairs[first + i] =
                 (feature_pair){(uint32_t)(keys[i] >> store->shift), (uint32_t)(keys[i] & mask)};
