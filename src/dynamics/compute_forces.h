@@ -86,12 +86,16 @@ size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind);
  * Euler always takes. If `springs` is larger than `inertia`, the step may feed energy to the
  * cloth. */
 typedef struct linear_excess {
-    double springs; /* [J] may be negative */
-    double inertia; /* [J] half of (u - v0) M (u - v0) */
+    double springs;   /* [J] may be negative */
+    double inertia;   /* [J] half of (u - v0) M (u - v0) */
+    double curvature; /* [J] d . (M + h^2 K) d of masses and springs on the way d from the guess */
 } linear_excess;
 tulle_status measure_linear_excess(const cloth_model *model, const motion_state *state,
                                    const double *mean, int threads, arena *scratch,
                                    linear_excess *excess);
+/* 0.05 .. 1: how much of the way from the guess to u lowers the energy of masses and springs most.
+ */
+double choose_descent(const linear_excess *excess);
 
 /* Work [J] that the wind does on the cloth in a step with the mean velocity u, according to the
  * linear system. */

@@ -1,4 +1,4 @@
-/* dynamics/excess_kernel.h - kernel: the springs' energy less the energy that a linear system
+/* dynamics/excess_kernel.h - kernel: what springs take on their way beside what a linear system
  * expects, see linear_excess.c. */
 #ifndef TULLE_DYNAMICS_EXCESS_KERNEL_H
 #define TULLE_DYNAMICS_EXCESS_KERNEL_H
@@ -12,8 +12,8 @@ typedef struct excess_motion {
     double time_step;
 } excess_motion;
 
-/* [J] The sum over these springs of their energy less the expected one, in their order. */
-TULLE_DECLARE_KERNEL(double, sum_excess,
+/* The sums over these springs, in their order. */
+TULLE_DECLARE_KERNEL(way_energies, sum_excess,
                      (const cloth_spring *springs, size_t count, const excess_motion *motion))
 
 #endif

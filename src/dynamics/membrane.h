@@ -73,9 +73,14 @@ typedef struct membrane_motion {
 TULLE_DECLARE_KERNEL(void, fill_membrane,
                      (void *context, size_t begin, size_t end, size_t chunk, int worker))
 
-/* [J] The sum over these elements of their energy at x0 + h mean less what the linear system
- * expects there. */
-TULLE_DECLARE_KERNEL(double, sum_membrane_excess,
+/* Of springs or elements that go d from where they are linearised. */
+typedef struct way_energies {
+    double excess;    /* [J] their energy at the end less the expected one */
+    double curvature; /* [J] d . K d of the expected one */
+} way_energies;
+
+/* The sums over these elements, which go to x0 + h mean. */
+TULLE_DECLARE_KERNEL(way_energies, sum_membrane_excess,
                      (const membrane_motion *motion, const double *mean, size_t begin, size_t end))
 
 /* Of these elements, see cloth_measure_yarn_growth. */

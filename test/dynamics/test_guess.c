@@ -121,7 +121,7 @@ static void excess_is_energy_beyond_the_model(void **state) {
     linear_excess excess;
     now.guess = u;
     assert_int_equal(measure_linear_excess(&f->model, &now, u, 1, &f->scratch, &excess), TULLE_OK);
-    assert_true(fabs(excess.springs) < 1e-12);
+    assert_true(fabs(excess.springs) < 1e-12 && excess.curvature == 0.0); /* no way at all */
     double inertia = 0.0;
     for (size_t i = 0; i < 90; i++)
         inertia += 0.5 * f->model.masses[i / 3] * (u[i] - f->v[i]) * (u[i] - f->v[i]);
@@ -143,8 +143,66 @@ static void excess_is_energy_beyond_the_model(void **state) {
     fixture_free(f);
 }
 
+/* [J] What an implicit step to the mean velocity u makes least. */
+static double measure_objective(fixture *f, const double *u, double h) {
+    double x1[3 * 30], inertia = 0.0;
+    for (size_t i = 0; i < 90; i++) {
+        x1[i] = f->x[i] + h * u[i];
+        inertia += 0.5 * f->model.masses[i / 3] * (u[i] - f->v[i]) * (u[i] - f->v[i]);
+    }
+    cloth_energies energies;
+    assert_int_equal(
+        compute_energies(&f->model, x1, u, (energy_options){.threads = 1}, &f->scratch, &energies),
+        TULLE_OK);
+    return inertia + energies.elastic.stretch + energies.elastic.bend;
+}
+
+/* A descent solves its equation; where nothing is known it goes the whole way, and from springs
+ * that no number can hold the least part. */
+static void descents_lower_the_energy(void **state) {
+    (void)state;
+    double const shares[] = {0.9, 0.5, 0.2, 0.05};
+    for (size_t i = 0; i < 4; i++) {
+        double const t = shares[i];
+        linear_excess const excess = {3.0 * (1.0 - t) / (4.0 * t * t * t), 1.0, 3.0};
+        assert_true(fabs(choose_descent(&excess) - t) < 1e-9);
+    }
+    assert_true(choose_descent(&(linear_excess){-1.0, 1.0, 1.0}) == 1.0);
+    assert_true(choose_descent(&(linear_excess){1.0, 1.0, 0.0}) == 1.0);
+    assert_true(choose_descent(&(linear_excess){(double)NAN, 1.0, 1.0}) == 1.0);
+    assert_true(choose_descent(&(linear_excess){(double)INFINITY, 1.0, 1.0}) == 0.05);
+
+    /* Vertices of a flat sheet leave its plane, which costs nothing to the system. */
+    double const h = 0.01;
+    int overshot = 0;
+    for (int trial = 0; trial < 20; trial++) {
+        double u[3 * 30], guess[3 * 30] = {0.0}, chosen[3 * 30];
+        fixture *const f = make_case(trial % 2 ? 0.1 : 0.0, u);
+        f->surroundings = (environment){0};
+        memcpy(f->x, f->rest, 90 * sizeof(double));
+        memset(f->v, 0, 90 * sizeof(double));
+        memset(u, 0, sizeof u);
+        uint64_t random = (uint64_t)trial + 1;
+        for (size_t v = 0; v < 30; v++)
+            f->v[3 * v + 1] = (1 + trial) * 0.4 * random_signed(&random);
+        solve_about(f, h, u);
+        motion_state now = fixture_state(f, h);
+        now.guess = guess;
+        linear_excess excess;
+        assert_int_equal(measure_linear_excess(&f->model, &now, u, 1, &f->scratch, &excess),
+                         TULLE_OK);
+        double const share = choose_descent(&excess);
+        for (size_t i = 0; i < 90; i++) chosen[i] = guess[i] + share * (u[i] - guess[i]);
+        double const from = measure_objective(f, guess, h);
+        overshot += measure_objective(f, u, h) > from;
+        assert_true(measure_objective(f, chosen, h) < from);
+        fixture_free(f);
+    }
+    assert_int_equal(overshot, 20);
+}
+
 /* One spring's, by the words of linear_excess.c. */
-static double find_excess(const cloth_spring *spring, const excess_motion *motion) {
+static way_energies find_energies(const cloth_spring *spring, const excess_motion *motion) {
     vec3 ends[3][2], step[2] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     for (size_t k = 0; k < 2; k++) {
         size_t const v = spring->vertices[k];
@@ -158,14 +216,16 @@ static double find_excess(const cloth_spring *spring, const excess_motion *motio
             vec3_add_scaled(start, vec3_sub(ends[k + 1][1], ends[k + 1][0]), motion->time_step);
     vec3 const from = spring_limit_guess(spring, start, step[0]), to = step[1];
     double const length = vec3_norm(from), rest = spring->rest_length;
-    if (!(length > 0.0)) return 0.0;
+    if (!(length > 0.0)) return (way_energies){0.0, 0.0};
     vec3 const d = vec3_sub(to, from);
     double const along = vec3_dot(from, d) / length;
     spring_law const law = spring_compute_law(spring, length - rest);
-    double const reckoned =
-        law.energy + (law.tension + 0.5 * law.slope * along) * along +
-        0.5 * fmax(law.tension / length, 0.0) * fmax(vec3_norm2(d) - along * along, 0.0);
-    return spring_compute_law(spring, vec3_norm(to) - rest).energy - reckoned;
+    double const curvature =
+        law.slope * along * along +
+        fmax(law.tension / length, 0.0) * fmax(vec3_norm2(d) - along * along, 0.0);
+    double const reckoned = law.energy + law.tension * along + 0.5 * curvature;
+    return (way_energies){spring_compute_law(spring, vec3_norm(to) - rest).energy - reckoned,
+                          curvature};
 }
 
 /* Springs of any length, some far too long, some of none, of any number: the same bits as one at a
@@ -194,9 +254,14 @@ static void excess_is_the_same_on_every_width(void **state) {
         for (size_t count = 0; count <= SPRINGS; count++)
             for (int k = 0; k < 2; k++) {
                 excess_motion const motion = {x, k ? guess : NULL, mean, 0.1};
-                double sum = 0.0;
-                for (size_t s = 0; s < count; s++) sum += find_excess(&springs[s], &motion);
-                double const measured = TULLE_PICK_KERNEL(sum_excess)(springs, count, &motion);
+                way_energies sum = {0.0, 0.0};
+                for (size_t s = 0; s < count; s++) {
+                    way_energies const one = find_energies(&springs[s], &motion);
+                    sum.excess += one.excess;
+                    sum.curvature += one.curvature;
+                }
+                way_energies const measured =
+                    TULLE_PICK_KERNEL(sum_excess)(springs, count, &motion);
                 assert_memory_equal(&measured, &sum, sizeof sum);
             }
     }
@@ -312,6 +377,7 @@ static void wind_works_as_the_system_reckons(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(system_is_exact_at_the_guess),
                                        cmocka_unit_test(stiffening_cloth_takes_few_turns),
+                                       cmocka_unit_test(descents_lower_the_energy),
                                        cmocka_unit_test(excess_is_energy_beyond_the_model),
                                        cmocka_unit_test(excess_is_the_same_on_every_width),
                                        cmocka_unit_test(kept_terms_give_the_same_system),

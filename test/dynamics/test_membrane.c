@@ -371,7 +371,8 @@ static void excess_is_what_was_not_linear(void **state) {
         bench *const b = make_bench(0.05, 51), *const there = make_bench(0.05, 51);
         memset(b->v, 0, sizeof b->v);
         memset(there->v, 0, sizeof there->v);
-        double mean[ELEMENTS * COORDINATES], end[ELEMENTS * COORDINATES], sum = 0.0, total = 0.0;
+        double mean[ELEMENTS * COORDINATES], end[ELEMENTS * COORDINATES], total = 0.0;
+        way_energies sum = {0.0, 0.0};
         uint64_t seed = 52;
         double const h = b->motion.time_step;
         b->motion.guess = round % 2 ? b->guess : NULL;
@@ -387,21 +388,24 @@ static void excess_is_what_was_not_linear(void **state) {
             double matrix[COORDINATES][COORDINATES];
             size_t const at = COORDINATES * e;
             get_matrix(b->blocks + 3 * e, matrix);
-            double excess = energy(b, e, end + at) - energy(b, e, there->x + at);
+            double excess = energy(b, e, end + at) - energy(b, e, there->x + at), curvature = 0.0;
             total += energy(b, e, b->x + at);
             for (int i = 0; i < COORDINATES; i++) {
                 double const d = end[at + (size_t)i] - there->x[at + (size_t)i];
                 excess += get_force(there->forces + 3 * e, i / 3, i % 3) * d;
                 for (int j = 0; j < COORDINATES; j++)
-                    excess -=
-                        0.5 * d * matrix[i][j] * (end[at + (size_t)j] - there->x[at + (size_t)j]);
+                    curvature +=
+                        d * matrix[i][j] * (end[at + (size_t)j] - there->x[at + (size_t)j]);
             }
-            sum += excess;
+            sum.excess += excess - 0.5 * curvature;
+            sum.curvature += curvature;
         }
-        double const found = TULLE_PICK_KERNEL(sum_membrane_excess)(&b->motion, mean, 0, ELEMENTS);
+        way_energies const found =
+            TULLE_PICK_KERNEL(sum_membrane_excess)(&b->motion, mean, 0, ELEMENTS);
         membrane_energy const all = TULLE_PICK_KERNEL(sum_membrane_energy)(&b->motion, 0, ELEMENTS);
-        assert_true(fabs(sum) > 1e-6 * total);
-        assert_true(fabs(found - sum) < 1e-9 * total);
+        assert_true(fabs(sum.excess) > 1e-6 * total && sum.curvature > 1e-3 * total);
+        assert_true(fabs(found.excess - sum.excess) < 1e-9 * total);
+        assert_true(fabs(found.curvature - sum.curvature) < 1e-9 * total);
         assert_true(fabs(all.energy - total) < 1e-12 * total);
         assert_true(all.max_stretch > 1.0 && all.max_stretch < 1.2);
         free(b);
@@ -468,7 +472,7 @@ static void all_kernels_give_the_same_bits(void **state) {
     b->motion.guess = b->guess;
     b->motion.alpha = 0.01;
     bench *const first = make_bench(0.3, 41);
-    double sums[KERNEL_TARGET_COUNT][2];
+    double sums[KERNEL_TARGET_COUNT][3];
     assert_true(kernel_target_force(KERNEL_BASE));
     fill(b);
     size_t const block_bytes = 3 * ELEMENTS * sizeof *b->blocks;
@@ -482,7 +486,10 @@ static void all_kernels_give_the_same_bits(void **state) {
         assert_memory_equal(first->blocks, b->blocks, block_bytes);
         assert_memory_equal(first->forces, b->forces, force_bytes);
         assert_memory_equal(first->sources, b->sources, force_bytes);
-        sums[target][0] = TULLE_PICK_KERNEL(sum_membrane_excess)(&b->motion, b->v, 0, ELEMENTS);
+        way_energies const way =
+            TULLE_PICK_KERNEL(sum_membrane_excess)(&b->motion, b->v, 0, ELEMENTS);
+        sums[target][0] = way.excess;
+        sums[target][2] = way.curvature;
         membrane_energy const sum = TULLE_PICK_KERNEL(sum_membrane_energy)(&b->motion, 0, ELEMENTS);
         sums[target][1] = sum.energy;
         assert_memory_equal(sums[KERNEL_BASE], sums[target], sizeof sums[target]);

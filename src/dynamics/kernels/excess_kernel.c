@@ -9,7 +9,7 @@ enum { BATCH = 32 };
 typedef struct spring_batch {
     double start[3][BATCH], guess[3][BATCH], mean[3][BATCH]; /* differences of x0 and velocities */
     double stiffness[BATCH], stiffening[BATCH], rest[BATCH];
-    double excess[BATCH];
+    double excess[BATCH], curvature[BATCH];
 } spring_batch;
 
 /* Differences of values at the springs' ends. */
@@ -106,24 +106,30 @@ SIMD_INLINE void measure_lanes(const cloth_spring *springs, spring_batch *batch,
     double8 const length = get_length(from), along = vec3x8_dot(from, d) / length;
     double8 const across2 = get_positive(vec3x8_dot(d, d) - along * along);
     law_lanes const law = get_law(k, c, length - rest);
-    double8 const reckoned = law.energy + (law.tension + 0.5 * law.slope * along) * along +
-                             0.5 * get_positive(law.tension / length) * across2;
+    double8 const curvature =
+        law.slope * along * along + get_positive(law.tension / length) * across2;
+    double8 const reckoned = law.energy + law.tension * along + 0.5 * curvature;
     double8 const excess = get_law(k, c, get_length(to) - rest).energy - reckoned;
     bool8 const has_length = double8_greater(length, double8_fill(0.0));
-    double8_store(batch->excess + begin, double8_select(has_length, excess, double8_fill(0.0)));
+    double8 const none = double8_fill(0.0);
+    double8_store(batch->excess + begin, double8_select(has_length, excess, none));
+    double8_store(batch->curvature + begin, double8_select(has_length, curvature, none));
 }
 
-double TULLE_KERNEL(sum_excess)(const cloth_spring *springs, size_t count,
-                                const excess_motion *motion) {
+way_energies TULLE_KERNEL(sum_excess)(const cloth_spring *springs, size_t count,
+                                      const excess_motion *motion) {
     spring_batch batch = {0};
-    double sum = 0.0;
+    way_energies sum = {0.0, 0.0};
     for (size_t begin = 0; begin < count; begin += BATCH) {
         size_t const batch_count = count - begin < BATCH ? count - begin : BATCH;
         gather(springs + begin, batch_count, motion, &batch);
         for (size_t k = 0; k < batch_count; k += DOUBLE_LANES)
             measure_lanes(springs + begin, &batch, k, batch_count, motion->guess != NULL,
                           motion->time_step);
-        for (size_t k = 0; k < batch_count; k++) sum += batch.excess[k];
+        for (size_t k = 0; k < batch_count; k++) {
+            sum.excess += batch.excess[k];
+            sum.curvature += batch.curvature[k];
+        }
     }
     return sum;
 }

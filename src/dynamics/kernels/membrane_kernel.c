@@ -496,8 +496,13 @@ void TULLE_KERNEL(fill_membrane)(void *context, size_t begin, size_t end, size_t
 
 /* ---- energies ---- */
 
-SIMD_INLINE wide measure_excess(const membrane_motion *motion, const motion_sources *sources,
-                                size_t begin, size_t count, bool has_guess) {
+/* way_energies of elements. */
+typedef struct way_lanes {
+    wide excess, curvature;
+} way_lanes;
+
+SIMD_INLINE way_lanes measure_excess(const membrane_motion *motion, const motion_sources *sources,
+                                     size_t begin, size_t count, bool has_guess) {
     element_batch batch;
     linearisation line;
     gather_elements(motion, begin, count, &batch);
@@ -508,26 +513,32 @@ SIMD_INLINE wide measure_excess(const membrane_motion *motion, const motion_sour
     if (has_guess) way = yarns_add_scaled(way, line.way, wide_fill(-1.0));
     for (int yarn = 0; yarn < YARN_COUNT; yarn++) way.a[yarn] = wide3_scale(way.a[yarn], step);
     yarn_vectors const pull = apply_tangent(&line.stiff, &line.at, &way);
-    wide reckoned = line.response.energy;
-    for (int yarn = 0; yarn < YARN_COUNT; yarn++)
-        reckoned += wide3_dot(line.response.tensions.a[yarn], way.a[yarn]) +
-                    0.5 * wide3_dot(pull.a[yarn], way.a[yarn]);
+    wide reckoned = line.response.energy, curvature = wide_fill(0.0);
+    for (int yarn = 0; yarn < YARN_COUNT; yarn++) {
+        reckoned += wide3_dot(line.response.tensions.a[yarn], way.a[yarn]);
+        curvature += wide3_dot(pull.a[yarn], way.a[yarn]);
+    }
+    reckoned += 0.5 * curvature;
     element_state const last = measure(yarns_add_scaled(line.at.lengths, way, wide_fill(1.0)));
     element_response const truth = respond(&batch, &last, NULL);
-    return batch.area * (truth.energy - reckoned);
+    return (way_lanes){batch.area * (truth.energy - reckoned), batch.area * curvature};
 }
 
-double TULLE_KERNEL(sum_membrane_excess)(const membrane_motion *motion, const double *mean,
-                                         size_t begin, size_t end) {
+way_energies TULLE_KERNEL(sum_membrane_excess)(const membrane_motion *motion, const double *mean,
+                                               size_t begin, size_t end) {
     motion_sources const sources = make_sources(motion, mean);
-    double sum = 0.0;
+    way_energies sum = {0.0, 0.0};
     for (; begin < end; begin += WIDE_LANES) {
         size_t const count = count_lanes(begin, end);
-        wide const excess = motion->guess ? measure_excess(motion, &sources, begin, count, true)
-                                          : measure_excess(motion, &sources, begin, count, false);
-        double lanes[WIDE_LANES];
-        wide_store(lanes, excess);
-        for (size_t k = 0; k < count; k++) sum += lanes[k];
+        way_lanes const way = motion->guess ? measure_excess(motion, &sources, begin, count, true)
+                                            : measure_excess(motion, &sources, begin, count, false);
+        double excess[WIDE_LANES], curvature[WIDE_LANES];
+        wide_store(excess, way.excess);
+        wide_store(curvature, way.curvature);
+        for (size_t k = 0; k < count; k++) {
+            sum.excess += excess[k];
+            sum.curvature += curvature[k];
+        }
     }
     return sum;
 }

@@ -174,7 +174,7 @@ tulle_status world_temper_solution(step_context *context) {
     tulle_status status = measure_work(context, &work);
     if (status != TULLE_OK) return status;
     bool const was_lost = retry->is_lost;
-    retry->is_lost |= context->spring_excess > LOST_SHARE * work;
+    retry->is_lost |= context->excess.springs > LOST_SHARE * work;
     if (!retry->is_lost) return TULLE_OK;
     bool const is_last = !retry->is_rough && !world_may_linearise(context);
     arena_mark const mark = arena_get_mark(&world->scratch);

@@ -7,7 +7,8 @@
  *   -----------------------------------|-------------------------------------|------------------
  *   in a solve (stages 7 and 8)        |                                     |
  *   springs take more than was linear  | linearise about the solution, solve | 3 a balance
- *   they take far more than there is   | the same about a part of the way    | 12 a balance
+ *   they do so again                   | the same about a part of the way    | of these
+ *   they take far more than there is   | the same, never above what there is | 12 a balance
  *   the solve was rough                | solve to the tolerance              | 1 a linearisation
  *   energy is gained, bodies make room | the same with less room for bodies  | 2
  *   energy is gained                   | linearise, solve with more rounds   | 3, while it halves,
@@ -88,11 +89,24 @@ void world_begin_solves(step_context *context) {
     begin_series(context);
 }
 
-/* A lost solution has set the guess already. */
+/* Solutions overshoot, or go to and fro, where springs stiffen. The first one is a guess as a whole
+ * all the same, since it comes from springs that have not turned; so is what a balance begins with.
+ * A lost one has set the guess already. */
+static void choose_guess(step_context *context) {
+    size_t const size = 3 * context->world->cloth_vertex_count;
+    const double *const solution = context->mean_velocity;
+    if (context->retry.is_lost) return;
+    if (!context->dynamics.guess || context->retry.linearisations == 0) {
+        memcpy(context->guess, solution, size * sizeof(double));
+        return;
+    }
+    double const share = choose_descent(&context->excess);
+    for (size_t i = 0; i < size; i++)
+        context->guess[i] += share * (solution[i] - context->guess[i]);
+}
+
 static tulle_status linearise_anew(step_context *context) {
-    if (!context->retry.is_lost)
-        memcpy(context->guess, context->mean_velocity,
-               3 * context->world->cloth_vertex_count * sizeof(double));
+    choose_guess(context);
     context->dynamics.guess = context->guess;
     context->retry.history.has_sums = false; /* the matrix is another one from here on */
     return world_compute_forces(context);

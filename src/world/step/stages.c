@@ -127,20 +127,19 @@ static tulle_status check_springs(step_context *context) {
     double const c = world->system.share;
     bool const is_mean = world->system.integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
     double const kept = is_mean ? (2.0 * c - 1.0) / (c * c) : 1.0;
-    linear_excess excess;
+    linear_excess *const excess = &context->excess;
     tulle_status const status =
         measure_linear_excess(world->model, &context->dynamics, context->mean_velocity,
-                              world->threads, &world->scratch, &excess);
+                              world->threads, &world->scratch, excess);
     if (status != TULLE_OK) return status;
-    context->spring_excess = excess.springs;
-    double const of_step = EXCESS_SHARE * kept * excess.inertia;
-    context->is_stretched = excess.springs > of_step;
+    double const of_step = EXCESS_SHARE * kept * excess->inertia;
+    context->is_stretched = excess->springs > of_step;
     if (!context->is_stretched) return TULLE_OK;
     bool const has_bodies = context->scene.body_count > 0;
     double const fall = has_bodies ? 0.0 : kept * measure_lightest_fall(context);
     double const enough = fmax(of_step, FALL_SHARE * fall);
-    context->is_stretched = context->retry.linearisations == 0 || excess.springs > enough;
-    context->is_nearly_linear = excess.springs < fmin(NEWTON_FALL * enough, fall);
+    context->is_stretched = context->retry.linearisations == 0 || excess->springs > enough;
+    context->is_nearly_linear = excess->springs < fmin(NEWTON_FALL * enough, fall);
     return context->is_stretched ? world_temper_solution(context) : TULLE_OK;
 }
 

@@ -113,7 +113,7 @@ typedef struct step_context {
     double *end;               /* [m] solve_motion: ends x0 + h u of the paths */
     bool is_stretched;         /* the cloth takes more energy than the system reckons with */
     bool is_nearly_linear;     /* but hardly any more, once springs are linearised anew */
-    double spring_excess;      /* [J] so much more in springs */
+    linear_excess excess;      /* of the solution, over what the system reckons with */
     bool has_settled;          /* the impulses of a full solve no longer change */
     impact_report impacts;     /* resolve_impacts */
     double gain;               /* [J] that the paths give beyond what there is and a small slack */
