@@ -12,7 +12,7 @@ CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS) --timeout 600
 CHECK_PACKAGES := TULLE_NO_INSTALL=1 sh tools/install_packages.sh
 INSTALL_PACKAGES := sh tools/install_packages.sh
 
-.PHONY: all view demo pictures fabric-pictures paper paper-quick paper-pictures test test-formats test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 python viewer wheel test-python test-python-asan test-blender blender-addon test-notebooks test-view view-pictures coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
+.PHONY: all view demo pictures fabric-pictures paper paper-quick paper-pictures test test-formats test-long test-asan test-ubsan test-tsan test-msan test-clang test-musl test-m32 test-native python viewer wheel test-python test-python-asan test-blender blender-addon test-notebooks test-view view-pictures coverage check-arm64 check-portability bench bench-compare bench-detect bench-peers validate soak mutate fuzz fuzz-all fuzz-afl fuzz-keep docs test-docs test-sweep install format check-format layers sizes clean help
 .NOTPARALLEL:
 
 # The program at build/release/tulle, libtulle.so and libtulle.a beside it.
@@ -182,9 +182,9 @@ test-clang:
 	@cmake --build build/clang -j $(JOBS)
 	@cd build/clang && $(CTEST) -R '^(world\.golden|math\.|dynamics\.forces|detect\.narrow|io\.|subdivision\.|examples\.|tools\.(io_)?symbols|tools\.names)'
 
-# libtulle by another C library, and with 32-bit pointers: a small host runs and has the golden hash.
-test-musl test-m32: test-%:
-	@$(INSTALL_PACKAGES) build $*
+# libtulle by another C library, with 32-bit pointers, and with all that this processor has: a small host runs and has the golden hash.
+test-musl test-m32 test-native: test-%:
+	@$(INSTALL_PACKAGES) build $(filter-out native,$*)
 	@sh tools/check_small_host.sh $* $(JOBS); code=$$?; [ $$code = 77 ] || exit $$code
 
 # The add-on for Blender with the program inside, build/tulle_addon.zip: docs/guide/blender.md.
@@ -364,6 +364,7 @@ help:
 	@echo "make test-clang   all built by clang, with the same hashes"
 	@echo "make test-musl    the library by musl-gcc, linked statically into a small host, with the same hash"
 	@echo "make test-m32     the same for 32-bit x86"
+	@echo "make test-native  the same by -march=native"
 	@echo "make test-blender the add-on in Blender without a window and in one (installs Blender)"
 	@echo "make blender-addon  the add-on with the program inside: build/tulle_addon.zip"
 	@echo "make check-arm64  compiles for arm64 and runs some tests by an emulator"

@@ -1,21 +1,23 @@
 #!/bin/sh
-# Builds libtulle alone with another compiler, links a small host statically or by its own loader, runs it, and compares
-# the hash of its state with the golden one.
-# usage: check_small_host.sh musl|m32 [JOBS]     exit 77: skipped, as the compiler is missing
+# Builds libtulle alone with another compiler or for another processor, links a small host statically or by its own loader,
+# runs it, and compares the hash of its state with the golden one.
+# usage: check_small_host.sh musl|m32|native [JOBS]     exit 77: skipped, as the compiler is missing
 #   musl   musl-gcc, linked statically: there is no ifunc, and no library is loaded
 #   m32    i686-linux-gnu-gcc with SSE2: 32-bit pointers
+#   native -march=native: all that this processor has
 set -eu
 cd "$(dirname "$0")/.."
 kind=$1 jobs=${2:-1}
 build=build/$kind
 case $kind in
 musl) compiler=musl-gcc flags=-static loader="" ;;
+native) compiler=cc flags=-march=native loader="" ;;
 m32)
     compiler=i686-linux-gnu-gcc flags="-msse2 -mfpmath=sse"
     loader="/usr/i686-linux-gnu/lib/ld-linux.so.2 --library-path /usr/i686-linux-gnu/lib"
     ;;
 *)
-    echo "check_small_host.sh: \"$kind\" should be musl or m32" >&2
+    echo "check_small_host.sh: \"$kind\" should be musl, m32 or native" >&2
     exit 2
     ;;
 esac
