@@ -10,11 +10,11 @@ add_library(tulle_flags INTERFACE)
 target_compile_options(tulle_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wvla
     $<$<C_COMPILER_ID:GNU>:-Wdouble-promotion> # clang's would mean INFINITY and NAN, too
     $<$<COMPILE_LANGUAGE:C>:-Wmissing-prototypes> -ffp-contract=off $<$<BOOL:${TULLE_WARNINGS_AS_ERRORS}>:-Werror>)
-# With -march=native and the like, GCC 12 joins products with sums of alternate signs in spite of -ffp-contract=off.
-include(CheckCSourceCompiles)
-check_c_source_compiles("#ifndef __FMA__\n#error\n#endif\nint main(void) { return 0; }" TULLE_HAS_FMA)
-if(TULLE_HAS_FMA AND CMAKE_C_COMPILER_ID STREQUAL "GNU")
-    target_compile_options(tulle_flags INTERFACE -fno-tree-slp-vectorize)
+# GCC 12 joins products with sums of alternate signs in spite of -ffp-contract=off, where the processor is told to have
+# instructions for that, as by -march=native.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64|i.86)$" AND CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
+    set(is_narrow $<NOT:$<BOOL:$<TARGET_PROPERTY:TULLE_HAS_AVX512>>>)
+    target_compile_options(tulle_flags INTERFACE -mno-fma $<${is_narrow}:-mno-avx512f>)
 endif()
 if(TULLE_SANITIZE)
     target_compile_options(tulle_flags INTERFACE -fsanitize=${TULLE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)

@@ -59,6 +59,6 @@ foreach(file ${asset_files})
 endforeach()
 string(APPEND assets_text "\nconst view_asset view_assets[] = {\n${assets_list}    {0, 0, 0}};\n")
 file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/view_assets.c CONTENT "${assets_text}" @ONLY)
-# Its assembler's symbols are not seen by -flto.
+# -flto does not see symbols of its assembler.
 set_source_files_properties(${PROJECT_BINARY_DIR}/view_assets.c PROPERTIES OBJECT_DEPENDS "${asset_files}"
                             COMPILE_OPTIONS -fno-lto)

@@ -32,6 +32,11 @@ if nm "$build/libtulle.a" | awk '$2 == "i"' | grep .; then
     echo "$build/libtulle.a has functions that the loader would choose (ifunc)"
     exit 1
 fi
+if [ "$kind" = native ]; then
+    code=0
+    /usr/bin/python3 tools/check_baseline.py --fused "$build" || code=$?
+    [ "$code" = 0 ] || [ "$code" = 77 ] || exit 1
+fi
 golden=$(sed -n 's/.*GOLDEN = UINT64_C(0x\([0-9a-f]*\)).*/\1/p' test/world/test_golden.c)
 # shellcheck disable=SC2086
 said=$($loader "$build/world_host")

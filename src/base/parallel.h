@@ -14,7 +14,7 @@
 typedef void (*parallel_body)(void *context, size_t begin, size_t end, size_t chunk, int worker);
 
 /* Runs body over count items in chunks of chunk_size, dynamically on up to `threads` threads. One
- * chunk runs inline. */
+ * chunk runs inline. A body does not call it. */
 void parallel_for(size_t count, size_t chunk_size, int threads, parallel_body body, void *context);
 
 /* The same without the chunks of which all items are idle: is_idle is not 0. Null: none are. */

@@ -14,7 +14,7 @@
  * closes it. A helper that gets a processor only then finds the gate closed. So on a busy machine a
  * loop takes at most as long as the caller alone would need, and the rest of one chunk.
  *
- * Loops take few microseconds, and a cache line that goes from one processor to another takes a
+ * Loops take a few microseconds, and a cache line that goes from one processor to another takes a
  * twentieth of one. So the gate is also what helpers look at between loops, its loop lies beside it
  * in the same line, and nobody writes into a line that others look at without need.
  *
@@ -40,12 +40,13 @@ enum {
     LOOKS = 64 /* between two readings of the clock, a microsecond or a few */
 };
 
-/* A gate: in the low bits the helpers inside, above these the number of its loop. */
-static const uint64_t GATE_INSIDE = 0xffff;
-static const uint64_t GATE_OPEN = 1 << 16;    /* helpers may enter */
-static const uint64_t GATE_AWAITED = 1 << 17; /* the last to leave posts `is_done` */
-static const uint64_t GATE_ENDED = 1 << 18;   /* helpers end */
-enum { GATE_NUMBER = 19 };                    /* bits below it */
+/* A gate: in the low bits the helpers inside, then flags, then how many helpers may enter, then the
+ * number of its loop. */
+static const uint64_t GATE_INSIDE = 0x1ff;
+static const uint64_t GATE_OPEN = 1 << 9;     /* helpers may enter */
+static const uint64_t GATE_AWAITED = 1 << 10; /* the last to leave posts `is_done` */
+static const uint64_t GATE_ENDED = 1 << 11;   /* helpers end */
+enum { GATE_LIMIT = 12, GATE_LIMIT_MASK = 0xff, GATE_NUMBER = 20 }; /* bits below them */
 
 /* [s] How long a thread looks for work before it sleeps. Between two loops of a solve a caller
  * works alone for some 10 microseconds. */
@@ -70,7 +71,7 @@ typedef struct chunk_range {
 typedef struct gated_loop {
     _Alignas(64) _Atomic uint64_t gate;
     parallel_loop loop;
-    int range_count; /* one more than helpers may take part */
+    int range_count; /* one more than helpers may enter */
 } gated_loop;
 
 struct helper_team {
@@ -131,17 +132,24 @@ static void await_post(sem_t *semaphore) {
     while (sem_wait(semaphore) != 0) continue; /* a signal interrupts it */
 }
 
-/* The gate of a team, and the number of the loop that a helper has seen last. */
+/* The gate of a team, who looks at it, and the number of the loop that it has seen last. */
 typedef struct gate_watch {
     _Atomic uint64_t *gate;
+    int worker;
     uint64_t seen;
 } gate_watch;
+
+/* Whether the helper may enter. */
+static bool is_open_to(uint64_t gate, int worker) {
+    return (gate & GATE_OPEN) && (uint64_t)worker <= (gate >> GATE_LIMIT & GATE_LIMIT_MASK);
+}
 
 /* Whether there is a loop to enter, or an end. */
 static bool sees_call(void *context) {
     const gate_watch *const watch = context;
     uint64_t const gate = atomic_load(watch->gate);
-    return (gate & GATE_ENDED) || ((gate & GATE_OPEN) && gate >> GATE_NUMBER != watch->seen);
+    return (gate & GATE_ENDED) ||
+           (gate >> GATE_NUMBER != watch->seen && is_open_to(gate, watch->worker));
 }
 
 static bool sees_nobody(void *context) {
@@ -170,19 +178,19 @@ static void await_call(helper *self, gate_watch *watch) {
 static void *run_helper(void *argument) {
     helper *const self = argument;
     helper_team *const team = self->team;
-    gate_watch watch = {.gate = &team->shared.gate};
+    gate_watch watch = {.gate = &team->shared.gate, .worker = self->worker};
     for (;;) {
         await_call(self, &watch);
         /* Enters the gate, unless its loop is over or another one has begun. */
         uint64_t gate = atomic_load(watch.gate);
         if (gate & GATE_ENDED) return NULL;
-        if (!(gate & GATE_OPEN)) continue;
+        if (!is_open_to(gate, self->worker)) continue;
         watch.seen = gate >> GATE_NUMBER;
         bool is_inside = false;
         while (!is_inside && gate >> GATE_NUMBER == watch.seen && (gate & GATE_OPEN))
             is_inside = atomic_compare_exchange_weak(watch.gate, &gate, gate + 1);
         if (!is_inside) continue;
-        if (self->worker < team->shared.range_count) take_chunks(team, self->worker);
+        take_chunks(team, self->worker);
         gate = atomic_fetch_sub(watch.gate, 1);
         if ((gate & GATE_AWAITED) && (gate & GATE_INSIDE) == 1) sem_post(&team->is_done);
     }
@@ -268,7 +276,8 @@ void parallel_backend_run(const parallel_loop *loop, int threads) {
         atomic_store_explicit(&team->ranges[i].next, compute_range_begin(loop, helper_count + 1, i),
                               memory_order_relaxed);
     uint64_t const number = (atomic_load(&team->shared.gate) >> GATE_NUMBER) + 1;
-    publish_gate(team, number << GATE_NUMBER | GATE_OPEN, helper_count);
+    uint64_t const limit = (uint64_t)helper_count << GATE_LIMIT;
+    publish_gate(team, number << GATE_NUMBER | limit | GATE_OPEN, helper_count);
     take_chunks(team, 0);
     /* No chunk is left: no more helpers enter, then those inside leave. */
     if ((atomic_fetch_sub(&team->shared.gate, GATE_OPEN) & GATE_INSIDE) == 0) return;

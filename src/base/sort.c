@@ -6,7 +6,8 @@
  * significant one on.
  *
  * Based on: J. W. J. Williams, Algorithm 232: Heapsort, 1964; the heap is built from the bottom
- * as in R. W. Floyd, Algorithm 245: Treesort 3, 1964. */
+ * as in R. W. Floyd, Algorithm 245: Treesort 3, 1964. Digits: D. E. Knuth, The Art of Computer
+ * Programming 3, 5.2.5. */
 #include "base/sort.h"
 
 #include <assert.h>

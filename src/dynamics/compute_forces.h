@@ -88,13 +88,14 @@ size_t measure_force_terms(const cloth_model *model, const tulle_wind *wind);
 typedef struct linear_excess {
     double springs;   /* [J] may be negative */
     double inertia;   /* [J] half of (u - v0) M (u - v0) */
-    double curvature; /* [J] d . (M + h^2 K) d of masses and springs on the way d from the guess */
+    double curvature; /* [J] d . (M + h^2 K) d of masses and springs by implicit Euler, d being the
+                         way from where they are linearised; without a guess K alone counts */
 } linear_excess;
 tulle_status measure_linear_excess(const cloth_model *model, const motion_state *state,
                                    const double *mean, int threads, arena *scratch,
                                    linear_excess *excess);
-/* 0.05 .. 1: how much of the way from the guess to u lowers the energy of masses and springs most.
- */
+/* 0.05 .. 1: how much of the way from the guess to u lowers the energy of masses and springs most,
+ * by implicit Euler. */
 double choose_descent(const linear_excess *excess);
 
 /* Work [J] that the wind does on the cloth in a step with the mean velocity u, according to the

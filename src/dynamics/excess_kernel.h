@@ -1,5 +1,5 @@
-/* dynamics/excess_kernel.h - kernel: what springs take on their way beside what a linear system
- * expects, see linear_excess.c. */
+/* dynamics/excess_kernel.h - kernel: the energy of springs on their way, and what a linear system
+ * expects of it, see linear_excess.c. */
 #ifndef TULLE_DYNAMICS_EXCESS_KERNEL_H
 #define TULLE_DYNAMICS_EXCESS_KERNEL_H
 

@@ -7,6 +7,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -108,6 +109,33 @@ static void numbers_are_sorted_upwards(void **state) {
     uint64_t const ordered[] = {0, 1, UINT64_C(1) << 63, UINT64_MAX - 1, UINT64_MAX};
     sort_in_place(keys, 5, sizeof *keys, compare_u64);
     assert_memory_equal(keys, ordered, sizeof keys);
+}
+
+/* The result of sort_keys is what qsort makes of the same keys: counts around the limit of
+ * insertion and large ones, keys that differ in no digit, in any one of them, in some and in all.
+ */
+static void keys_are_sorted_by_digits(void **state) {
+    (void)state;
+    enum { MOST = 3000 };
+    static uint64_t keys[MOST], spare[MOST], expected[MOST];
+    size_t const counts[] = {0, 1, 2, 23, 24, 25, 26, 100, MOST};
+    uint64_t masks[13] = {0, 1, UINT64_MAX, UINT64_C(0xff00ff), UINT64_C(0xffffffff00000000)};
+    for (unsigned digit = 0; digit < 8; digit++) masks[5 + digit] = UINT64_C(0xff) << 8 * digit;
+    for (size_t c = 0; c < sizeof counts / sizeof *counts; c++)
+        for (size_t m = 0; m < sizeof masks / sizeof *masks; m++)
+            for (int order = 0; order < 3; order++) { /* as drawn, sorted, reversed */
+                size_t const count = counts[c];
+                uint64_t const common = hash_mix(m + 1) & ~masks[m]; /* what all keys have alike */
+                for (size_t i = 0; i < count; i++)
+                    expected[i] = common | (hash_mix(i + 100 * c + 1) & masks[m]);
+                memcpy(keys, expected, sizeof keys);
+                if (count > 0) qsort(expected, count, sizeof *expected, compare_u64);
+                for (size_t i = 0; i < count && order > 0; i++)
+                    keys[i] = expected[order == 1 ? i : count - 1 - i];
+                const uint64_t *const sorted = sort_keys(keys, spare, count);
+                assert_true(sorted == keys || sorted == spare);
+                assert_memory_equal(sorted, expected, count * sizeof *expected);
+            }
 }
 
 /* What does not fit into the end of a block leaves it unused, but not for good. */
@@ -249,6 +277,7 @@ int main(void) {
         cmocka_unit_test(matched_arrays_have_the_room_of_the_larger),
         cmocka_unit_test(sorting_keeps_items_and_orders_keys),
         cmocka_unit_test(numbers_are_sorted_upwards),
+        cmocka_unit_test(keys_are_sorted_by_digits),
         cmocka_unit_test(arena_reuses_its_blocks),
         cmocka_unit_test(an_empty_arena_is_one_block),
         cmocka_unit_test(a_reserved_arena_is_one_block),

@@ -1,8 +1,7 @@
 /* detect/pairs/pair_store.c - see pair_store.h.
  *
  * Sorting: chunks of keys are spread over buckets by their highest bits. Then each bucket is sorted
- * in cache. All keys differ, so the order does
- * not depend on who wrote which block. */
+ * in cache. All keys differ, so the order does not depend on who wrote which block. */
 #include "detect/pairs/pair_store.h"
 
 #include "base/parallel.h"

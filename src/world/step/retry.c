@@ -7,7 +7,7 @@
  *   -----------------------------------|-------------------------------------|------------------
  *   in a solve (stages 7 and 8)        |                                     |
  *   springs take more than was linear  | linearise about the solution, solve | 3 a balance
- *   they do so again                   | the same about a part of the way    | of these
+ *   they do so again                   | the same about a part of the way    | these count, too
  *   they take far more than there is   | the same, never above what there is | 12 a balance
  *   the solve was rough                | solve to the tolerance              | 1 a linearisation
  *   energy is gained, bodies make room | the same with less room for bodies  | 2

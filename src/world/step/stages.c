@@ -21,9 +21,9 @@ static const double EXCESS_SHARE = 0.5;
  * share of m (g h)^2 of the lightest cloth. Without that first time pinched cloth creeps. Beside
  * bodies they may not: a stack on cloth would creep. */
 static const double FALL_SHARE = 0.01;
-/* A new linearisation usually leaves less than a twentieth of the excess. Where that will do, the
- * solve that follows is a full one, but for an excess over m (g h)^2: stiff sheets that land would
- * be thrown about more, and cloth would creep in a drum that spins fast. */
+/* The first new linearisation usually leaves less than a twentieth of the excess. Where that will
+ * do, the solve that follows is a full one, but for an excess over m (g h)^2: stiff sheets that
+ * land would be thrown about more, and cloth would creep in a drum that spins fast. */
 static const double NEWTON_FALL = 20.0;
 
 /* The next solve goes on from a rough one. So a rough solve ends at this part of its first
