@@ -1,18 +1,35 @@
 /* base/memory.c - see memory.h. Each block carries a 64-byte header in front that keeps what the
  * allocator gave. */
+#define _DEFAULT_SOURCE /* madvise */
 #include "base/memory.h"
 
 #include <stdlib.h>
 #include <string.h>
+#ifdef __linux__
+#include <sys/mman.h>
+#include <unistd.h>
+#endif
 
 enum {
     BLOCK_ALIGNMENT = 64,     /* [bytes] a cache line, and the widest vector */
     FEWEST_ELEMENTS = 16,     /* of an array that grows, */
     FEWEST_BYTES_MOST = 4096, /* [bytes] unless they take more than this */
-    TRIM_SHARE = 16 /* room for less than this share of the elements is not worth a copy */
+    TRIM_SHARE = 16,      /* room for less than this share of the elements is not worth a copy */
+    LARGE_BLOCK = 2 << 20 /* [bytes] a large page */
 };
 
 memory memory_default(void) { return (memory){0}; }
+
+void *memory_allocate_default(size_t byte_count) {
+    void *const raw = malloc(byte_count);
+#ifdef MADV_HUGEPAGE
+    if (!raw || byte_count < LARGE_BLOCK) return raw;
+    uintptr_t const mask = ~((uintptr_t)sysconf(_SC_PAGESIZE) - 1);
+    uintptr_t const begin = (uintptr_t)raw & mask, end = ((uintptr_t)raw + byte_count) & mask;
+    (void)madvise((void *)begin, end - begin, MADV_HUGEPAGE); /* without them all goes on */
+#endif
+    return raw;
+}
 
 void *memory_allocate(memory *heap, size_t byte_count) {
     if (byte_count > SIZE_MAX / 2) return NULL;
@@ -21,7 +38,7 @@ void *memory_allocate(memory *heap, size_t byte_count) {
     if (limit != 0 && (total > limit || heap->bytes_held > limit - total)) return NULL;
     void *const raw = heap->allocator.allocate
                           ? heap->allocator.allocate(heap->allocator.context, total)
-                          : malloc(total);
+                          : memory_allocate_default(total);
     if (!raw) return NULL;
     uintptr_t const aligned =
         ((uintptr_t)raw + 2 * BLOCK_ALIGNMENT - 1) & ~(uintptr_t)(BLOCK_ALIGNMENT - 1);

@@ -5,7 +5,8 @@
  * so the cycle is symmetric and positive. No eigenvalue of D^-1 A is over the number of members
  * that a term of A joins. On the first level a contact, a triangle or a hinge joins four at most,
  * blocks of a grid, too. Bending has terms of more; there 3.3 is the most that was measured. Above
- * it a term joins six or so. The last level, of a few aggregates, takes several steps.
+ * it a term joins six or so. Large levels above the first take two steps before and two after. They
+ * are still small beside the cloth. The last level, of a few aggregates, takes several steps.
  *
  * Based on: Bramble, Pasciak, Xu, Parallel multilevel preconditioners, 1990 (levels are added);
  * Briggs, Henson, McCormick, A multigrid tutorial, 2000 (cycles). Departure: the first level is
@@ -24,6 +25,9 @@ enum { MOST_ALONE = 256, AGGREGATES_PER_CHUNK = 64 };
 enum { BLOCKS_PER_CHUNK = 1024, VERTICES_PER_CHUNK = 2048 };
 /* Part of D^-1 r that a step goes above the first level. */
 static const float STEP_ABOVE = 0.3F;
+/* Where a level takes two, the parts of the inner and the outer ones: Chebyshev's for eigenvalues
+ * from 5/3 to 20/3. They converge below 8.3. */
+static const float INNER_STEP = 0.417F, OUTER_STEP = 0.168F;
 /* Steps on the last level. */
 enum { LAST_STEPS = 8 };
 
@@ -38,6 +42,7 @@ typedef struct cycle_task {
     float *guess_below;              /* and its guess, */
     size_t vertex_step, number_step; /* whose numbers lie so */
     const single_vectors *vertices;  /* null: not of vertices */
+    float part;                      /* of D^-1 r that a step goes */
     int threads;
 } cycle_task;
 
@@ -54,9 +59,8 @@ static floats4 load_member(const cycle_task *task, size_t member) {
 /* A step's part of D^-1 r. */
 static floats4 get_step(const cycle_task *task, size_t aggregate, floats4 r) {
     const float *const m = task->level->inverse + 9 * aggregate;
-    float const part = task->level == task->all->levels ? FIRST_STEP : STEP_ABOVE;
     return ((floats4_load(m) * r[0] + floats4_load(m + 3) * r[1]) + floats4_load(m + 6) * r[2]) *
-           part;
+           task->part;
 }
 
 /* The residual P^T r of a level, and the first step. */
@@ -147,23 +151,44 @@ static void run(cycle_task *task, const aggregate_level *level, parallel_body bo
  */
 static void correct_guess(cycle_task *task, size_t l, const single_vectors *left);
 
-/* The last level takes steps, each from the correction of the one before. */
+static void take_step(cycle_task *task, const aggregate_level *level, float part) {
+    task->part = part;
+    run(task, level, step_chunk);
+}
+
+/* The next step goes on from the correction. */
+static void take_over(const aggregate_level *level) {
+    memcpy(level->guess, level->correction, 3 * level->count * sizeof(float));
+}
+
 static void correct_level(cycle_task *task, size_t l) {
     const aggregate_level *const level = &task->all->levels[l];
+    bool const is_last = l + 1 == task->all->level_count;
+    bool const takes_two = l > 0 && !is_last && level->count > MOST_ALONE;
+    float const only = l == 0 ? FIRST_STEP : STEP_ABOVE;
+    task->part = takes_two ? OUTER_STEP : only;
     run(task, level, restrict_chunk);
-    if (l + 1 == task->all->level_count) {
-        run(task, level, step_chunk);
+    if (is_last) {
+        take_step(task, level, only);
         for (int step = 2; step < LAST_STEPS; step++) {
-            memcpy(level->guess, level->correction, 3 * level->count * sizeof(float));
-            run(task, level, step_chunk);
+            take_over(level);
+            take_step(task, level, only);
         }
         return;
+    }
+    if (takes_two) {
+        take_step(task, level, INNER_STEP);
+        take_over(level);
     }
     run(task, level, leave_chunk);
     single_vectors const left = {
         .product = level->product, .direction = level->guess, .vertex_step = 3, .number_step = 1};
     correct_guess(task, l, &left);
-    run(task, level, step_chunk);
+    if (takes_two) {
+        take_step(task, level, INNER_STEP);
+        take_over(level);
+    }
+    take_step(task, level, takes_two ? OUTER_STEP : only);
 }
 
 static void correct_guess(cycle_task *task, size_t l, const single_vectors *left) {

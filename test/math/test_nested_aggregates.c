@@ -191,6 +191,21 @@ static void test_large_grid(void **state) {
     check_graph(spring_graph_make_grid(60, 60, false), 1000.0, 31);
 }
 
+/* A ribbon so long that a level above the first has over 256 aggregates, and takes two steps. */
+static void test_long_ribbon(void **state) {
+    (void)state;
+    spring_graph const graph = spring_graph_make_grid(2600, 1, false);
+    spring_system system = spring_system_make(graph, 1000.0, 9);
+    arena scratch = arena_make(&system.heap);
+    nested_aggregates *const all = nested_aggregates_build(&system.heap, &system.matrix, &scratch);
+    assert_non_null(all);
+    assert_true(all->level_count > 2 && all->levels[1].count > 256);
+    nested_aggregates_destroy(&system.heap, all);
+    arena_destroy(&scratch);
+    spring_system_destroy(&system);
+    check_graph(spring_graph_make_grid(2600, 1, false), 1000.0, 17);
+}
+
 /* Pieces that can join no other do not keep the rest from coarser levels. */
 static void test_pieces(void **state) {
     (void)state;
@@ -300,10 +315,11 @@ static void test_memory(void **state) {
 
 int main(void) {
     struct CMUnitTest const tests[] = {
-        cmocka_unit_test(test_grids),     cmocka_unit_test(test_large_grid),
-        cmocka_unit_test(test_pieces),    cmocka_unit_test(test_graphs),
-        cmocka_unit_test(test_small),     cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_long_rows), cmocka_unit_test(test_hub),
+        cmocka_unit_test(test_grids),       cmocka_unit_test(test_large_grid),
+        cmocka_unit_test(test_long_ribbon), cmocka_unit_test(test_pieces),
+        cmocka_unit_test(test_graphs),      cmocka_unit_test(test_small),
+        cmocka_unit_test(test_memory),      cmocka_unit_test(test_long_rows),
+        cmocka_unit_test(test_hub),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -77,9 +77,12 @@ void dense_levels_run_cycle(const nested_aggregates *all, const dense_level *den
                             const double *r, double *z) {
     const dense_level *const own = &dense[l];
     double const part = l == 0 ? 0.5 : 0.3;
+    bool const is_last = l + 1 == all->level_count;
+    bool const takes_two = l > 0 && !is_last && own->count > 256;
     memset(z, 0, own->size * sizeof(double));
-    take_step(own, part, r, z);
-    if (l + 1 == all->level_count) {
+    take_step(own, takes_two ? 0.168 : part, r, z);
+    if (takes_two) take_step(own, 0.417, r, z);
+    if (is_last) {
         for (int i = 1; i < 8; i++) take_step(own, part, r, z);
         return;
     }
@@ -99,7 +102,8 @@ void dense_levels_run_cycle(const nested_aggregates *all, const dense_level *den
         for (uint32_t k = by->begin[m]; k < by->begin[m + 1]; k++)
             for (size_t i = 0; i < 3; i++)
                 z[3 * m + i] += (double)by->weights[k] * found[3 * (size_t)by->columns[k] + i];
-    take_step(own, part, r, z);
+    if (takes_two) take_step(own, 0.417, r, z);
+    take_step(own, takes_two ? 0.168 : part, r, z);
     free(rest), free(found);
 }
 

@@ -8,6 +8,7 @@
 #include "app/cli/interrupt.h"
 #include "app/commands.h"
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/timer.h"
 
 #include <stdio.h>
@@ -31,7 +32,7 @@ typedef struct counted_heap {
 
 static void *heap_allocate(void *context, size_t byte_count) {
     counted_heap *const heap = context;
-    void *const block = malloc(byte_count);
+    void *const block = memory_allocate_default(byte_count);
     if (!block) return NULL;
     heap->calls++;
     heap->held += byte_count;
