@@ -5,7 +5,11 @@
  * are there. A pair may own several rows, since the impulse of a row acts along the weights it was
  * made with. Then the response answers to all rows, and only pairs with a vertex that moved
  * differently are tested again. Before the paths are called clean every pair is tested on them
- * once. */
+ * once.
+ *
+ * Impacts foreseen on the paths of a rough solve are no proof, only rows for the solve that
+ * follows. So no new search is made for them where vertices leave the paths that were predicted. To
+ * find the same with every source, only pairs count whose boxes along the predicted paths meet. */
 #include "contact/commit/resolve_impacts.h"
 
 #include "contact/pairs/body_paths.h"
@@ -13,6 +17,7 @@
 #include "contact/response.h"
 #include "contact/rows/contact_rows.h"
 
+#include <math.h>
 #include <string.h>
 
 /* An impact of cloth with an obstacle. */
@@ -79,6 +84,55 @@ static tulle_status append_rows(const contact_scene *scene, const pair_events *e
     return drop_hits_from_behind(scene, list, first_new, hits);
 }
 
+/* Whether the boxes of the predicted paths of a pair's features, each widened by half the margin,
+ * meet. */
+static bool paths_meet(const contact_scene *scene, const double *predicted, double margin,
+                       const pair_event *event) {
+    uint32_t vertices[4];
+    feature_pair_vertices(scene->set->topo, event->kind, event->pair, vertices);
+    int const first_count = event->kind == FEATURE_EDGE_EDGE ? 2 : 1;
+    for (size_t axis = 0; axis < 3; axis++) {
+        double low[2] = {(double)INFINITY, (double)INFINITY};
+        double high[2] = {-(double)INFINITY, -(double)INFINITY};
+        for (int k = 0; k < 4; k++) {
+            int const side = k < first_count ? 0 : 1;
+            double const begin = scene->x0[3 * (size_t)vertices[k] + axis];
+            double const end = predicted[3 * (size_t)vertices[k] + axis];
+            low[side] = fmin(low[side], fmin(begin, end));
+            high[side] = fmax(high[side], fmax(begin, end));
+        }
+        if (low[0] > high[1] + margin || low[1] > high[0] + margin) return false;
+    }
+    return true;
+}
+
+tulle_status foresee_impacts(const contact_scene *scene, pair_source *source, row_list *list,
+                             const double *predicted, const double *x1, impact_report *report) {
+    *report = (impact_report){0};
+    if (scene->settings.impact_rounds < 1) return TULLE_OK;
+    arena_mark const mark = arena_get_mark(scene->scratch);
+    bool const has_predicted = source->renew_count == 0 && !source->is_straight;
+    tulle_status status = TULLE_OK;
+    if (!has_predicted)
+        status = ensure_pairs_cover(scene, source, x1);
+    else if (source->adapt)
+        status = source->adapt(source, x1);
+    pair_events hits = {0};
+    if (status == TULLE_OK) status = find_hits(scene, source, x1, NULL, &hits);
+    report->tested_pairs = hits.measured_count;
+    report->turning_pairs = hits.turning_count;
+    size_t kept = 0;
+    for (size_t i = 0; i < hits.count; i++)
+        if (paths_meet(scene, predicted, source->margin, &hits.events[i]))
+            hits.events[kept++] = hits.events[i];
+    hits.count = kept;
+    size_t const row_count = list->rows.count;
+    if (status == TULLE_OK && kept > 0) status = append_rows(scene, &hits, x1, list);
+    report->impact_count = list->rows.count - row_count;
+    arena_release(scene->scratch, mark);
+    return status;
+}
+
 tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, row_list *list,
                              double *u, double *x1, impact_report *report) {
     *report = (impact_report){0};
@@ -108,7 +162,6 @@ tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, ro
         arena_release(scene->scratch, round_mark);
         if (status != TULLE_OK || is_last) break;
         report->impact_count += list->rows.count - row_count;
-        if (!u) break;
         report->rounds++;
         status = scene->response->answer_impacts(scene, list, row_count, u);
         if (status != TULLE_OK) break;

@@ -14,9 +14,14 @@ typedef struct impact_report {
 
 /* Tests all candidates along x0 -> x1 with the minimum gaps of the pairs, adds a row for each hit,
  * and lets the response answer; all of this at most settings.impact_rounds times. In: u of stage 7
- * and its paths x1. Out: both after the impacts; x1 is always propose_paths of u. Where u is null,
- * rows are added and nothing answers to them: a later solve will. */
+ * and its paths x1. Out: both after the impacts; x1 is always propose_paths of u. */
 tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, row_list *list,
                              double *u, double *x1, impact_report *report);
+
+/* Adds a row for each hit along x0 -> x1, of a rough solve, that the first search of the substep
+ * has found a candidate for, along x0 -> predicted. Nothing answers: the next solve will. Does not
+ * tell whether x0 -> x1 is clean. */
+tulle_status foresee_impacts(const contact_scene *scene, pair_source *source, row_list *list,
+                             const double *predicted, const double *x1, impact_report *report);
 
 #endif

@@ -5,8 +5,8 @@
  * margin / 2. They are complete for other paths x0 -> x1 as long as every vertex stays in the box
  * of its own path x0 -> bounds widened by (margin - 1.06 xi) / 2. A straight source has left out
  * pairs that straight paths keep apart: then each vertex must end in the box of its end in `bounds`
- * widened by as much. Stages 8 and 9 check this before every test. They call `renew` when a vertex
- * has left its box, so no test ever runs on an incomplete list.
+ * widened by as much. Stages 8 and 9 check this before every test on which an accepted state rests.
+ * They call `renew` when a vertex has left its box, so no such test runs on an incomplete list.
  *
  * Stage 5 notes the pairs that start near each other. Along short paths no other pair can come
  * under xi, so the tests look at those alone (near_pairs.h).
@@ -31,8 +31,9 @@ typedef struct pair_source {
     const near_pair_list *near_pairs;
     /* Finds the candidates of x0 -> x1 with `margin` and sets pairs and bounds (a copy of x1). */
     tulle_status (*renew)(struct pair_source *source, const double *x1);
-    /* Called when x1 stays in the bounds, which it keeps. Takes in again the pairs that were left
-     * out and are not proven to keep their gap along x0 -> x1. Null: nothing is left out. */
+    /* Called when x1 stays in the bounds, or other pairs do not matter. Keeps the bounds. Takes in
+     * again the pairs that were left out and are not proven to keep their gap along x0 -> x1. Null:
+     * nothing is left out. */
     tulle_status (*adapt)(struct pair_source *source, const double *x1);
     void *context;        /* of renew and adapt */
     uint64_t renew_count; /* renewals so far */

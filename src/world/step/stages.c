@@ -208,7 +208,7 @@ tulle_status world_solve_motion(step_context *context) {
 /* A rough solve of fine cloth: its impacts become rows, which the solves that follow answer to.
  * Where rows of earlier impacts are more than others, those without load go: rough paths may hit
  * much that later ones never come near. */
-static tulle_status foresee_impacts(step_context *context) {
+static tulle_status foresee(step_context *context) {
     row_list *const list = &context->world->rows;
     size_t const gathered = context->gathered_count;
     double expected2 = 0.0, found2 = 0.0; /* [m^2] longest ways */
@@ -229,8 +229,9 @@ static tulle_status foresee_impacts(step_context *context) {
         if (is_loaded || !are_many) list->rows.data[kept++] = *row;
     }
     list->rows.count = kept;
-    tulle_status const status = resolve_impacts(&context->scene, &context->source, list, NULL,
-                                                context->end, &context->impacts);
+    tulle_status const status =
+        foresee_impacts(&context->scene, &context->source, list, context->predicted, context->end,
+                        &context->impacts);
     if (context->impacts.impact_count > 0) context->has_settled = false;
     return status;
 }
@@ -243,7 +244,7 @@ tulle_status world_resolve_impacts(step_context *context) {
     context->end_elastic.is_known = false; /* impacts move the ends on */
     tulle_status const status =
         context->retry.is_rough
-            ? foresee_impacts(context)
+            ? foresee(context)
             : resolve_impacts(&context->scene, &context->source, list, context->mean_velocity,
                               context->end, &context->impacts);
     report->impact_rounds += context->impacts.rounds;
