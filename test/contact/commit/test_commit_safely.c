@@ -4,6 +4,7 @@
  */
 #include "base/hash.h"
 #include "contact/pairs/pair_rules.h"
+#include "contact/pairs/pair_scan.h"
 #include "support/contact_world.h"
 #include "support/exact_ccd.h"
 #include "support/test_support.h"
@@ -326,8 +327,88 @@ static void violence_over_turning_obstacles(void **state) {
     run_violent_cases(OBSTACLES_TURN, 90000);
 }
 
+/* ---- impacts foreseen ---- */
+
+/* What foresee_impacts makes of paths x1, from pairs that were found for `predicted`.
+ * `is_straight`: it must take these for a source that left some out. Returns the rows' events,
+ * count of them. */
+static pair_event *foresee(contact_world *world, const double *predicted, const double *x1,
+                           bool is_straight, size_t *count) {
+    contact_scene const scene = get_contact_scene(world, TIME_STEP);
+    memcpy(world->x1, predicted, 3 * world->vertex_count * sizeof(double));
+    brute_force brute = {0};
+    pair_source *const source = find_by_brute_force(&brute, world);
+    source->is_straight = is_straight;
+    world->rows->rows.count = 0;
+    impact_report report;
+    assert_int_equal(foresee_impacts(&scene, source, world->rows, predicted, x1, &report),
+                     TULLE_OK);
+    if (!is_straight) assert_int_equal(source->renew_count, 0);
+    *count = world->rows->rows.count;
+    assert_int_equal(report.impact_count, *count);
+    pair_event *const events = calloc(*count + 1, sizeof *events);
+    assert_non_null(events);
+    for (size_t i = 0; i < *count; i++) {
+        const row_frame *const frame = &world->rows->rows.data[i].frame;
+        events[i] = (pair_event){frame->kind, frame->pair, 0.0, frame->gap};
+    }
+    ARRAY_FREE(world->heap, &brute.pairs.vertex_triangle);
+    ARRAY_FREE(world->heap, &brute.pairs.edge_edge);
+    return events;
+}
+
+/* Whether the boxes of a pair's predicted paths meet, as the search for them sees it. */
+static bool is_expected(const contact_world *world, const double *predicted,
+                        const pair_event *event) {
+    int const first_count = event->kind == FEATURE_VERTEX_TRIANGLE ? 1 : 2;
+    uint32_t v[4];
+    feature_pair_vertices(world->topo, event->kind, event->pair, v);
+    double const half = 0.75 * world->def.contact_distance;
+    double boxes[2][6];
+    get_path_box(world, predicted, v, first_count, half, boxes[0]);
+    get_path_box(world, predicted, v + first_count, 4 - first_count, half, boxes[1]);
+    return boxes_meet(boxes[0], boxes[1]);
+}
+
+/* Rough paths may leave all that was predicted. What is foreseen on them does not depend on the
+ * source: one that finds all pairs anew gives the same rows. */
+static void impacts_foreseen_by_any_source(void **state) {
+    (void)state;
+    size_t foreseen = 0, left_out = 0;
+    for (uint64_t seed = 0; seed < 40; seed++) {
+        contact_world world;
+        make_violent_world(&world, 300 + seed, 1);
+        uint64_t random = seed + 5;
+        size_t const size = 3 * world.vertex_count * sizeof(double);
+        double *const predicted = malloc(size), *const rough = malloc(size);
+        assert_true(predicted && rough);
+        make_violent_motion(&world, &random, OBSTACLES_REST);
+        memcpy(predicted, world.x1, size);
+        make_violent_motion(&world, &random, OBSTACLES_REST);
+        for (size_t i = 0; i < 3 * world.vertex_count; i++)
+            rough[i] = seed % 2 ? world.x1[i] : 0.5 * (world.x1[i] + predicted[i]);
+        size_t count, straight_count, all_count;
+        pair_event *const events = foresee(&world, predicted, rough, false, &count);
+        pair_event *const others = foresee(&world, predicted, rough, true, &straight_count);
+        assert_int_equal(count, straight_count);
+        for (size_t i = 0; i < count; i++) {
+            assert_true(is_expected(&world, predicted, &events[i]));
+            assert_int_equal(events[i].kind, others[i].kind);
+            assert_memory_equal(&events[i].pair, &others[i].pair, sizeof(feature_pair));
+            assert_true(events[i].distance == others[i].distance);
+        }
+        pair_event *const all = foresee(&world, rough, rough, false, &all_count);
+        foreseen += count;
+        left_out += all_count > count ? all_count - count : 0;
+        free(events), free(others), free(all), free(predicted), free(rough);
+        contact_world_destroy(&world);
+    }
+    assert_true(foreseen > 1000 && left_out > 100);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(impacts_foreseen_by_any_source),
         cmocka_unit_test(violence_over_resting_obstacles),
         cmocka_unit_test(violence_over_moving_obstacles),
         cmocka_unit_test(violence_over_turning_obstacles),
