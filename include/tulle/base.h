@@ -87,9 +87,9 @@ TULLE_API tulle_status tulle_check_struct(const char *name, size_t size, tulle_e
 /* The same for a struct as this program has it: TULLE_CHECK_STRUCT(tulle_world_def, &error). */
 #define TULLE_CHECK_STRUCT(type, error) tulle_check_struct(#type, sizeof(type), (error))
 
-/* Where a world or a detector takes its memory. With both functions null it uses malloc and free;
- * on Linux, blocks of 2 MiB and more are then asked to lie on large pages. One of them alone is
- * refused with TULLE_ERROR_INVALID_ARGUMENT. The functions may be called from the thread that
+/* Where a world or a detector takes its memory. With both functions null it uses malloc and free,
+ * and asks Linux for large pages for blocks of 2 MiB and more. A single function is refused with
+ * TULLE_ERROR_INVALID_ARGUMENT. The functions may be called from the thread that
  * called the library and from its workers, but never at the same time for one world. The judge
  * always uses malloc, also when a world asks it. */
 typedef struct tulle_allocator {

@@ -20,9 +20,9 @@ static inline bool allocator_is_whole(const tulle_allocator *allocator) {
 }
 /* A memory over malloc and free without a limit: all zero. */
 memory memory_default(void);
-/* What it takes from malloc, for free. Linux is asked to put large blocks on large pages: a
- * processor knows by heart where some hundred pages lie, and a product with a large matrix reads
- * forty places at a time. */
+/* As malloc; to be released with free. Asks Linux for large pages for blocks of 2 MiB and more: a
+ * product with a large matrix reads from more places at a time than a processor keeps small pages
+ * at hand. */
 void *memory_allocate_default(size_t byte_count);
 
 /* 64-byte aligned, uninitialised; null when the allocator fails or the limit would be passed.

@@ -5,8 +5,9 @@
  * so the cycle is symmetric and positive. No eigenvalue of D^-1 A is over the number of members
  * that a term of A joins. On the first level a contact, a triangle or a hinge joins four at most,
  * blocks of a grid, too. Bending has terms of more; there 3.3 is the most that was measured. Above
- * it a term joins six or so. Large levels above the first take two steps before and two after. They
- * are still small beside the cloth. The last level, of a few aggregates, takes several steps.
+ * it a term joins six or so. Large levels above the first take two steps before, the outer and the
+ * inner one, and the same two after, in the other order. The last level, of a few aggregates, takes
+ * several steps.
  *
  * Based on: Bramble, Pasciak, Xu, Parallel multilevel preconditioners, 1990 (levels are added);
  * Briggs, Henson, McCormick, A multigrid tutorial, 2000 (cycles). Departure: the first level is
@@ -28,6 +29,8 @@ static const float STEP_ABOVE = 0.3F;
 /* Where a level takes two, the parts of the inner and the outer ones: Chebyshev's for eigenvalues
  * from 5/3 to 20/3. They converge below 8.3. */
 static const float INNER_STEP = 0.417F, OUTER_STEP = 0.168F;
+/* Smaller levels take one: it does there, and loops over them cost more than what they do. */
+enum { MOST_WITH_ONE_STEP = 256 };
 /* Steps on the last level. */
 enum { LAST_STEPS = 8 };
 
@@ -164,7 +167,7 @@ static void take_over(const aggregate_level *level) {
 static void correct_level(cycle_task *task, size_t l) {
     const aggregate_level *const level = &task->all->levels[l];
     bool const is_last = l + 1 == task->all->level_count;
-    bool const takes_two = l > 0 && !is_last && level->count > MOST_ALONE;
+    bool const takes_two = l > 0 && !is_last && level->count > MOST_WITH_ONE_STEP;
     float const only = l == 0 ? FIRST_STEP : STEP_ABOVE;
     task->part = takes_two ? OUTER_STEP : only;
     run(task, level, restrict_chunk);

@@ -1,14 +1,20 @@
 /* Errors and their texts; the arena and heap when memory is short. */
+#define _DEFAULT_SOURCE /* madvise */
 #include "base/arena.h"
 #include "base/error.h"
 #include "base/timer.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 #include <cmocka.h>
 
@@ -119,6 +125,46 @@ static void arena_blocks_never_overlap(void **state) {
     assert_int_equal(heap.bytes_held, 0);
 }
 
+#ifdef MADV_HUGEPAGE
+/* Whether Linux has been asked for large pages there. */
+static bool wants_large_pages(const void *place) {
+    FILE *const file = fopen("/proc/self/smaps", "r");
+    char line[512];
+    bool is_there = false, wants = false;
+    while (file && fgets(line, sizeof line, file)) {
+        unsigned long long begin, end;
+        if (sscanf(line, "%llx-%llx ", &begin, &end) == 2)
+            is_there = (uintptr_t)place >= begin && (uintptr_t)place < end;
+        else if (is_there && strncmp(line, "VmFlags:", 8) == 0)
+            wants = strstr(line, " hg") != NULL;
+    }
+    if (file) fclose(file);
+    return wants;
+}
+
+static void large_blocks_want_large_pages(void **state) {
+    (void)state;
+    size_t const size = 8 << 20;
+    char *const mapped =
+        mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    assert_true(mapped != MAP_FAILED);
+    bool const is_told =
+        madvise(mapped, size, MADV_HUGEPAGE) == 0 && wants_large_pages(mapped + size / 2);
+    munmap(mapped, size);
+    if (!is_told) {
+        print_message("this system has no large pages, or does not tell\n");
+        skip();
+    }
+    memory heap = memory_default();
+    char *const large = memory_allocate(&heap, size);
+    assert_non_null(large);
+    assert_true(wants_large_pages(large + size / 2));
+    memset(large, 1, size);
+    memory_release(&heap, large, size);
+    assert_int_equal(heap.bytes_held, 0);
+}
+#endif
+
 static void the_clock_never_goes_back(void **state) {
     (void)state;
     double last = timer_now();
@@ -136,6 +182,9 @@ int main(void) {
         cmocka_unit_test(an_arena_outlives_failed_allocations),
         cmocka_unit_test(arena_blocks_never_overlap),
         cmocka_unit_test(the_clock_never_goes_back),
+#ifdef MADV_HUGEPAGE
+        cmocka_unit_test(large_blocks_want_large_pages),
+#endif
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

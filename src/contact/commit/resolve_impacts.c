@@ -8,8 +8,9 @@
  * once.
  *
  * Impacts foreseen on the paths of a rough solve are no proof, only rows for the solve that
- * follows. So no new search is made for them where vertices leave the paths that were predicted. To
- * find the same with every source, only pairs count whose boxes along the predicted paths meet. */
+ * follows. So vertices that leave the paths that were predicted need no new search, as long as the
+ * source still lists all pairs whose boxes along those paths meet. Only these count, so every
+ * source gives the same. */
 #include "contact/commit/resolve_impacts.h"
 
 #include "contact/pairs/body_paths.h"
@@ -111,11 +112,11 @@ tulle_status foresee_impacts(const contact_scene *scene, pair_source *source, ro
     *report = (impact_report){0};
     if (scene->settings.impact_rounds < 1) return TULLE_OK;
     arena_mark const mark = arena_get_mark(scene->scratch);
-    bool const has_predicted = source->renew_count == 0 && !source->is_straight;
+    bool const lists_all_predicted = source->renew_count == 0 && !source->is_straight;
     tulle_status status = TULLE_OK;
-    if (!has_predicted)
+    if (!lists_all_predicted)
         status = ensure_pairs_cover(scene, source, x1);
-    else if (source->adapt)
+    else if (source->adapt) /* what is left out must keep its gap on these paths, too */
         status = source->adapt(source, x1);
     pair_events hits = {0};
     if (status == TULLE_OK) status = find_hits(scene, source, x1, NULL, &hits);

@@ -31,9 +31,9 @@ typedef struct pair_source {
     const near_pair_list *near_pairs;
     /* Finds the candidates of x0 -> x1 with `margin` and sets pairs and bounds (a copy of x1). */
     tulle_status (*renew)(struct pair_source *source, const double *x1);
-    /* Called when x1 stays in the bounds, or other pairs do not matter. Keeps the bounds. Takes in
-     * again the pairs that were left out and are not proven to keep their gap along x0 -> x1. Null:
-     * nothing is left out. */
+    /* Called when x1 stays in the bounds, or where pairs beyond the list are not wanted
+     * (foresee_impacts). Keeps the bounds. Takes in again the pairs that were left out and are not
+     * proven to keep their gap along x0 -> x1. Null: nothing is left out. */
     tulle_status (*adapt)(struct pair_source *source, const double *x1);
     void *context;        /* of renew and adapt */
     uint64_t renew_count; /* renewals so far */

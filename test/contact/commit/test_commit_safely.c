@@ -370,9 +370,9 @@ static bool is_expected(const contact_world *world, const double *predicted,
     return boxes_meet(boxes[0], boxes[1]);
 }
 
-/* Rough paths may leave all that was predicted. What is foreseen on them does not depend on the
- * source: one that finds all pairs anew gives the same rows. */
-static void impacts_foreseen_by_any_source(void **state) {
+/* Rough paths may leave all that was predicted. A source that finds all pairs anew gives the same
+ * rows as one that does not. */
+static void impacts_foreseen_with_and_without_search(void **state) {
     (void)state;
     size_t foreseen = 0, left_out = 0;
     for (uint64_t seed = 0; seed < 40; seed++) {
@@ -408,7 +408,7 @@ static void impacts_foreseen_by_any_source(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(impacts_foreseen_by_any_source),
+        cmocka_unit_test(impacts_foreseen_with_and_without_search),
         cmocka_unit_test(violence_over_resting_obstacles),
         cmocka_unit_test(violence_over_moving_obstacles),
         cmocka_unit_test(violence_over_turning_obstacles),
