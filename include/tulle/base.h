@@ -89,9 +89,9 @@ TULLE_API tulle_status tulle_check_struct(const char *name, size_t size, tulle_e
 
 /* Where a world or a detector takes its memory. With both functions null it uses malloc and free,
  * and asks Linux for large pages for blocks of 2 MiB and more. A single function is refused with
- * TULLE_ERROR_INVALID_ARGUMENT. The functions may be called from the thread that
- * called the library and from its workers, but never at the same time for one world. The judge
- * always uses malloc, also when a world asks it. */
+ * TULLE_ERROR_INVALID_ARGUMENT. The functions may be called from the thread that called the library
+ * and from its workers, but never at the same time for one world. The judge always uses malloc,
+ * also when a world asks it. */
 typedef struct tulle_allocator {
     /* returns `byte_count` bytes, or null when there are none; any alignment will do */
     void *(*allocate)(void *context, size_t byte_count);
