@@ -1,6 +1,6 @@
 /* math/kernels/multiply_kernel.c - the product adds the columns of each block times one entry of x,
  * in vectors of four lanes whose last lane is ignored. What counts is how often memory is read: a
- * block is read in two pieces, from which the columns are put together. */
+ * block is read in one piece or two, from which the columns are put together. */
 #include "math/multiply_kernel.h"
 
 #ifdef __AVX512F__
@@ -78,6 +78,50 @@ MULTIPLY_INLINE lanes4 add_scalars(const block_matrix *matrix, size_t begin, siz
     return sums.even + sums.odd;
 }
 
+/* The columns of a row's blocks, summed times the entries of x: first, second, third. */
+typedef struct block_sums {
+    lanes4 x, y, z;
+} block_sums;
+
+MULTIPLY_INLINE block_sums add_blocks(const block_matrix *matrix, size_t begin, size_t end,
+                                      const double *x) {
+#ifdef __AVX512F__
+    /* the first two in one register */
+    __m512i const first_columns = _mm512_setr_epi64(0, 1, 2, 2, 1, 3, 4, 4);
+    __m512i const last_column = _mm512_setr_epi64(2, 4, 5, 5, 2, 4, 5, 5);
+    __m512i const places = _mm512_setr_epi64(0, 0, 0, 0, 1, 1, 1, 1);
+    __m512d sums = _mm512_setzero_pd();
+    __m256d last = _mm256_setzero_pd();
+#pragma GCC unroll 4
+    for (size_t k = begin; k < end; k++) {
+        __m512d const block = _mm512_loadu_pd(matrix->values + BLOCK_NUMBERS * k);
+        const double *const entry = x + 3 * (size_t)matrix->columns[k];
+        __m512d const entries =
+            _mm512_permutexvar_pd(places, _mm512_castpd128_pd512(_mm_loadu_pd(entry)));
+        sums = _mm512_add_pd(sums,
+                             _mm512_mul_pd(_mm512_permutexvar_pd(first_columns, block), entries));
+        __m256d const column = _mm512_castpd512_pd256(_mm512_permutexvar_pd(last_column, block));
+        last = _mm256_add_pd(last, _mm256_mul_pd(column, _mm256_set1_pd(entry[2])));
+    }
+    return (block_sums){(lanes4)_mm512_castpd512_pd256(sums),
+                        (lanes4)_mm512_extractf64x4_pd(sums, 1), (lanes4)last};
+#else
+    block_sums sums = {{0}, {0}, {0}};
+#pragma GCC unroll 4
+    for (size_t k = begin; k < end; k++) {
+        const double *const block = matrix->values + BLOCK_NUMBERS * k;
+        const double *const entry = x + 3 * (size_t)matrix->columns[k];
+        lanes4 const low = *(const lanes4 *)block;
+        lanes2 const rest = *(const lanes2 *)(block + 4);
+        lanes4 const high = __builtin_shufflevector(rest, rest, 0, 1, -1, -1);
+        sums.x += low * entry[0];
+        sums.y += __builtin_shufflevector(low, high, 1, 3, 4, 4) * entry[1];
+        sums.z += __builtin_shufflevector(low, high, 2, 4, 5, 5) * entry[2];
+    }
+    return sums;
+#endif
+}
+
 MULTIPLY_INLINE void multiply(const multiply_task *task, size_t begin, size_t end, bool has_sums) {
     block_matrix const own = *task->matrix, *const matrix = &own;
     const double *const x = task->x;
@@ -88,23 +132,13 @@ MULTIPLY_INLINE void multiply(const multiply_task *task, size_t begin, size_t en
     lanes4 const last_entry = {x[3 * last], x[3 * last + 1], x[3 * last + 2], 0.0};
     size_t k = matrix->row_begin[begin], s = matrix->scalar_begin[begin];
     for (size_t row = begin; row < end; row++) {
-        lanes4 sum0 = {0}, sum1 = {0}, sum2 = {0};
         size_t const block_end = matrix->row_begin[row + 1];
-#pragma GCC unroll 4
-        for (; k < block_end; k++) {
-            const double *const block = matrix->values + BLOCK_NUMBERS * k;
-            const double *const entry = x + 3 * (size_t)matrix->columns[k];
-            lanes4 const low = *(const lanes4 *)block;
-            lanes2 const rest = *(const lanes2 *)(block + 4);
-            lanes4 const high = __builtin_shufflevector(rest, rest, 0, 1, -1, -1);
-            sum0 += low * entry[0];
-            sum1 += __builtin_shufflevector(low, high, 1, 3, 4, 4) * entry[1];
-            sum2 += __builtin_shufflevector(low, high, 2, 4, 5, 5) * entry[2];
-        }
+        block_sums const blocks = add_blocks(matrix, k, block_end, x);
+        k = block_end;
         size_t const scalar_end = matrix->scalar_begin[row + 1];
         lanes4 const scalars = add_scalars(matrix, s, scalar_end, x, last_entry, has_sums);
         s = scalar_end;
-        lanes4 const sum = (sum0 + sum1) + (sum2 + scalars);
+        lanes4 const sum = (blocks.x + blocks.y) + (blocks.z + scalars);
         if (row + 1 < end)
             *(lanes4 *)(result + 3 * row) = sum; /* the next row puts its first number right */
         else
