@@ -7,6 +7,25 @@
 
 #include <string.h>
 
+/* The address sanitizer by itself sees a block as one allocation. So it is told what is not handed
+ * out, and there are bytes between what is. */
+#ifdef __has_feature
+#if __has_feature(address_sanitizer)
+#define TULLE_HAS_ADDRESS_SANITIZER
+#endif
+#endif
+#ifdef __SANITIZE_ADDRESS__
+#define TULLE_HAS_ADDRESS_SANITIZER
+#endif
+#ifdef TULLE_HAS_ADDRESS_SANITIZER
+#include <sanitizer/asan_interface.h>
+enum { GAP = 64 };
+#else
+#define ASAN_POISON_MEMORY_REGION(place, size) ((void)(place), (void)(size))
+#define ASAN_UNPOISON_MEMORY_REGION(place, size) ((void)(place), (void)(size))
+enum { GAP = 0 };
+#endif
+
 enum {
     FIRST_BLOCK_BYTES = 1 << 16,
     GROWTH_SHARE = 16, /* a block has at least this share of the bytes of those before it */
@@ -28,6 +47,7 @@ static void release_rest(arena *scratch) {
     for (arena_block *block = *link; block;) {
         arena_block *const next = block->next;
         scratch->capacity -= block->capacity;
+        ASAN_UNPOISON_MEMORY_REGION(block->payload, block->capacity);
         memory_release(scratch->heap, block->payload, block->capacity);
         memory_release(scratch->heap, block, sizeof *block);
         block = next;
@@ -58,6 +78,7 @@ static arena_block *append_block(arena *scratch, size_t capacity) {
     else
         scratch->first = block;
     scratch->capacity += capacity;
+    ASAN_POISON_MEMORY_REGION(block->payload, capacity);
     return block;
 }
 
@@ -69,8 +90,8 @@ void arena_reserve(arena *scratch, size_t byte_count) {
 }
 
 void *arena_allocate(arena *scratch, size_t count, size_t size) {
-    if (size != 0 && count > (SIZE_MAX / 2 - ALIGNMENT) / size) return NULL;
-    size_t const byte_count = (count * size + ALIGNMENT - 1) & ~(size_t)(ALIGNMENT - 1);
+    if (size != 0 && count > (SIZE_MAX / 2 - ALIGNMENT - GAP) / size) return NULL;
+    size_t const byte_count = ((count * size + ALIGNMENT - 1) & ~(size_t)(ALIGNMENT - 1)) + GAP;
     arena_block *block = scratch->current ? scratch->current : scratch->first;
     while (block && block->capacity - block->used < byte_count) {
         block = block->next;
@@ -85,6 +106,7 @@ void *arena_allocate(arena *scratch, size_t count, size_t size) {
     }
     scratch->current = block;
     void *const pointer = block->payload + block->used;
+    ASAN_UNPOISON_MEMORY_REGION(pointer, count * size);
     block->used += byte_count;
     scratch->used += byte_count;
     if (scratch->used > scratch->most_used) scratch->most_used = scratch->used;
@@ -110,6 +132,11 @@ arena_mark arena_get_mark(const arena *scratch) {
 void arena_release(arena *scratch, arena_mark mark) {
     scratch->used = mark.all_used;
     scratch->current = mark.block;
+    for (arena_block *block = mark.block ? mark.block : scratch->first; block;
+         block = block->next) {
+        size_t const kept = block == mark.block ? mark.used : 0;
+        ASAN_POISON_MEMORY_REGION(block->payload + kept, block->capacity - kept);
+    }
     if (mark.block) {
         mark.block->used = mark.used;
         return;

@@ -15,6 +15,9 @@
 #ifdef __linux__
 #include <sys/mman.h>
 #endif
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/asan_interface.h>
+#endif
 
 #include <cmocka.h>
 
@@ -125,6 +128,30 @@ static void arena_blocks_never_overlap(void **state) {
     assert_int_equal(heap.bytes_held, 0);
 }
 
+#ifdef __SANITIZE_ADDRESS__
+static void what_an_arena_does_not_hand_out_is_guarded(void **state) {
+    (void)state;
+    memory heap = memory_default();
+    arena scratch = arena_make(&heap);
+    arena_mark const mark = arena_get_mark(&scratch);
+    for (size_t count = 1; count < 100000; count += count < 200 ? 1 : 9973) {
+        char *const place = ARENA_NEW(&scratch, char, count);
+        assert_non_null(place);
+        assert_null(__asan_region_is_poisoned(place, count));
+        assert_true(__asan_address_is_poisoned(place + count));
+        arena_mark const between = arena_get_mark(&scratch);
+        char *const next = ARENA_NEW(&scratch, char, 64);
+        assert_true(__asan_address_is_poisoned(place + count));
+        arena_release(&scratch, between);
+        assert_true(__asan_address_is_poisoned(next));
+        assert_null(__asan_region_is_poisoned(place, count));
+        if (count == 100) arena_release(&scratch, mark);
+    }
+    arena_destroy(&scratch);
+    assert_int_equal(heap.bytes_held, 0);
+}
+#endif
+
 #ifdef MADV_HUGEPAGE
 /* Whether Linux has been asked for large pages there. */
 static bool wants_large_pages(const void *place) {
@@ -182,6 +209,9 @@ int main(void) {
         cmocka_unit_test(an_arena_outlives_failed_allocations),
         cmocka_unit_test(arena_blocks_never_overlap),
         cmocka_unit_test(the_clock_never_goes_back),
+#ifdef __SANITIZE_ADDRESS__
+        cmocka_unit_test(what_an_arena_does_not_hand_out_is_guarded),
+#endif
 #ifdef MADV_HUGEPAGE
         cmocka_unit_test(large_blocks_want_large_pages),
 #endif

@@ -647,7 +647,7 @@ tulle_status solve_motion(const contact_scene *given, const motion_system *syste
     if (!system->aggregates || system->history->is_stiff ||
         (scene->body_count > 0 && system->spring_count > 0))
         solve.matrix.values =
-            ARENA_NEW(scratch, double, BLOCK_NUMBERS * system->matrix->block_count);
+            ARENA_NEW(scratch, double, BLOCK_NUMBERS * system->matrix->block_count + BLOCK_PADDING);
     bool const has_single = !system->aggregates ||
                             single_system_make(&solve.without_rows, scratch, &solve.phases.single);
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
