@@ -153,10 +153,13 @@ TULLE_API int tulle_run_has_checkpoint(const char *directory);
 TULLE_API void tulle_run_free_checkpoint(tulle_run_checkpoint *checkpoint);
 
 /* Appends a frame. After an error, such as a full disk, the frames before it are still whole.
+ * Point caches hold floats. A frame is refused where rounding to float would lead a surface through
+ * another or itself, though nothing intersects before: TULLE_ERROR_LIMIT, which names the vertex.
  * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, also an array that the frame needs; a coordinate that
- * float cannot hold), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_OUT_OF_MEMORY.
- * TULLE_ERROR_IO also where the directory was moved, removed or replaced: then no frame and no
- * checkpoint is written, and tulle_run_close leaves run.json as it is. */
+ * float cannot hold), TULLE_ERROR_LIMIT, TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL,
+ * TULLE_ERROR_OUT_OF_MEMORY. TULLE_ERROR_IO also where the directory was moved, removed or
+ * replaced: then no frame and no checkpoint is written, and tulle_run_close leaves run.json as it
+ * is. */
 TULLE_API tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_frame *frame,
                                              tulle_error *error);
 /* Appends a line to report.csv. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO,

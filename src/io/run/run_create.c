@@ -68,6 +68,7 @@ void run_writer_destroy(tulle_run_writer *writer) {
     checksum_log_close(&writer->checksums, &writer->heap);
     ARRAY_FREE(&writer->heap, &writer->notes);
     debug_log_close(&writer->debug);
+    run_rounding_release(&writer->rounding);
     if (writer->lock >= 0) close(writer->lock);
     memory_release(&writer->heap, writer->caches, body_count * sizeof(void *));
     memory_release(&writer->heap, writer->triangles, body_count * sizeof(void *));
@@ -115,7 +116,8 @@ tulle_status run_writer_make(const tulle_run_def *def, tulle_run_writer **result
         size_t const body_count = def->body_count;
         writer->caches = memory_allocate_zeroed(&writer->heap, body_count, sizeof(void *));
         writer->line = memory_allocate(&writer->heap, run_frames_line_size(body_count));
-        if (!writer->caches || !writer->line || !copy_triangles(writer, def))
+        if (!writer->caches || !writer->line || !copy_triangles(writer, def) ||
+            !run_rounding_make(&writer->rounding, &writer->heap, def))
             status = file_fail(error, def->directory, ENOMEM, "cannot be written");
     }
     if (status)

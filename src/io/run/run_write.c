@@ -96,6 +96,11 @@ static tulle_status write_vtps(tulle_run_writer *writer, const tulle_run_frame *
     return status;
 }
 
+static const char *get_body_name(const void *context, size_t body) {
+    const run_record *const record = context;
+    return run_record_text(record, record->bodies.data[body].name);
+}
+
 /* ---- checksums ---- */
 
 /* The logs with their names. */
@@ -156,9 +161,12 @@ tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_fra
     if (!writer) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "writer may not be null");
     tulle_status status = check_frame(writer, frame, error);
     if (!status) status = check_directory(writer, error);
-    if (status) return status;
     size_t const body_count = writer->record.bodies.count;
     size_t const index = writer->frames.lines.count;
+    if (!status)
+        status = run_rounding_judge(&writer->rounding, frame, index, get_body_name, &writer->record,
+                                    error);
+    if (status) return status;
     if (!run_frames_add(&writer->frames, frame, body_count))
         return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, writer->directory, 0, 0,
                             "out of memory for frame %zu", index);

@@ -5,6 +5,7 @@
 
 #include "io/run/run_checksums.h"
 #include "io/run/run_debug.h"
+#include "io/run/run_rounding.h"
 #include "io/run/run_transforms.h"
 
 #include "tulle_io/cache.h"
@@ -26,6 +27,7 @@ struct tulle_run_writer {
     tulle_run_outcome former_outcome; /* in run.json of the run that is resumed */
     tulle_pc2_writer **caches;        /* of each body; null for static ones */
     uint32_t **triangles;             /* of each body, for VTP; null without VTP */
+    run_rounding rounding;            /* judges frames before they are written */
     bool has_unflushed_files; /* other than caches and logs, written since the last checkpoint */
     char *line;               /* of frames.csv, run_frames_line_size bytes */
 };
