@@ -250,7 +250,8 @@ class RunWriter(Unique):
         self.write_frame()
 
     def write_frame(self) -> None:
-        """Appends the present state as a frame. Raises DiskFullError, FileError; the frames before are whole then."""
+        """Appends the present state as a frame. Raises DiskFullError, FileError, and LimitError where rounding to float leads a
+        surface through another or itself; the frames before are whole then."""
         world, frame = self._world, ffi.new("tulle_run_frame *")
         arrays = [[np.asarray(each.positions) for each in self._objects], [np.asarray(each.velocities) for each in self._objects]]
         rows = [ffi.new("double *[]", [point_to(array, "double *") for array in each] or [ffi.NULL]) for each in arrays]
