@@ -66,6 +66,8 @@ typedef struct tulle_object_info {
     const uint32_t *triangles;
     uint32_t category; /* as set by tulle_object_set_filter */
     uint32_t mask;     /* the same */
+    /* 1: an obstacle that never moves: no script, no frames, no drive, not a rigid body */
+    int is_static;
 } tulle_object_info;
 /* Tells what an object is made of. All zero for null and for a stale id. */
 TULLE_API tulle_object_info tulle_object_get_info(const tulle_world *world, tulle_object_id id);

@@ -104,6 +104,42 @@ def test_a_run_that_python_writes(tmp_path: Path, world: tulle.World) -> None:
         tulle.RunWriter(tmp_path / "mine", world, STEP)
 
 
+def test_what_never_moves_is_written_as_still(tmp_path: Path, world: tulle.World, ball: tulle.Mesh) -> None:
+    far = [ball.transform(translation=(2.0 * k, 3, 0)) for k in range(1, 6)]
+    key = {"rotation": (1.0, 0.0, 0.0, 0.0)}
+    world.add_obstacle(far[0], name="scripted", motion={"keys": [key, {**key, "time": 1.0, "translation": (0, 0, 1)}]})
+    world.add_obstacle(far[1], name="frames", frames=np.array([far[1].positions, far[1].positions + 0.1]), frame_interval=0.5)
+    world.add_obstacle(far[2], name="driven", drive="rigid")
+    world.add_obstacle(far[3], name="body", body={"density": 300})
+    assert [each.is_static for each in world.obstacles] == [True, False, False, False, False]
+    with tulle.RunWriter(tmp_path / "run", world, STEP) as writer:
+        world.step(STEP)
+        writer.write_frame()
+    run = tulle.Run(tmp_path / "run")
+    assert [body.name for body in run.bodies if body.is_static] == ["ball"]
+    assert {path.name for path in (tmp_path / "run").glob("*.pc2")} == {
+        f"{name}.pc2" for name in ("sheet", "scripted", "frames", "driven", "body")}
+    assert np.array_equal(run.find_body("ball").read_positions(-1), ball.positions) and run.find_damage() == []
+
+
+def test_what_stands_is_grey_and_ground_has_no_end(ball: tulle.Mesh) -> None:
+    """Pixels of a picture of a world: a ball that stands is grey, and ground under all cloth is an endless floor."""
+    made = tulle.World(threads=1)
+    made.add_cloth(tulle.make_shape("rectangle", size=(0.2, 0.2), resolution=3).transform(translation=(0, 0, 0.6)))
+    made.add_obstacle(ball)
+    made.add_obstacle(tulle.make_shape("plane", size=(1, 1)).transform(translation=(0, 0, -0.3)))
+    try:
+        picture = tulle.render(made, size=(64, 36), samples=4, options=["--camera", "position=0,-6,0.5,target=0,0,0"])
+    except tulle.ProgramError as failure:
+        if "without Embree" in failure.message:
+            pytest.skip("the program draws no pictures")
+        raise
+    red, _, blue = (int(value) for value in picture[18, 32])
+    assert abs(blue - red) < 0.15 * blue  # a moving one: blue is half as much again
+    left, middle = (picture[22, column].astype(int) for column in (1, 20))  # beyond the plane, and on it
+    assert abs(left - middle).max() < 12
+
+
 def test_pictures(world: tulle.World) -> None:
     try:
         picture = tulle.render(world, size=(64, 36), samples=2)

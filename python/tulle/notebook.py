@@ -177,7 +177,7 @@ def _film_object(each: Object, colors: Optional[str]) -> _Body:
                  lambda frame: np.array(each.positions))
     if isinstance(each, Obstacle):
         obstacle = each
-        body.is_present = lambda frame: obstacle.is_present
+        body.is_present, body.is_static = lambda frame: obstacle.is_present, obstacle.is_static
     elif isinstance(each, Cloth) and colors is not None:
         cloth, is_strain = each, colors == "strain"
         body.read_values = lambda frame, positions: _read_strain(cloth) if is_strain else _measure(cloth.contact_forces)

@@ -246,6 +246,11 @@ class Obstacle(Object):
         """Whether it is in the scene at this time."""
         return bool(self._ask(core.tulle_obstacle_is_present))
 
+    @property
+    def is_static(self) -> bool:
+        """Whether it never moves: no motion, no frames, no drive, not a rigid body."""
+        return bool(self._get_info().is_static)
+
     def set_next_transform(self, translation: ArrayLike = (0, 0, 0), rotation: ArrayLike = (1, 0, 0, 0),
                            travel: Union[structs.Travel, str] = structs.Travel.MOVE) -> None:
         """Tells where one with `drive="rigid"` is at the end of the next step.

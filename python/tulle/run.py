@@ -237,6 +237,7 @@ class RunWriter(Unique):
             keep += [mesh, name]
             bodies[i].name, bodies[i].mesh = name, mesh._view()
             bodies[i].is_obstacle, bodies[i].is_dynamic = not isinstance(each, Cloth), isinstance(each, Body)
+            bodies[i].is_static = isinstance(each, Obstacle) and each.is_static
         path = ffi.new("char[]", encode_path(directory))
         definition = ffi.new("tulle_run_def *", io.tulle_run_def_default())
         definition.directory, definition.bodies, definition.body_count = path, bodies, len(self._objects)

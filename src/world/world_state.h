@@ -92,6 +92,7 @@ typedef struct world_obstacle {
     world_motion motion; /* TULLE_DRIVE_RIGID: from the pose at the start of the step to that at its
                             end */
     tulle_drive drive;
+    bool is_static; /* no script, no frames, no drive, not a rigid body */
     given_move given;
     motion_pose given_pose;  /* TULLE_DRIVE_RIGID: the pose that was given */
     double *given_positions; /* [m] 3 * vertex_count: where they are to be, or jump to; while a step

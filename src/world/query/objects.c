@@ -60,12 +60,15 @@ tulle_object_info tulle_object_get_info(const tulle_world *world, tulle_object_i
     if (object == SIZE_MAX) return (tulle_object_info){0};
     const world_mesh *const mesh = world_surface_mesh(world, object);
     const world_label *const label = world_get_label(world, object);
+    bool const is_static = object >= world->cloths.count &&
+                           world->obstacles.data[object - world->cloths.count].is_static;
     return (tulle_object_info){.name = world_surface_name(world, object),
                                .vertex_count = mesh->vertex_count,
                                .triangle_count = mesh->triangle_count,
                                .triangles = mesh->triangles,
                                .category = label->category,
-                               .mask = label->mask};
+                               .mask = label->mask,
+                               .is_static = is_static};
 }
 
 tulle_status tulle_object_set_user_data(tulle_world *world, tulle_object_id id, void *user_data,

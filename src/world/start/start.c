@@ -73,8 +73,7 @@ tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
         } else {
             world_obstacle *const obstacle = &world->obstacles.data[s - world->cloths.count];
             obstacle->vertex_begin = range->vertex_begin;
-            range->is_static = obstacle->motion.key_count == 0 && !obstacle->read_frame &&
-                               !obstacle->body.is_dynamic && obstacle->drive == TULLE_DRIVE_NONE;
+            range->is_static = obstacle->is_static;
             if (world_may_lag(world, s - world->cloths.count))
                 world->lag_vertex_count += mesh->vertex_count;
             if (obstacle->drive == TULLE_DRIVE_RIGID) world->pose_count = world->obstacles.count;

@@ -262,11 +262,31 @@ static void empties_and_fills(void **state) {
     tulle_world_destroy(world);
 }
 
+/* Before the start, after it, and of what comes later. */
+static void the_ground_alone_is_static(void **state) {
+    (void)state;
+    tulle_object_id ids[THING_COUNT];
+    tulle_world *const world = make_without(NULL, THING_COUNT, ids);
+    for (int when = 0; when < 2; when++) {
+        for (thing what = 0; what < THING_COUNT; what++)
+            assert_int_equal(tulle_object_get_info(world, ids[what]).is_static,
+                             what == THING_GROUND);
+        if (when == 0) things_start(world);
+    }
+    for (int k = 0; k < 2; k++) {
+        thing const what = k == 0 ? THING_GROUND : THING_KEYS;
+        things_remove(world, ids[what]);
+        assert_int_equal(tulle_object_get_info(world, things_add(world, what, 0.0)).is_static,
+                         k == 0);
+    }
+    tulle_world_destroy(world);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(as_before_the_start),       cmocka_unit_test(as_if_never_there),
         cmocka_unit_test(with_the_paper_s_response), cmocka_unit_test(while_something_pinches),
-        cmocka_unit_test(empties_and_fills),
+        cmocka_unit_test(empties_and_fills),         cmocka_unit_test(the_ground_alone_is_static),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
