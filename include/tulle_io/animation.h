@@ -82,11 +82,13 @@ TULLE_API tulle_status tulle_animation_write(const char *path, const tulle_anima
 typedef struct tulle_animation tulle_animation;
 /* What the file says. */
 typedef struct tulle_animation_info {
-    size_t vertex_count;    /* of all surfaces together, at least 1 */
-    size_t triangle_count;  /* of all surfaces together */
-    uint32_t frame_count;   /* at least 1 */
-    int is_y_up;            /* 1: y points up; 0: z */
-    double meters_per_unit; /* [m] a unit of the positions */
+    size_t vertex_count;   /* of all surfaces together, at least 1 */
+    size_t triangle_count; /* of all surfaces together */
+    uint32_t frame_count;  /* at least 1 */
+    int has_times;     /* 1: frames have times; 0: the file has none, and they are 1/24 s apart */
+    double start_time; /* [s] of the file's time line, startTimeCode of USD; 0: it does not say */
+    int is_y_up;       /* 1: y points up; 0: z */
+    double meters_per_unit; /* [m] > 0, a unit of the positions */
     char note[256];         /* what was passed over; or empty */
 } tulle_animation_info;
 

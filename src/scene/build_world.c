@@ -109,7 +109,6 @@ static tulle_body get_body(const dynamic_keys *keys) {
 
 static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_drive drive,
                                  tulle_world *world, tulle_obstacle_id *id, tulle_error *error) {
-    const sequence_keys *sequence = &obstacle->keys->motion.sequence;
     tulle_obstacle_def def = tulle_obstacle_def_default();
     def.name = obstacle->name;
     def.mesh = tulle_mesh_get_view(&obstacle->mesh);
@@ -129,8 +128,8 @@ static tulle_status add_obstacle(const scene_obstacle *obstacle, tulle_drive dri
         def.read_frame = sequence_read;
         def.frame_context = obstacle->sequence;
         def.frame_count = sequence_get_frame_count(obstacle->sequence);
-        def.frame_start_time = sequence->start + obstacle->delay;
-        def.frame_interval = sequence_get_interval(sequence);
+        def.frame_start_time = sequence_get_start(obstacle->sequence);
+        def.frame_interval = sequence_get_interval(obstacle->sequence);
     }
     tulle_status status = tulle_world_add_obstacle(world, &def, id, error);
     return status == TULLE_OK ? TULLE_OK : add_place(&obstacle->keys->head, status, error);

@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "scene/frame_cache.h"
 
+#include <math.h>
 #include <string.h>
 #include <strings.h>
 
@@ -16,7 +17,7 @@ bool frame_cache_is_animation(const char *path) {
 }
 
 tulle_status frame_cache_open(const char *path, frame_cache *cache, tulle_error *error) {
-    *cache = (frame_cache){0};
+    *cache = (frame_cache){.frame_step = 1.0, .axes = {false, 1.0}};
     if (frame_cache_is_animation(path)) {
         tulle_animation_info info;
         tulle_status const status = tulle_animation_open(path, &cache->animation, &info, error);
@@ -24,6 +25,9 @@ tulle_status frame_cache_open(const char *path, frame_cache *cache, tulle_error 
         cache->vertex_count = info.vertex_count;
         cache->triangle_count = info.triangle_count;
         cache->frame_count = info.frame_count;
+        cache->has_times = info.has_times != 0;
+        cache->start_time = info.start_time;
+        cache->axes = (file_axes){info.is_y_up != 0, info.meters_per_unit};
         memcpy(cache->note, info.note, sizeof cache->note);
         return TULLE_OK;
     }
@@ -32,7 +36,23 @@ tulle_status frame_cache_open(const char *path, frame_cache *cache, tulle_error 
     if (status != TULLE_OK) return status;
     cache->vertex_count = info.vertex_count;
     cache->frame_count = info.frame_count;
+    cache->start_frame = info.start_frame;
+    cache->frame_step = info.frame_step;
+    cache->has_times = info.frame_count > 0 && isfinite(frame_cache_get_time(cache, 0));
     return TULLE_OK;
+}
+
+double frame_cache_get_time(const frame_cache *cache, uint32_t frame) {
+    double time = (double)NAN;
+    if (cache->animation) return tulle_animation_get_time(cache->animation, frame);
+    tulle_pc2_get_time(cache->points, frame, &time, NULL);
+    return time;
+}
+
+bool frame_cache_rises(const frame_cache *cache) {
+    for (uint32_t i = 1; i < cache->frame_count; i++)
+        if (!(frame_cache_get_time(cache, i) > frame_cache_get_time(cache, i - 1))) return false;
+    return true;
 }
 
 void frame_cache_close(frame_cache *cache) {

@@ -28,7 +28,9 @@ static const schema_key mesh_table[] = {
      .type = SCHEMA_PATH,
      .flags = SCHEMA_ALTERNATIVE,
      FIELD(mesh_keys, file),
-     .meaning = "OBJ, PLY or STL file"},
+     .meaning =
+         "OBJ, PLY or STL file; or an animation (.glb, .gltf, .usda, .npz, .abc), of which the "
+         "first frame is taken"},
     {.name = "shape",
      .type = SCHEMA_CHOICE,
      .flags = SCHEMA_ALTERNATIVE,

@@ -39,14 +39,17 @@ static const schema_key sequence_table[] = {
      .maximum = 1e6,
      .flags = SCHEMA_ABOVE_MINIMUM | SCHEMA_SECOND_ALTERNATIVE,
      FIELD(sequence_keys, interval),
-     .meaning = "time from one frame to the next"},
+     .meaning = "time from one frame to the next; overrules the times of the file"},
     {.name = "fps",
      .type = SCHEMA_NUMBER,
      .minimum = 0,
      .maximum = 1e6,
      .flags = SCHEMA_ABOVE_MINIMUM | SCHEMA_SECOND_ALTERNATIVE,
      FIELD(sequence_keys, fps),
-     .meaning = "frames in a second"},
+     .meaning =
+         "frames in a second, where the file has no times: numbered files; PC2, which counts "
+         "its start and its step in these frames; NPZ without times. All others have times "
+         "of their own, which hold"},
     {.name = "speed",
      .type = SCHEMA_NUMBER,
      .fallback = "1",
@@ -67,17 +70,18 @@ static const schema_key sequence_table[] = {
                 "once more counts once"},
     {.name = "start",
      ANY_TIME,
-     .fallback = "0",
+     .derived = "as the file has it; 0 with first or interval, and where it has none",
      FIELD(sequence_keys, start),
      .meaning = "time of the first frame"},
 };
 const schema_map sequence_map = {
     .title = "Mesh sequence",
     .meaning = "Frames of a deforming mesh; vertices move linearly in between. The obstacle's "
-               "scale, rotate and translate apply to every frame.",
+               "scale, rotate and translate apply to every frame. Frames come at the times of the "
+               "file where it has any; [When frames come](formats.md#when-frames-come) says what "
+               "overrules what.",
     MAP_OF(sequence_table, sequence_keys),
-    .needs_alternative = true,
-    .needs_second_alternative = true};
+    .needs_alternative = true};
 
 static const schema_key motion_table[] = {
     {.name = "keyframes",

@@ -7,9 +7,10 @@ static const schema_key place_table[] = {
     {.name = "up",
      .type = SCHEMA_CHOICE,
      .choices = up_names,
-     .fallback = "z",
+     .derived = "z, or as the file says",
      FIELD(place_keys, up),
-     .meaning = "axis of the mesh that points up; it is turned to z, y about x and x about y"},
+     .meaning = "axis of the mesh that points up; it is turned to z, y about x and x about y. "
+                "glTF, Alembic and USD say it; see [Axes and units](formats.md#axes-and-units)"},
     {.name = "size",
      POSITIVE_LENGTH(SCHEMA_ALTERNATIVE),
      FIELD(place_keys, size),

@@ -68,8 +68,8 @@
 
 #define SCALE(owner)                                                                               \
     {                                                                                              \
-        .name = "scale", .type = SCHEMA_VECTOR, .fallback = "1", .least_count = 3,                 \
-        .most_count = 3, .minimum = -1e6, .maximum = 1e6,                                          \
+        .name = "scale", .type = SCHEMA_VECTOR, .derived = "1, or the unit of the file",           \
+        .least_count = 3, .most_count = 3, .minimum = -1e6, .maximum = 1e6,                        \
         .flags = SCHEMA_UNIFORM | SCHEMA_NOT_ZERO, FIELD(owner, scale),                            \
         .meaning = "factor along x, y, z, or one for all; applied first. A negative one mirrors: " \
                    "fronts stay fronts, and what faces outwards goes on to do so"                  \

@@ -32,8 +32,9 @@ bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, sc
     bool is_good = cloth->name != NULL && check_grain(work, &keys->head, &keys->grain);
     is_good &= make_material(work, &keys->material, cloth);
     placement_keys const where = {&keys->scale, &keys->rotate, &keys->place};
-    if (!make_mesh(work, &keys->mesh, TULLE_MESH_ROLE_CLOTH, &cloth->mesh, &cloth->source) ||
-        !find_placement(work, &where, &cloth->mesh, &cloth->place))
+    source_mesh source = {.mesh = &cloth->mesh};
+    if (!make_mesh(work, &keys->mesh, TULLE_MESH_ROLE_CLOTH, &source, &cloth->source) ||
+        !find_placement(work, &where, &source, cloth->name, &cloth->place))
         return false;
     mirror_corners(cloth);
     place_cloth_mesh(cloth, &cloth->mesh);

@@ -2,6 +2,7 @@
 #include "scene/scene_data.h"
 
 #include "base/hash.h"
+#include "base/sort.h"
 
 #include "tulle/shapes.h"
 #include "tulle_io/mesh_files.h"
@@ -114,10 +115,53 @@ tulle_status drop_duplicates(const scene_work *work, const char *path, tulle_mes
     return TULLE_OK;
 }
 
+static int compare_points(const void *a, const void *b) { return memcmp(a, b, 3 * sizeof(double)); }
+
+/* Files for pictures have several vertices where cloth has one; it would fall apart there. */
+static void note_seams(const scene_work *work, const char *path, const tulle_mesh *mesh) {
+    memory heap = memory_default();
+    size_t const count = mesh->vertex_count, size = 3 * count * sizeof(double);
+    double *const points = memory_allocate(&heap, size);
+    size_t same_count = 0;
+    if (!points) return;
+    for (size_t i = 0; i < 3 * count; i++) points[i] = mesh->positions[i] + 0.0; /* -0 is 0 */
+    sort_in_place(points, count, 3 * sizeof(double), compare_points);
+    for (size_t i = 1; i < count; i++)
+        same_count += compare_points(points + 3 * i - 3, points + 3 * i) == 0;
+    memory_release(&heap, points, size);
+    if (same_count > 0)
+        note_add(work,
+                 "%s: %zu vertices are in the place of others, and nothing joins them: the cloth "
+                 "comes apart there; join them first, as Blender does with Merge by Distance",
+                 path, same_count);
+}
+
+/* Reads the first frame of an animation. */
+static tulle_status read_first_frame(const scene_work *work, const char *path, tulle_mesh_role role,
+                                     source_mesh *made, tulle_error *error) {
+    frame_cache cache;
+    tulle_status status = frame_cache_open(path, &cache, error);
+    if (status != TULLE_OK) return status;
+    made->axes = cache.axes;
+    if (cache.note[0]) note_add(work, "%s: %s", path, cache.note);
+    if (cache.frame_count > 1)
+        note_add(work, "%s: of %u frames the first one is taken; motion.sequence.cache plays them",
+                 path, (unsigned)cache.frame_count);
+    status = frame_cache_make_mesh(&cache, 0, made->mesh, error);
+    frame_cache_close(&cache);
+    if (status == TULLE_OK && role == TULLE_MESH_ROLE_CLOTH) note_seams(work, path, made->mesh);
+    return status;
+}
+
 tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role role,
-                       tulle_mesh *mesh, tulle_mesh_source *kept, tulle_error *error) {
-    tulle_mesh_source source;
-    tulle_status status = tulle_mesh_read_source(path, mesh, &source, error);
+                       source_mesh *made, tulle_mesh_source *kept, tulle_error *error) {
+    tulle_mesh *const mesh = made->mesh;
+    tulle_mesh_source source = {0};
+    made->is_of_file = true;
+    made->axes = (file_axes){false, 1.0};
+    tulle_status status = frame_cache_is_animation(path)
+                              ? read_first_frame(work, path, role, made, error)
+                              : tulle_mesh_read_source(path, mesh, &source, error);
     if (status != TULLE_OK) return status;
     if (source.has_passed_shape) note_add(work, "%s: %s", path, source.note);
     if (role == TULLE_MESH_ROLE_OBSTACLE)
@@ -135,8 +179,10 @@ tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role
 }
 
 bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role role,
-               tulle_mesh *mesh, tulle_mesh_source *source) {
+               source_mesh *made, tulle_mesh_source *source) {
+    tulle_mesh *const mesh = made->mesh;
     tulle_error error = {0};
+    made->axes = (file_axes){false, 1.0};
     if (!schema_is_given(&mesh_map, keys, "file")) {
         if (!generate(work, keys, mesh)) return false;
         if (tulle_mesh_validate(tulle_mesh_get_view(mesh), role, &error) == TULLE_OK) return true;
@@ -145,7 +191,7 @@ bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role ro
     }
     const char *const path = resolve_path(work, keys->file);
     if (!path) return false;
-    if (read_mesh(work, path, role, mesh, source, &error) == TULLE_OK) return true;
+    if (read_mesh(work, path, role, made, source, &error) == TULLE_OK) return true;
     problem_add_error(work->problems, schema_place(keys, "file"), keys->head.path, &error);
     return false;
 }

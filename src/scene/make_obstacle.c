@@ -13,6 +13,7 @@ typedef struct obstacle_work {
     pose *poses;              /* of the copies */
     placement place;          /* of each, before its layout */
     tulle_mesh mesh;          /* unplaced */
+    source_mesh made;         /* the same */
     scene_sequence *sequence; /* unplaced; null: none */
 } obstacle_work;
 
@@ -27,12 +28,12 @@ static bool copy_mesh(const tulle_mesh *mesh, tulle_mesh *copy, tulle_error *err
 }
 
 /* Keyframes act along the axes of the scene, turned with the copy by the layout. */
-static bool move_copy(const obstacle_work *work, const pose *layout, const pose *whole,
-                      scene_obstacle *obstacle) {
+static bool move_copy(const obstacle_work *work, const pose *layout, scene_obstacle *obstacle) {
     const motion_keys *motion = &work->keys->motion;
     if (!motion->head.node) return true;
     if (work->sequence) {
-        obstacle->sequence = sequence_place(work->scene, work->sequence, work->place.scale, whole);
+        obstacle->sequence =
+            sequence_place(work->scene, work->sequence, &obstacle->place, obstacle->delay);
         return obstacle->sequence != NULL;
     }
     double *pivot = obstacle->motion.pivot;
@@ -74,7 +75,7 @@ static bool make_copy(const obstacle_work *work, size_t index, scene_obstacle *o
     const bool has_grain = schema_is_given(&obstacle_map, keys, "grain");
     rotate_vector(layout.rotation, has_grain ? keys->grain.value : grain, obstacle->grain);
     return count_mesh(into, &obstacle->mesh, keys->head.place, keys->head.path) &&
-           move_copy(work, &layout, &whole, obstacle);
+           move_copy(work, &layout, obstacle);
 }
 
 /* The mesh of the entry, from its own key or from its sequence. */
@@ -95,10 +96,10 @@ static bool make_source(obstacle_work *work) {
         return false;
     }
     if (has_mesh &&
-        !make_mesh(work->scene, &keys->mesh, TULLE_MESH_ROLE_OBSTACLE, &work->mesh, NULL))
+        !make_mesh(work->scene, &keys->mesh, TULLE_MESH_ROLE_OBSTACLE, &work->made, NULL))
         return false;
     if (!has_sequence) return true;
-    work->sequence = sequence_open(work->scene, keys, &work->mesh);
+    work->sequence = sequence_open(work->scene, keys, &work->made);
     return work->sequence != NULL;
 }
 
@@ -107,6 +108,7 @@ bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t in
     placement_keys const where = {&keys->scale, &keys->rotate, &keys->place};
     obstacle_work entry = {.scene = work, .keys = keys, .copy_count = count_copies(keys)};
     entry.name = keys->name ? keys->name : store_text(work, "obstacle%zu", index);
+    entry.made = (source_mesh){&entry.mesh, {false, 1.0}, false};
     entry.poses = ARENA_NEW(&work->scene->storage, pose, entry.copy_count);
     if (!entry.name || !entry.poses) {
         problem_add_memory(work->problems, work->scene->path);
@@ -114,7 +116,8 @@ bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t in
     }
     place_copies(&keys->copies, entry.copy_count, entry.poses);
     bool is_good = check_dynamic_friction(work, keys, keys->dynamic_friction, keys->friction) &&
-                   make_source(&entry) && find_placement(work, &where, &entry.mesh, &entry.place);
+                   make_source(&entry) &&
+                   find_placement(work, &where, &entry.made, entry.name, &entry.place);
     for (size_t i = 0; is_good && i < entry.copy_count; i++)
         is_good = make_copy(&entry, i, &obstacles[i]);
     tulle_mesh_destroy(&entry.mesh);

@@ -150,7 +150,8 @@ static bool read_rest(const rest_work *work, const rest_keys *keys) {
     tulle_mesh rest = {0};
     tulle_error error = {0};
     if (!path) return false;
-    if (read_mesh(work->scene, path, TULLE_MESH_ROLE_CLOTH, &rest, NULL, &error) != TULLE_OK) {
+    source_mesh made = {.mesh = &rest};
+    if (read_mesh(work->scene, path, TULLE_MESH_ROLE_CLOTH, &made, NULL, &error) != TULLE_OK) {
         problem_add_error(work->scene->problems, schema_place(keys, "file"), keys->head.path,
                           &error);
         return false;

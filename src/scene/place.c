@@ -133,12 +133,35 @@ static bool find_height(const scene_work *work, const place_keys *keys, double *
     return true;
 }
 
+/* ---- sizes ---- */
+
+/* [m] A body that is larger than the first, or smaller than the second, is told: its file has
+ * another unit than somebody thinks. */
+static const double LARGEST_BODY = 100.0, SMALLEST_BODY = 1e-3;
+
+static void note_odd_size(const scene_work *work, const source_mesh *source, const char *name,
+                          const placement *where) {
+    extent_box const box = find_box(source->mesh, where);
+    double extent = 0.0;
+    for (int k = 0; k < 3; k++) extent = fmax(extent, box.high[k] - box.low[k]);
+    if (!(extent > LARGEST_BODY) && !(extent < SMALLEST_BODY)) return;
+    bool const is_large = extent > LARGEST_BODY;
+    note_add(work,
+             "%s is %.3g m across, %s; if its file has another unit than the %s taken here, set "
+             "'scale' (metres in a unit: 0.01 for centimetres, 0.001 for millimetres) or "
+             "'place: {size: ...}'",
+             name, extent, is_large ? "more than 100 m" : "less than 1 mm",
+             source->axes.meters_per_unit == 1.0
+                 ? "metre"
+                 : store_text(work, "%.6g m", source->axes.meters_per_unit));
+}
+
 /* Whether keys beside `as` say where the mesh goes. */
 static bool has_own_place(const placement_keys *keys) {
     static const char *const names[] = {"size", "height", "on", "on_top_of"};
     const double *const scale = keys->scale->value, *const q = keys->rotate->quaternion;
     bool has_any = keys->place->up != UP_Z || keys->place->center;
-    has_any |= scale[0] != 1.0 || scale[1] != 1.0 || scale[2] != 1.0;
+    has_any |= keys->scale->count > 0 && (scale[0] != 1.0 || scale[1] != 1.0 || scale[2] != 1.0);
     has_any |= q[0] != 1.0 || q[1] != 0.0 || q[2] != 0.0 || q[3] != 0.0;
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
         has_any |= schema_is_given(&place_map, keys->place, names[i]);
@@ -161,16 +184,23 @@ static bool follow_obstacle(const scene_work *work, const placement_keys *keys, 
     return true;
 }
 
-bool find_placement(const scene_work *work, const placement_keys *keys, const tulle_mesh *mesh,
-                    placement *result) {
-    const place_keys *const place = keys->place;
+/* Scale and turn: of the keys, else of the file. */
+static void set_axes(const placement_keys *keys, file_axes axes, placement *result) {
+    bool const has_up = keys->place->head.node && schema_is_given(&place_map, keys->place, "up");
+    int const up = has_up ? keys->place->up : axes.is_y_up ? UP_Y : UP_Z;
     *result = (placement){.turn = POSE_IDENTITY};
-    memcpy(result->scale, keys->scale->value, sizeof result->scale);
+    for (int k = 0; k < 3; k++)
+        result->scale[k] = keys->scale->count > 0 ? keys->scale->value[k] : axes.meters_per_unit;
     memcpy(result->turn.rotation, keys->rotate->quaternion, sizeof result->turn.rotation);
+    if (up != UP_Z)
+        multiply_rotations(keys->rotate->quaternion, up_turns[up], result->turn.rotation);
+}
+
+static bool set_place(const scene_work *work, const placement_keys *keys, const tulle_mesh *mesh,
+                      placement *result) {
+    const place_keys *const place = keys->place;
     if (!place->head.node) return true;
     if (schema_is_given(&place_map, place, "as")) return follow_obstacle(work, keys, result);
-    if (place->up != UP_Z)
-        multiply_rotations(keys->rotate->quaternion, up_turns[place->up], result->turn.rotation);
     if (!set_size(work, place, mesh, result)) return false;
     bool const stands =
         schema_is_given(&place_map, place, "on") || schema_is_given(&place_map, place, "on_top_of");
@@ -181,6 +211,14 @@ bool find_placement(const scene_work *work, const placement_keys *keys, const tu
     double *const shift = result->turn.translation;
     for (int k = 0; place->center && k < 2; k++) shift[k] = -0.5 * (box.low[k] + box.high[k]);
     if (stands) shift[2] = height - box.low[2];
+    return true;
+}
+
+bool find_placement(const scene_work *work, const placement_keys *keys, const source_mesh *source,
+                    const char *name, placement *result) {
+    set_axes(keys, source->axes, result);
+    if (!set_place(work, keys, source->mesh, result)) return false;
+    if (source->is_of_file) note_odd_size(work, source, name, result);
     return true;
 }
 

@@ -2,6 +2,7 @@
 #ifndef TULLE_SCENE_SCENE_DATA_H
 #define TULLE_SCENE_SCENE_DATA_H
 
+#include "scene/frame_cache.h"
 #include "scene/keys.h"
 #include "scene/pose.h"
 
@@ -115,18 +116,25 @@ uint64_t resolve_seed(const tulle_scene *loaded, uint64_t seed);
 /* Adds to what tulle_scene_get_note tells. */
 void note_add(const scene_work *work, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-/* Reads a mesh file, drops what an obstacle has twice, validates the mesh for its role; notes what
- * was passed over and dropped. An error names the file, and the line where it has lines. `kept`, if
- * not null, gets what the reader tells; it is left as it is after an error. */
+/* A mesh as its file has it, or as it was generated: then metres, z up. */
+typedef struct source_mesh {
+    tulle_mesh *mesh;
+    file_axes axes;
+    bool is_of_file;
+} source_mesh;
+/* Reads a mesh file, or the first frame of an animation, drops what an obstacle has twice,
+ * validates the mesh for its role; notes what was passed over and dropped. An error names the file,
+ * and the line where it has lines. `kept`, if not null, gets what the reader tells; it is left as
+ * it is after an error. */
 tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role role,
-                       tulle_mesh *mesh, tulle_mesh_source *kept, tulle_error *error);
+                       source_mesh *made, tulle_mesh_source *kept, tulle_error *error);
 /* Of triangles that an obstacle has twice, one is as good as two: drops the other, and notes it. */
 tulle_status drop_duplicates(const scene_work *work, const char *path, tulle_mesh *mesh,
                              tulle_mesh_source *source, tulle_error *error);
 /* Reads or generates a mesh and validates it for its role; `source` as `kept`, left as it is for a
  * generated one. False after a problem. */
 bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role role,
-               tulle_mesh *mesh, tulle_mesh_source *source);
+               source_mesh *made, tulle_mesh_source *source);
 /* Adds a mesh to the scene's count of vertices and to its hash. False when that is too many. */
 bool count_mesh(const scene_work *work, const tulle_mesh *mesh, scene_place place,
                 const char *path);
@@ -141,9 +149,11 @@ typedef struct placement_keys {
     const schema_rotation *rotate;
     const place_keys *place;
 } placement_keys;
-/* Finds where a mesh goes that is as its file has it. False after a problem. */
-bool find_placement(const scene_work *work, const placement_keys *keys, const tulle_mesh *mesh,
-                    placement *result);
+/* Finds where a mesh goes. Where the keys do not say which axis is up, or a scale, the axes and the
+ * unit of the file count. Notes a size that speaks of another unit; `name` is that of the object.
+ * False after a problem. */
+bool find_placement(const scene_work *work, const placement_keys *keys, const source_mesh *source,
+                    const char *name, placement *result);
 /* Moves a cloth's mesh, or its rest mesh, to its place. */
 void place_cloth_mesh(const scene_cloth *cloth, tulle_mesh *mesh);
 /* The obstacles of one name made so far: one, or all copies of an entry. False where there is none.
@@ -205,19 +215,23 @@ bool make_attachments(const scene_work *work);
  * made. False after a problem. */
 bool make_pairs(const scene_work *work);
 
-/* A mesh sequence. `mesh` is the obstacle's, or empty to take that of the first file or of an
- * animation; every frame is read
- * once to check it, and adds to the scene's hash. Null after a problem. */
-scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys, tulle_mesh *mesh);
-/* A second reader of the same frames with its own placement; null after a problem. */
+/* A mesh sequence. `made` is the obstacle's mesh, or an empty one to take that of the first file or
+ * of an animation, whose axes count then. Every frame is read once to check it,
+ * and adds to the scene's hash. Null after a problem. */
+scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys, source_mesh *made);
+/* A second reader of the same frames with its own placement, `delay` [s] later; null after a
+ * problem. */
 scene_sequence *sequence_place(const scene_work *work, const scene_sequence *origin,
-                               const double scale[3], const pose *whole);
+                               const placement *where, double delay);
 /* Closes what is open; it opens again when a frame is read. Null is fine. */
 void sequence_close(scene_sequence *sequence);
 /* Frames that the world may ask for; more than it can ever reach where the sequence loops. */
 uint32_t sequence_get_frame_count(const scene_sequence *sequence);
-/* [s] From one frame to the next. */
-double sequence_get_interval(const sequence_keys *keys);
+/* [s] When the first frame is that the world may ask for. */
+double sequence_get_start(const scene_sequence *sequence);
+/* [s] From one frame of the world to the next: those of the file, or, where it has times of its
+ * own, the steps of the scene. */
+double sequence_get_interval(const scene_sequence *sequence);
 /* A tulle_frame_reader; context is the sequence. */
 tulle_status sequence_read(void *context, uint32_t frame, double *positions, tulle_error *error);
 

@@ -21,7 +21,11 @@ struct scene_sequence {
     uint64_t first;
     uint32_t frame_count; /* read from files */
     uint32_t period;      /* frames of a round, there and back with pingpong */
-    bool is_looped;
+    sequence_loop loop;
+    const double *times; /* [s] of frames after the first, as played; null: evenly apart */
+    double begin;        /* [s] time of the first frame */
+    double interval;     /* [s] from one frame of the world to the next */
+    double seam;         /* [s] from the last frame to the first one, with times */
     size_t vertex_count;
     double scale[3];
     pose placement;
@@ -39,6 +43,8 @@ enum {
 /* A last frame as near to the first as this, against the largest step of a vertex between frames,
  * is the first one again. */
 static const double SAME_FRAME_SHARE = 1e-3;
+/* A time as near to another, as a part of it, is the same, told as a float. */
+static const double SAME_TIME_SHARE = 1e-6;
 /* The step from the last frame to the first may be so many times the largest one between frames. */
 static const double SEAM_STEP_RATIO = 2.0;
 
@@ -138,10 +144,79 @@ static tulle_status read_placed(const scene_sequence *sequence, frame_cache *cac
     return TULLE_OK;
 }
 
-/* The frame of the files that is shown as a frame of the world. */
-static uint32_t fold_frame(const scene_sequence *sequence, uint32_t frame) {
-    uint32_t const within = frame % sequence->period;
-    return within < sequence->frame_count ? within : sequence->period - within;
+/* What is shown as a frame of the world: a part of the way from a frame of the files to another. */
+typedef struct frame_mix {
+    uint32_t from, to;
+    double part; /* 0: `from` alone */
+} frame_mix;
+
+static frame_mix find_mix(const scene_sequence *sequence, uint32_t wanted) {
+    uint32_t const last = sequence->frame_count - 1;
+    if (!sequence->times) {
+        uint32_t const within = wanted % sequence->period;
+        uint32_t const frame = within <= last ? within : sequence->period - within;
+        return (frame_mix){frame, frame, 0.0};
+    }
+    const double *const times = sequence->times;
+    double const end = times[last];
+    double time = (double)wanted * sequence->interval - sequence->begin;
+    if (sequence->loop == LOOP_REPEAT) time = time > 0.0 ? fmod(time, end + sequence->seam) : 0.0;
+    if (sequence->loop == LOOP_PINGPONG) {
+        time = time > 0.0 ? fmod(time, 2.0 * end) : 0.0;
+        time = fmin(time, 2.0 * end - time);
+    }
+    if (!(time > 0.0)) return (frame_mix){0, 0, 0.0};
+    if (time >= end)
+        return (frame_mix){last, 0, sequence->seam > 0.0 ? (time - end) / sequence->seam : 0.0};
+    uint32_t low = 0, high = last; /* the last frame that is not later, and one that is */
+    while (high - low > 1) {
+        uint32_t const middle = low + (high - low) / 2;
+        *(times[middle] <= time ? &low : &high) = middle;
+    }
+    return (frame_mix){low, high, (time - times[low]) / (times[high] - times[low])};
+}
+
+/* Goes on from `positions` a part of the way to `next`. */
+static void mix_positions(double part, const double *next, size_t vertex_count, double *positions) {
+    for (size_t i = 0; i < 3 * vertex_count; i++) positions[i] += part * (next[i] - positions[i]);
+}
+
+/* A placed frame of the files that is kept, or is read now in place of one that is not `other`. */
+static tulle_status find_kept(scene_sequence *sequence, uint32_t frame, uint32_t other,
+                              const double **found, tulle_error *error) {
+    int slot = 0;
+    while (slot < 2 && sequence->kept_frame[slot] != frame) slot++;
+    if (slot == 2) {
+        slot = sequence->next_kept;
+        if (sequence->kept_frame[slot] == other) slot = 1 - slot;
+        sequence->kept_frame[slot] = TULLE_NONE;
+        tulle_status const status =
+            read_placed(sequence, &sequence->open, frame, sequence->kept[slot], error);
+        if (status != TULLE_OK) return status;
+        sequence->kept_frame[slot] = frame;
+        sequence->next_kept = 1 - slot;
+    }
+    *found = sequence->kept[slot];
+    return TULLE_OK;
+}
+
+/* Reads what is shown without what is kept. */
+static tulle_status read_alone(const scene_sequence *sequence, frame_mix mix, double *positions,
+                               tulle_error *error) {
+    frame_cache cache = {0};
+    memory heap = memory_default();
+    size_t const size = 3 * sequence->vertex_count * sizeof(double);
+    double *const next = mix.part > 0.0 ? memory_allocate(&heap, size) : NULL;
+    tulle_status status = TULLE_OK;
+    if (mix.part > 0.0 && !next)
+        status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for a frame");
+    if (status == TULLE_OK) status = read_placed(sequence, &cache, mix.from, positions, error);
+    if (status == TULLE_OK && next) status = read_placed(sequence, &cache, mix.to, next, error);
+    if (status == TULLE_OK && next)
+        mix_positions(mix.part, next, sequence->vertex_count, positions);
+    memory_release(&heap, next, next ? size : 0);
+    frame_cache_close(&cache);
+    return status;
 }
 
 tulle_status sequence_read(void *context, uint32_t wanted, double *positions, tulle_error *error) {
@@ -149,43 +224,37 @@ tulle_status sequence_read(void *context, uint32_t wanted, double *positions, tu
     if (wanted >= sequence_get_frame_count(sequence))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "frame %u of a sequence of %u",
                          (unsigned)wanted, (unsigned)sequence_get_frame_count(sequence));
-    uint32_t const frame = fold_frame(sequence, wanted);
+    frame_mix const mix = find_mix(sequence, wanted);
     /* While another world uses what is kept, this one reads the file for itself. */
-    if (atomic_flag_test_and_set(&sequence->is_kept_in_use)) {
-        frame_cache cache = {0};
-        tulle_status const status = read_placed(sequence, &cache, frame, positions, error);
-        frame_cache_close(&cache);
-        return status;
-    }
-    int slot = 0;
-    while (slot < 2 && sequence->kept_frame[slot] != frame) slot++;
-    tulle_status status = TULLE_OK;
-    if (slot == 2) {
-        slot = sequence->next_kept;
-        sequence->kept_frame[slot] = TULLE_NONE;
-        status = read_placed(sequence, &sequence->open, frame, sequence->kept[slot], error);
-        if (status == TULLE_OK) {
-            sequence->kept_frame[slot] = frame;
-            sequence->next_kept = 1 - slot;
-        }
-    }
-    if (status == TULLE_OK)
-        memcpy(positions, sequence->kept[slot], 3 * sequence->vertex_count * sizeof(double));
+    if (atomic_flag_test_and_set(&sequence->is_kept_in_use))
+        return read_alone(sequence, mix, positions, error);
+    const double *from, *next;
+    tulle_status status = find_kept(sequence, mix.from, mix.to, &from, error);
+    if (status == TULLE_OK && mix.part > 0.0)
+        status = find_kept(sequence, mix.to, mix.from, &next, error);
+    if (status == TULLE_OK) memcpy(positions, from, 3 * sequence->vertex_count * sizeof(double));
+    if (status == TULLE_OK && mix.part > 0.0)
+        mix_positions(mix.part, next, sequence->vertex_count, positions);
     atomic_flag_clear(&sequence->is_kept_in_use);
     return status;
 }
 
 uint32_t sequence_get_frame_count(const scene_sequence *sequence) {
-    return sequence->is_looped ? ENDLESS_FRAMES : sequence->frame_count;
+    if (sequence->loop != LOOP_ONCE) return ENDLESS_FRAMES;
+    if (!sequence->times) return sequence->frame_count;
+    double const end = sequence->begin + sequence->times[sequence->frame_count - 1];
+    double const count = 1.0 + ceil(fmax(end, 0.0) / sequence->interval);
+    return (uint32_t)fmin(count, (double)ENDLESS_FRAMES);
 }
 
-double sequence_get_interval(const sequence_keys *keys) {
-    bool const has_fps = schema_is_given(&sequence_map, keys, "fps");
-    return (has_fps ? 1.0 / keys->fps : keys->interval) / keys->speed;
+double sequence_get_start(const scene_sequence *sequence) {
+    return sequence->times ? 0.0 : sequence->begin;
 }
+
+double sequence_get_interval(const scene_sequence *sequence) { return sequence->interval; }
 
 scene_sequence *sequence_place(const scene_work *work, const scene_sequence *origin,
-                               const double scale[3], const pose *whole) {
+                               const placement *where, double delay) {
     arena *storage = &work->scene->storage;
     scene_sequence *sequence = ARENA_NEW(storage, scene_sequence, 1);
     double *kept = ARENA_NEW(storage, double, 6 * origin->vertex_count);
@@ -195,8 +264,9 @@ scene_sequence *sequence_place(const scene_work *work, const scene_sequence *ori
     }
     *sequence = *origin;
     sequence->open = (frame_cache){0};
-    memcpy(sequence->scale, scale, sizeof sequence->scale);
-    sequence->placement = *whole;
+    sequence->begin += delay;
+    memcpy(sequence->scale, where->scale, sizeof sequence->scale);
+    sequence->placement = where->turn;
     sequence->kept[0] = kept;
     sequence->kept[1] = kept + 3 * origin->vertex_count;
     sequence->kept_frame[0] = sequence->kept_frame[1] = TULLE_NONE;
@@ -234,15 +304,102 @@ static bool set_range(const scene_work *work, const sequence_keys *keys, uint64_
     return true;
 }
 
+/* ---- times ---- */
+
+static bool lacks_times(const scene_work *work, const sequence_keys *keys, const char *why) {
+    if (why)
+        problem_add(work->problems, TULLE_ERROR_PARSE, keys->head.place,
+                    "%s: needs one of the keys interval, fps: %s", keys->head.path, why);
+    return false;
+}
+
+/* Tells where a file's own times are others than the scene's fps says. */
+static void note_other_rate(const scene_work *work, const sequence_keys *keys,
+                            const scene_sequence *sequence) {
+    for (uint32_t i = 1; i < sequence->frame_count; i++) {
+        double const even = i / (keys->fps * keys->speed);
+        if (fabs(sequence->times[i] - even) <= SAME_TIME_SHARE * even) continue;
+        note_add(
+            work,
+            "%s: fps %g is not used: the file's own times hold, and frame %llu is %.6g s after "
+            "the first one; interval plays frames evenly",
+            sequence->cache, keys->fps, (unsigned long long)(sequence->first + i),
+            sequence->times[i] * keys->speed);
+        return;
+    }
+}
+
+/* Takes the times that the file has for its frames. False after a problem: it has none, or they do
+ * not rise. */
+static bool take_times(const scene_work *work, const sequence_keys *keys, const frame_cache *cache,
+                       scene_sequence *sequence) {
+    double *const times = ARENA_NEW(&work->scene->storage, double, sequence->frame_count);
+    if (!times) {
+        problem_add_memory(work->problems, work->scene->path);
+        return false;
+    }
+    double first = 0.0;
+    for (uint32_t i = 0; i < sequence->frame_count; i++) {
+        uint32_t const frame = (uint32_t)sequence->first + i;
+        double const time = frame_cache_get_time(cache, frame);
+        if (i == 0) first = time;
+        times[i] = (time - first) / keys->speed;
+        if (i > 0 ? times[i] > times[i - 1] : isfinite(time)) continue;
+        return lacks_times(work, keys,
+                           store_text(work, "the times of '%s' do not rise: frame %u is at %g s",
+                                      keys->cache, (unsigned)frame, time));
+    }
+    bool const is_placed = schema_is_given(&sequence_map, keys, "start") ||
+                           schema_is_given(&sequence_map, keys, "first");
+    sequence->times = times;
+    sequence->begin = is_placed ? keys->start : (first - cache->start_time) / keys->speed;
+    sequence->interval = work->scene->keys.time.step;
+    work->scene->content_hash =
+        hash_bytes(work->scene->content_hash, times, sequence->frame_count * sizeof *times);
+    work->scene->content_hash =
+        hash_bytes(work->scene->content_hash, &sequence->begin, sizeof sequence->begin);
+    if (schema_is_given(&sequence_map, keys, "fps")) note_other_rate(work, keys, sequence);
+    return true;
+}
+
+/* Finds when frames are shown: by the interval of the scene; else by the times of the file; else by
+ * the fps of the scene, in whose frames a PC2 file has its start and its step. `cache`: null for
+ * files. False after a problem. */
+static bool set_times(const scene_work *work, const sequence_keys *keys, const frame_cache *cache,
+                      scene_sequence *sequence) {
+    bool const has_fps = schema_is_given(&sequence_map, keys, "fps");
+    sequence->begin = keys->start;
+    sequence->interval = keys->interval / keys->speed;
+    if (schema_is_given(&sequence_map, keys, "interval")) return true;
+    bool const has_times = cache && cache->has_times;
+    if (has_times && (!has_fps || frame_cache_rises(cache)))
+        return take_times(work, keys, cache, sequence);
+    if (!has_fps)
+        return lacks_times(work, keys,
+                           !cache             ? "numbered files have no times"
+                           : cache->animation ? "the file has no times"
+                                              : "a PC2 file counts in frames");
+    double const frame_step = cache ? cache->frame_step : 1.0;
+    sequence->interval = frame_step / (keys->fps * keys->speed);
+    if (cache && !schema_is_given(&sequence_map, keys, "start") &&
+        !schema_is_given(&sequence_map, keys, "first"))
+        sequence->begin = cache->start_frame / (keys->fps * keys->speed);
+    if (cache)
+        work->scene->content_hash =
+            hash_bytes(work->scene->content_hash, &sequence->interval, sizeof sequence->interval);
+    return true;
+}
+
 /* Reads all files, compares their triangles with the mesh's, adds them to the hash. */
-static tulle_status check_files(const scene_work *work, scene_sequence *sequence, tulle_mesh *mesh,
+static tulle_status check_files(const scene_work *work, scene_sequence *sequence, source_mesh *made,
                                 tulle_error *error) {
     tulle_scene *const loaded = work->scene;
+    tulle_mesh *const mesh = made->mesh;
     char first[SCENE_PATH_LIMIT];
     if (mesh->vertex_count == 0 &&
         write_file_name(sequence->files, sequence->first, first, sizeof first)) {
         tulle_status const status =
-            read_mesh(work, first, TULLE_MESH_ROLE_OBSTACLE, mesh, NULL, error);
+            read_mesh(work, first, TULLE_MESH_ROLE_OBSTACLE, made, NULL, error);
         if (status != TULLE_OK) return status;
     }
     for (uint32_t frame = 0; frame < sequence->frame_count; frame++) {
@@ -292,12 +449,12 @@ static tulle_status take_mesh(const scene_work *work, const scene_sequence *sequ
 }
 
 /* Opens the cache for its counts. False after a problem. */
-static bool begin_cache(const scene_work *work, const sequence_keys *keys, tulle_mesh *mesh,
+static bool begin_cache(const scene_work *work, const sequence_keys *keys, source_mesh *made,
                         scene_sequence *sequence) {
+    tulle_mesh *const mesh = made->mesh;
     tulle_error error = {0};
     frame_cache cache;
     tulle_status status = frame_cache_open(sequence->cache, &cache, &error);
-    uint32_t const frame_count = cache.frame_count;
     if (cache.note[0]) note_add(work, "%s: %s", sequence->cache, cache.note);
     if (status == TULLE_OK && mesh->vertex_count == 0 && cache.animation)
         status = take_mesh(work, sequence, &cache, mesh, &error);
@@ -305,12 +462,15 @@ static bool begin_cache(const scene_work *work, const sequence_keys *keys, tulle
         status = error_set_at(&error, TULLE_ERROR_INVALID_MESH, sequence->cache, 0, 0,
                               "has %zu vertices, must have %zu as the obstacle's mesh",
                               cache.vertex_count, mesh->vertex_count);
-    frame_cache_close(&cache);
-    if (status != TULLE_OK) {
+    bool is_good = status == TULLE_OK;
+    if (!is_good)
         problem_add_error(work->problems, schema_place(keys, "cache"), keys->head.path, &error);
-        return false;
-    }
-    return set_range(work, keys, frame_count, sequence);
+    is_good = is_good && set_range(work, keys, cache.frame_count, sequence) &&
+              set_times(work, keys, &cache, sequence);
+    if (cache.animation) made->axes = cache.axes;
+    made->is_of_file = true;
+    frame_cache_close(&cache);
+    return is_good;
 }
 
 static bool begin_files(const scene_work *work, const sequence_keys *keys,
@@ -322,7 +482,7 @@ static bool begin_files(const scene_work *work, const sequence_keys *keys,
                     keys->head.path, show_text(keys->files).text);
         return false;
     }
-    return set_range(work, keys, 0, sequence);
+    return set_range(work, keys, 0, sequence) && set_times(work, keys, NULL, sequence);
 }
 
 /* ---- loops ---- */
@@ -402,16 +562,19 @@ static bool join_ends(const scene_work *work, const sequence_keys *keys, scene_s
                        "%.3g m, between other frames none goes more than %.3g m; pingpong needs no "
                        "ends that meet",
                        steps.seam_vertex, steps.seam, steps.largest));
+    else if (sequence->times)
+        sequence->seam =
+            sequence->times[sequence->frame_count - 1] / (double)(sequence->frame_count - 1);
     return true;
 }
 
 static bool set_loop(const scene_work *work, const sequence_keys *keys, scene_sequence *sequence) {
     sequence->period = sequence->frame_count;
-    sequence->is_looped = keys->loop != LOOP_ONCE;
-    if (!sequence->is_looped) return true;
+    sequence->loop = (sequence_loop)keys->loop;
+    if (sequence->loop == LOOP_ONCE) return true;
     if (sequence->frame_count < 2)
         return refuse_loop(work, keys, "there is one frame only, a loop needs two at least");
-    if (keys->loop == LOOP_REPEAT) return join_ends(work, keys, sequence);
+    if (sequence->loop == LOOP_REPEAT) return join_ends(work, keys, sequence);
     sequence->period = 2 * (sequence->frame_count - 1);
     return true;
 }
@@ -420,7 +583,8 @@ void sequence_close(scene_sequence *sequence) {
     if (sequence) frame_cache_close(&sequence->open);
 }
 
-scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys, tulle_mesh *mesh) {
+scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys,
+                              source_mesh *made) {
     const sequence_keys *from = &keys->motion.sequence;
     scene_sequence *sequence = ARENA_NEW_ZEROED(&work->scene->storage, scene_sequence, 1);
     if (!sequence) {
@@ -433,11 +597,11 @@ scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys,
     sequence->files = has_files ? path : NULL;
     sequence->cache = has_files ? NULL : path;
     bool is_begun =
-        has_files ? begin_files(work, from, sequence) : begin_cache(work, from, mesh, sequence);
+        has_files ? begin_files(work, from, sequence) : begin_cache(work, from, made, sequence);
     if (!is_begun) return NULL;
     tulle_error error = {0};
-    tulle_status status = has_files ? check_files(work, sequence, mesh, &error)
-                                    : check_cache(work->scene, sequence, mesh, &error);
+    tulle_status status = has_files ? check_files(work, sequence, made, &error)
+                                    : check_cache(work->scene, sequence, made->mesh, &error);
     bool const is_whole = status == TULLE_OK && set_loop(work, from, sequence);
     sequence_close(sequence);
     if (status == TULLE_OK) return is_whole ? sequence : NULL;

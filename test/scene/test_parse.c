@@ -378,7 +378,7 @@ static void test_values_and_defaults(void **state) {
     assert_int_equal(cloth->pins.count, 0);
     const obstacle_keys *obstacles = keys->obstacles.items;
     assert_int_equal(keys->obstacles.count, 2);
-    assert_true(obstacles[0].scale.value[2] == 2 && obstacles[1].scale.value[0] == 1);
+    assert_true(obstacles[0].scale.value[2] == 2 && obstacles[1].scale.count == 0);
     assert_true(fabs(obstacles[0].rotate.quaternion[3] - sqrt(0.5)) < 1e-15);
     assert_true(fabs(obstacles[1].rotate.quaternion[2] - 1) < 1e-15);
     assert_true(obstacles[0].disappears == 2 && obstacles[1].disappears == (double)INFINITY);

@@ -320,6 +320,7 @@ void open_archive(alembic_file *file, animation_content *content) {
     content->info.vertex_count = vertex_count;
     content->info.triangle_count = file->triangles.size() / 3;
     content->info.frame_count = (uint32_t)file->times.size();
+    content->info.has_times = 1;
     content->info.is_y_up = 1;
     content->info.meters_per_unit = 1.0;
     content->triangles = file->triangles.data();

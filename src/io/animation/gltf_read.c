@@ -14,6 +14,7 @@ static void describe(const gltf_scene *scene, tulle_animation_info *info) {
     *info = (tulle_animation_info){.vertex_count = scene->vertex_count,
                                    .triangle_count = scene->triangles.count / 3,
                                    .frame_count = (uint32_t)scene->frames.count,
+                                   .has_times = 1,
                                    .is_y_up = 1,
                                    .meters_per_unit = 1.0};
     unsigned long long const lines = scene->passed_primitives;

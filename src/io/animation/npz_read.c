@@ -131,6 +131,7 @@ static tulle_status open_npz(memory *heap, const char *path, void *state,
     content->info = (tulle_animation_info){.vertex_count = (size_t)npz->vertex_count,
                                            .triangle_count = npz->triangle_count,
                                            .frame_count = (uint32_t)npz->frame_count,
+                                           .has_times = has_times,
                                            .meters_per_unit = 1.0};
     if (!has_times && npz->frame_count > 1)
         snprintf(content->info.note, sizeof content->info.note,

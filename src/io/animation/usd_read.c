@@ -2,6 +2,7 @@
 #include "io/animation/animation_read.h"
 #include "io/animation/usd_scene.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 
@@ -28,9 +29,12 @@ static void add_note(tulle_animation_info *info, const char *format, ...) {
 
 static void describe(const usd_state *usd, tulle_animation_info *info) {
     const usd_passed *const passed = &usd->layer.passed;
+    double const start = usd->layer.start_code / usd->layer.codes_per_second;
     *info = (tulle_animation_info){.vertex_count = usd->scene.vertex_count,
                                    .triangle_count = usd->scene.triangles.count / 3,
                                    .frame_count = (uint32_t)usd->scene.frames.count,
+                                   .has_times = 1,
+                                   .start_time = isnan(start) ? 0.0 : start,
                                    .is_y_up = usd->layer.is_y_up,
                                    .meters_per_unit = usd->layer.meters_per_unit};
     if (passed->other_files > 0)
