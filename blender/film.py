@@ -151,7 +151,7 @@ def bake_with_a_pause() -> None:
 
 def judge(folder: str) -> int:
     """The judge on the run, and on the meshes as Blender has them."""
-    code = subprocess.run([TULLE, "check", os.path.join(folder, "tulle", "run")], check=False).returncode
+    code = subprocess.run([TULLE, "check", os.path.join(folder, "tulle_film", "run")], check=False).returncode
     for obj in bpy.context.scene.objects:
         obj.select_set(obj.tulle.role in ("CLOTH", "OBSTACLE"))
     bpy.ops.tulle.check(whole_range=True)

@@ -36,7 +36,7 @@ class SceneTest(unittest.TestCase):
         return bpy.context.scene
 
     def path(self, *names):
-        return os.path.join(self.folder, "tulle", *names)
+        return os.path.join(self.folder, "tulle_file", *names)
 
     def add_sheet(self, name="sheet", cells=8, size=1.0, place=(0, 0, 0.3)):
         bpy.ops.mesh.primitive_grid_add(x_subdivisions=cells, y_subdivisions=cells, size=size, location=place)

@@ -7,7 +7,7 @@ from typing import Any, List, Optional
 import bpy
 from bpy.app.handlers import persistent
 
-from . import caches, export, program, selection
+from . import caches, export, files, program, selection
 from .job import SLICE, Job, find_folder, tell_rest
 from .meshes import Refusal
 
@@ -46,7 +46,7 @@ class Bake(Job):
             raise Refusal(
                 "Frame %d cannot be gone on from: choose a frame from %d to %d" % (frame, self.first, last)
             )
-        links = caches.read_json(os.path.join(self.folder, export.LINK_FILE)) or {}
+        links = files.read_links(self.folder) or {}
         if links.get("frame_start") != self.first:
             raise Refusal("The frames that are there start at another frame than the scene: bake anew")
         interval = (caches.read_json(os.path.join(self.folder, export.RUN_FOLDER, "run.json")) or {}).get("frame_interval", 0.0)
@@ -69,8 +69,7 @@ class Bake(Job):
         """Starts the program, which goes on where it can."""
         scene = bpy.data.scenes[self.scene_name]
         left = os.path.join(self.folder, LEFT_FILE)
-        if os.path.exists(left):
-            os.remove(left)
+        files.remove(left)
         arguments = ["run", export.SCENE_FILE, "-o", export.RUN_FOLDER, "--progress", "json", "--list-left", LEFT_FILE]
         arguments += ["--record", "velocities"]
         if self.from_frame is not None:
@@ -183,7 +182,7 @@ class Bake(Job):
         self.reading = None
         self.end_following()
         picks = selection.Picks()
-        links = caches.read_json(os.path.join(self.folder, export.LINK_FILE))
+        links = files.read_links(self.folder) if code else None
         if code and links:
             is_start = selection.read_left(os.path.join(self.folder, LEFT_FILE), picks)
             if is_start:  # in the artist's words first; of the pairs the deepest, since all are selected

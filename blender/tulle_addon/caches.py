@@ -4,7 +4,6 @@ A run holds frames in world space and metres. The cache of an object holds them 
 vertices, and grows with the run; it is whole up to the count in its head at any moment.
 """
 import csv
-import json
 import os
 from typing import Any, Dict, List, Optional
 
@@ -12,16 +11,8 @@ import bpy
 import numpy as np
 
 from . import meshes, stack
-from .export import BEFORE_FOLDER, CACHE_FOLDER, LINK_FILE, RUN_FOLDER
+from .files import BEFORE_FOLDER, CACHE_FOLDER, LINK_FILE, MESH_FOLDER, RUN_FOLDER, is_name, read_json, read_links
 from .meshes import Refusal
-
-
-def read_json(path: str) -> Optional[Dict[str, Any]]:
-    try:
-        with open(path, encoding="utf-8") as file:
-            return json.load(file)
-    except (OSError, ValueError):
-        return None
 
 
 def count_whole_frames(folder: str) -> int:
@@ -49,7 +40,7 @@ class BodyCache:
         self.loose = np.array(link["loose"], np.int64)
         self.loose_places = np.array(link["loose_places"], np.float64).reshape(-1, 3)
         self.used = np.setdiff1d(np.arange(link["vertices"]), self.loose)
-        if self.source.vertex_count != len(self.used):
+        if self.source.vertex_count != len(self.used) or len(self.used) + len(self.loose) != link["vertices"]:
             raise Refusal("The run has another mesh for '%s' than the export: bake anew" % self.object_name)
         os.makedirs(os.path.join(folder, CACHE_FOLDER), exist_ok=True)
         self.path = os.path.join(folder, CACHE_FOLDER, link["name"] + ".pc2")
@@ -68,12 +59,11 @@ class Caches:
 
     def __init__(self, folder: str):
         self.folder, self.frame_count = folder, 0
-        links = read_json(os.path.join(folder, LINK_FILE))
-        run = read_json(os.path.join(folder, RUN_FOLDER, "run.json"))
-        if links is None or run is None:
+        links = read_links(folder)
+        if links is None or not has_run(folder):
             raise Refusal("There are no results in %s" % folder)
         self.frame_start, self.frame_end = links["frame_start"], links["frame_end"]
-        files = {body["name"]: body["cache"] for body in run["bodies"]}
+        files = {body["name"]: body.get("cache") for body in list_run_bodies(folder, RUN_FOLDER)}
         simulated = [link for link in links["bodies"] if link["role"] in ("CLOTH", "BODY")]
         missing = [link["object"] for link in simulated if not files.get(link["name"])]
         if missing:
@@ -166,13 +156,22 @@ def has_run(folder: str, name: str = RUN_FOLDER) -> bool:
     return os.path.exists(os.path.join(folder, name, "run.json"))
 
 
+def list_run_bodies(folder: str, name: str) -> List[Dict[str, Any]]:
+    """Bodies of a run, as run.json has them, whose files lie in its own folder."""
+    run = read_json(os.path.join(folder, name, "run.json")) or {}
+    bodies = run.get("bodies", [])
+    for body in bodies if isinstance(bodies, list) else [None]:
+        if not isinstance(body, dict) or not all(not body.get(key) or is_name(body[key]) for key in ("mesh", "cache")):
+            raise Refusal("%s names files that are not in its folder: bake anew" % os.path.join(folder, name, "run.json"))
+    return bodies
+
+
 def list_run_files(folder: str, name: str) -> List[str]:
     """What a run may hold, within the folder; run.json, which tells, is the last."""
-    run = read_json(os.path.join(folder, name, "run.json")) or {}
-    files = [body[key] for body in run.get("bodies", []) for key in ("mesh", "cache") if body.get(key)]
+    files = [body[key] for body in list_run_bodies(folder, name) for key in ("mesh", "cache") if body.get(key)]
     files += ["scene.yaml", "frames.csv", "bodies.csv", "report.csv", "checksums.csv", "debug.bin", "checkpoint.bin"]
     files += ["checkpoint.previous.bin", "run.json"]
-    return [os.path.join(name, file) for file in files if os.path.basename(file) == file]
+    return [os.path.join(name, file) for file in files]
 
 
 def remove_all(folder: str, files: List[str], folders: List[str]) -> None:
@@ -209,16 +208,16 @@ def settle(folder: str) -> None:
 
 def remove_files(folder: str) -> None:
     """Removes what the add-on wrote, and nothing else: a folder that holds other files stays."""
-    links = read_json(os.path.join(folder, LINK_FILE))
-    if links is None or links.get("format") != "tulle blender":
+    links = read_links(folder)
+    if links is None:
         return
     files = [os.path.join(CACHE_FOLDER, link["name"] + ".pc2") for link in links["bodies"]]
     files += [
-        os.path.join("meshes", link["name"] + ending)
+        os.path.join(MESH_FOLDER, link["name"] + ending)
         for link in links["bodies"]
         for ending in (".obj", ".pc2", ".rest.obj", ".stiffness.txt")
     ]
     files += list_run_files(folder, RUN_FOLDER) + list_run_files(folder, BEFORE_FOLDER)
     remove_all(
-        folder, files + ["scene.yaml", "left.csv", LINK_FILE], [CACHE_FOLDER, "meshes", RUN_FOLDER, BEFORE_FOLDER, ""]
+        folder, files + ["scene.yaml", "left.csv", LINK_FILE], [CACHE_FOLDER, MESH_FOLDER, RUN_FOLDER, BEFORE_FOLDER, ""]
     )

@@ -12,7 +12,7 @@ from typing import Any, Dict, List, Optional, Set, Tuple
 import bpy
 import numpy as np
 
-from . import bake, caches, export, meshes, parts, program, selection, stack
+from . import bake, caches, export, files, meshes, parts, program, selection, stack
 from .meshes import Refusal
 
 
@@ -23,7 +23,7 @@ def find_baked_triangles(obj, vertex_count: int) -> Optional[np.ndarray]:
         return None
     path = bpy.path.abspath(modifier.filepath)
     folder, name = os.path.dirname(os.path.dirname(path)), os.path.splitext(os.path.basename(path))[0]
-    links = caches.read_json(os.path.join(folder, export.LINK_FILE)) or {"bodies": []}
+    links = files.read_links(folder) or {"bodies": []}
     link = next((each for each in links["bodies"] if each["name"] == name and each["vertices"] == vertex_count), None)
     mesh_path = os.path.join(folder, parts.MESH_FOLDER, name + ".obj")
     if link is None or not os.path.isfile(mesh_path):

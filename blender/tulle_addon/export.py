@@ -13,11 +13,10 @@ from typing import Any, Dict, Iterator, List
 import numpy as np
 
 from . import meshes, motion, stack
+from .files import BEFORE_FOLDER, CACHE_FOLDER, LINK_FILE, MESH_FOLDER, RUN_FOLDER, SCENE_FILE, replacing  # noqa: F401
 from .meshes import Refusal
-from .parts import MESH_FOLDER, Part, Reader
+from .parts import Part, Reader
 
-SCENE_FILE, LINK_FILE, RUN_FOLDER, CACHE_FOLDER = "scene.yaml", "blender.json", "run", "cache"
-BEFORE_FOLDER = "run.before"  # the run whose frames a bake from a frame keeps, until that has begun
 LARGEST_STEP = 1 / 90  # [s]
 # A scene file holds 200,000 values; a rigid motion beyond this many keyframes in all is written as a point cache.
 MOST_KEYFRAMES = 15000
@@ -159,7 +158,7 @@ class Export(Reader):
         settings = part.obj.tulle
         factors = settings.stiffness_from + (settings.stiffness_to - settings.stiffness_from) * part.weights[part.used]
         least, most = sorted((settings.stiffness_from, settings.stiffness_to))
-        with open(self.get_path(part.name + ".stiffness.txt"), "w", encoding="ascii") as file:
+        with replacing(self.get_path(part.name + ".stiffness.txt"), encoding="ascii") as file:
             file.writelines("%.9g\n" % factor for factor in np.clip(factors, max(least, 0.01), most))
         return "%s/%s.stiffness.txt" % (MESH_FOLDER, part.name)
 
@@ -283,7 +282,7 @@ def write_links(read: Reader) -> None:
         })  # fmt: skip
     links = {"format": "tulle blender", "format_version": 1, "scale": read.scale, "frame_start": read.first,
              "frame_end": read.last, "notes": read.notes, "bodies": bodies}  # fmt: skip
-    with open(os.path.join(read.folder, LINK_FILE), "w", encoding="utf-8") as file:
+    with replacing(os.path.join(read.folder, LINK_FILE), encoding="utf-8") as file:
         json.dump(links, file)
 
 
@@ -296,5 +295,5 @@ def write_scene(path: str, scene: Dict[str, Any]) -> None:
             lines += ["  - " + json.dumps(each, ensure_ascii=False) for each in value]
         else:
             lines.append("%s: %s" % (key, json.dumps(value, ensure_ascii=False)))
-    with open(path, "w", encoding="utf-8") as file:
+    with replacing(path, encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")

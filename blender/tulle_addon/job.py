@@ -6,16 +6,21 @@ from typing import Any, Iterator, List, Optional
 
 import bpy
 
-from . import program
+from . import files, program
 from .meshes import Refusal
 
 SLICE = 0.1  # [s] that the window waits for at most, while the scene is read and caches grow
 
 
 def find_folder(scene) -> str:
-    if scene.tulle.folder.startswith("//") and not bpy.data.is_saved:
-        raise Refusal("Save the file first: the folder %s lies beside it" % scene.tulle.folder)
-    return os.path.abspath(bpy.path.abspath(scene.tulle.folder))
+    """Where files lie. Files beside each other have folders of their own, unless the scene names one."""
+    named = scene.tulle.folder
+    if (not named or named.startswith("//")) and not bpy.data.is_saved:
+        raise Refusal("Save the file first: the folder %slies beside it" % (named and named + " "))
+    stem = os.path.splitext(os.path.basename(bpy.data.filepath))[0]
+    folder = os.path.abspath(bpy.path.abspath(named or "//tulle_" + stem))
+    files.check_folder(folder)
+    return folder
 
 
 class Job:

@@ -13,13 +13,15 @@ from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 import bpy
 import numpy as np
 
-from . import bake, caches, export, meshes, selection, stack, waiting
+from . import bake, caches, export, files, meshes, selection, stack, waiting
+from .files import MESH_FOLDER
 from .job import SLICE, Job, find_folder, tell_rest
 from .meshes import Refusal
-from .parts import MESH_FOLDER, Part, Reader, is_in_all, make_name
+from .parts import Part, Reader, is_in_all, make_name
 from .program import Process
 
-FOLDER, WORK_PREFIX, RESULT_FILE, GIVEN_FILE, CACHE_FILE = "mend", "work.", "mended.pc2", "given.pc2", "cache.pc2"
+FOLDER = files.MEND_FOLDER
+WORK_PREFIX, RESULT_FILE, GIVEN_FILE, CACHE_FILE = "work.", "mended.pc2", "given.pc2", "cache.pc2"
 ROLE = "MENDED"
 COLORS = "departure"
 
@@ -345,8 +347,9 @@ def choose_folder(scene, obj) -> str:
     top, taken = os.path.join(find_folder(scene), FOLDER), set()
     while True:
         folder = os.path.join(top, make_name(obj.name, taken))
-        links = caches.read_json(os.path.join(folder, export.LINK_FILE))
-        owner = links["bodies"][-1]["object"] if links else obj.name
+        files.check_folder(folder)
+        links = files.read_links(folder)
+        owner = links["bodies"][-1]["object"] if links and links["bodies"] else obj.name
         if owner == obj.name or owner not in scene.objects:
             return folder
 
@@ -364,6 +367,7 @@ def remove_files(folder: str) -> None:
     if not os.path.isdir(top):
         return
     for name in sorted(os.listdir(top)):
+        files.check_folder(os.path.join(top, name))
         remove_work(os.path.join(top, name))
         caches.remove_files(os.path.join(top, name))
         caches.remove_all(top, [], [name])

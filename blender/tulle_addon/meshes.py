@@ -6,19 +6,13 @@ metres.
 import os
 import struct
 from dataclasses import dataclass
-from typing import List, Optional
+from typing import Optional
 
 import numpy as np
 
+from .files import Refusal, replacing
+
 PC2_HEAD = struct.Struct("<12siiffi")
-
-
-class Refusal(Exception):
-    """What cannot be done, in words for the artist; `objects` are the names of those that it is about."""
-
-    def __init__(self, words: str, objects: Optional[List[str]] = None):
-        super().__init__(words)
-        self.objects = objects or []
 
 
 @dataclass
@@ -127,7 +121,7 @@ def read_weights(mesh, index: int) -> np.ndarray:
 
 def write_obj(path: str, positions: np.ndarray, corners: np.ndarray, uvs: Optional[np.ndarray] = None) -> None:
     """Doubles with as many digits as give them again; faces of a mirrored object are turned round by who calls."""
-    with open(path, "w", encoding="ascii") as file:
+    with replacing(path, encoding="ascii") as file:
         file.writelines("v %r %r %r\n" % (x, y, z) for x, y, z in positions.astype(np.float64).tolist())
         if uvs is None:
             file.writelines("f %d %d %d\n" % (a, b, c) for a, b, c in (corners + 1).tolist())
@@ -180,9 +174,8 @@ class Pc2Writer:
     def _begin(self, data: bytes) -> None:
         self.frame_count = 1
         try:
-            with open(self.path + ".tmp", "wb") as file:
+            with replacing(self.path, "b") as file:
                 file.write(self._make_head() + data)
-            os.replace(self.path + ".tmp", self.path)
         except OSError:
             self.frame_count = 0
             raise

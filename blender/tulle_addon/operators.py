@@ -101,11 +101,15 @@ class TULLE_OT_free(bpy.types.Operator):
         except Refusal as refusal:
             self.report({"ERROR"}, str(refusal))
             return {"CANCELLED"}
+        try:
+            caches.remove_files(folder)
+            mend.remove_files(folder)
+        except (Refusal, OSError) as refusal:
+            self.report({"ERROR"}, str(refusal))
+            return {"CANCELLED"}
         for obj in context.scene.objects:
             if caches.is_ours(obj):
                 caches.remove_modifier(obj)
-        caches.remove_files(folder)
-        mend.remove_files(folder)
         settings = context.scene.tulle
         settings.state, settings.status, settings.report, settings.progress = "", "", "", 0.0
         return {"FINISHED"}

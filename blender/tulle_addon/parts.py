@@ -8,9 +8,9 @@ from typing import Any, Dict, List, Optional, Tuple
 import numpy as np
 
 from . import meshes
+from .files import MESH_FOLDER
 from .meshes import Refusal
 
-MESH_FOLDER = "meshes"
 # Heights over longest edges: below the first the program takes a triangle for one without area; below the second it has none
 # in a frame but
 # for the rounding of floats.

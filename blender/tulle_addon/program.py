@@ -3,7 +3,6 @@ import json
 import os
 import queue
 import re
-import shutil
 import signal
 import stat
 import subprocess
@@ -42,16 +41,17 @@ def find_program() -> str:
     chosen = get_set_path()
     if chosen:
         if os.path.isfile(chosen) and os.access(chosen, os.X_OK):
-            return chosen
+            return os.path.abspath(chosen)
         raise Refusal("The program that the preferences of the add-on name, %s, is not there or cannot be run" % chosen)
     inside = os.path.join(os.path.dirname(__file__), "bin", FILE_NAME)
     if os.path.isfile(inside):
         if not os.access(inside, os.X_OK):  # Blender unpacks a zip without the right to run
             os.chmod(inside, os.stat(inside).st_mode | stat.S_IXUSR)
         return inside
-    found = shutil.which(FILE_NAME)
-    if found:
-        return found
+    for folder in os.get_exec_path():  # not in the present folder, where Windows looks first
+        path = os.path.join(folder, FILE_NAME)
+        if os.path.isabs(folder) and os.path.isfile(path) and os.access(path, os.X_OK):
+            return path
     raise Refusal(
         "The program tulle was not found. Set its path in Edit > Preferences > Add-ons > Tulle, "
         "or install the add-on's zip that holds it"

@@ -165,7 +165,8 @@ class TulleObject(bpy.types.PropertyGroup):
 
 class TulleScene(bpy.types.PropertyGroup):
     folder: StringProperty(
-        name="Folder", default="//tulle", subtype="DIR_PATH", description="Where scenes, runs and caches are written"
+        name="Folder", subtype="DIR_PATH",
+        description="Where scenes, runs and caches are written; empty: tulle_NAME beside the file NAME.blend",
     )
     substeps: IntProperty(
         name="Substeps",

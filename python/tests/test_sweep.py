@@ -50,6 +50,42 @@ def test_six_runs_give_table_arrays_and_page(folder: Path) -> None:
     assert not [p for p in out.rglob("*.tmp*")]
 
 
+def make_spy(path: Path) -> Path:
+    """A program that notes its call in a file beside itself."""
+    path.write_text(f'#!/bin/sh\necho "$0 $*" >>"{path}.called"\necho 7\n')
+    path.chmod(0o755)
+    return path
+
+
+def test_files_start_no_programs(folder: Path) -> None:
+    """Where runs happen, and which program they are, comes from the command line, whatever a sweep file and a folder say."""
+    path = make_sweep(folder, FRICTION, more="slurm: {time: 10, mem: 1G}")
+    queue = make_spy(folder / "sbatch")
+    search = f"{folder}{os.pathsep}{os.environ['PATH']}"
+    assert "--engine slurm submits them" in call(path, PATH=search)
+    out, called = folder / "out", Path(f"{queue}.called")
+    assert not called.exists() and find_states(out) == ["whole"] * 3
+    spy = make_spy(folder / "spy")
+    for record in (out / "records").glob("*.json"):
+        record.write_text(json.dumps(dict(json.loads(record.read_text()), program=str(spy))))
+    (out / "sweep.yaml").write_text(re.sub("(?m)^program: .*", f"program: {spy}", (out / "sweep.yaml").read_text()))
+    for name in ("0000", "0001"):
+        (out / "pictures" / f"{name}.png").unlink()
+    assert "3 of 3 runs whole" in call("collect", out)
+    call(path)
+    assert (out / "pictures" / "0001.png").exists() and not Path(f"{spy}.called").exists()
+    # By the command line Slurm is asked, with what it says.
+    other = ("-o", folder / "other")
+    assert "--sbatch and --setup are for" in call(path, *other, "--setup", "date", code=2)
+    assert "is set by the sweep itself" in call(path, *other, "--engine", "slurm", "--sbatch", "array=1", code=2)
+    call(path, *other, "--engine", "slurm", "--detach", "--setup", "module load python", "--sbatch", "export=NONE", "--sbatch",
+         "mem=2G", PATH=search)
+    text = next((folder / "other" / "slurm").glob("*.sbatch")).read_text()
+    assert called.read_text().count("sbatch --parsable") == 1
+    assert '#SBATCH --time="10"\n' in text and '#SBATCH --mem="2G"\n' in text and '#SBATCH --export="NONE"\n' in text
+    assert text.index("\nmodule load python\n") < text.index("\nexec env ") and f" {get_program()} " in text
+
+
 def test_restart_leaves_alone_what_is_whole(folder: Path) -> None:
     path = make_sweep(folder, FRICTION)
     call(path)

@@ -45,7 +45,7 @@ def get_slurm(cluster: SlurmCluster) -> dict[str, str]:
 def test_two_hundred_runs_outlive_a_node(cluster: SlurmCluster, tmp_path: Path) -> None:
     path = make_sweep(tmp_path, *TWO_HUNDRED, more="frames: 30\nslurm: {time: 10, array_size: 150}")
     out = tmp_path / "out"
-    child = start(path, **get_slurm(cluster))
+    child = start(path, "--engine", "slurm", **get_slurm(cluster))
     wait_until(lambda: (out / "records").exists() and find_states(out).count("whole") > 40, "the first runs")
     wait_until(lambda: bool(cluster.find_tasks("node2")), "a task on the second node")
     cluster.kill_node("node2")
@@ -62,7 +62,7 @@ def test_two_hundred_runs_outlive_a_node(cluster: SlurmCluster, tmp_path: Path) 
 def test_a_task_whose_time_ends_goes_on_from_its_checkpoint(cluster: SlurmCluster, tmp_path: Path) -> None:
     path = make_sweep(tmp_path, ONE, more=LONG + "\nslurm: {time: 10, stop_before: 30 s}")
     out = tmp_path / "out"
-    child = start(path, **get_slurm(cluster))
+    child = start(path, "--engine", "slurm", **get_slurm(cluster))
     wait_until(lambda: count_frames(out, 0) > 10, "a run")
     # The signal that Slurm sends before the limit, sent by hand: the limit itself has whole minutes.
     cluster.call(["scancel", "--batch", "--signal=USR1", *cluster.call(["squeue", "--noheader", "--format=%A"]).split()])
@@ -79,7 +79,7 @@ def test_a_task_whose_time_ends_goes_on_from_its_checkpoint(cluster: SlurmCluste
 def test_a_task_that_is_preempted_goes_on(cluster: SlurmCluster, tmp_path: Path) -> None:
     path = make_sweep(tmp_path, FOUR, more=LONG + "\nslurm: {partition: low, time: 10}")
     out = tmp_path / "out"
-    child = start(path, **get_slurm(cluster))
+    child = start(path, "--engine", "slurm", **get_slurm(cluster))
     wait_until(lambda: all(count_frames(out, n) > 3 for n in range(4)), "four runs")
     urgent = cluster.call(["sbatch", "--parsable", "--partition=high", "--exclusive", "--nodelist=node1", "--output=/dev/null",
                            "--wrap=sleep 1"]).strip()
@@ -94,7 +94,7 @@ def test_a_task_that_is_preempted_goes_on(cluster: SlurmCluster, tmp_path: Path)
 def test_ctrl_c_takes_the_jobs_back(cluster: SlurmCluster, tmp_path: Path) -> None:
     path = make_sweep(tmp_path, FRICTION, more=LONG + "\nslurm: {time: 10, throttle: 1}")
     out = tmp_path / "out"
-    child = start(path, **get_slurm(cluster))
+    child = start(path, "--engine", "slurm", **get_slurm(cluster))
     wait_until(lambda: count_frames(out, 0) > 10, "a run")
     assert cluster.call(["squeue", "--noheader", "--states=running", "--format=%t"]).split() == ["R"]  # the throttle
     child.send_signal(signal.SIGINT)
@@ -111,9 +111,9 @@ def test_ctrl_c_takes_the_jobs_back(cluster: SlurmCluster, tmp_path: Path) -> No
 def test_detached_jobs_are_not_doubled(cluster: SlurmCluster, tmp_path: Path) -> None:
     folder = tmp_path / "a name with blanks"
     folder.mkdir()
-    path = make_sweep(folder, FOUR, more="frames: 1500\nslurm: {time: 10, setup: ['export TULLE_NOTE=1']}")
+    path = make_sweep(folder, FOUR, more="frames: 1500\nslurm: {time: 10}")
     out = folder / "out"
-    assert "submitted: 4 runs" in call(path, "--detach", **get_slurm(cluster))
+    assert "submitted: 4 runs" in call(path, "--engine", "slurm", "--detach", "--setup", "export TULLE_NOTE=1", **get_slurm(cluster))
     wait_until(lambda: count_frames(out, 0) > 3, "a run")
     assert "are in the queue" in call(path, code=2, **get_slurm(cluster))
     assert "in Slurm's queue" in call("status", out, **get_slurm(cluster))
@@ -126,15 +126,15 @@ def test_detached_jobs_are_not_doubled(cluster: SlurmCluster, tmp_path: Path) ->
 
 def test_what_slurm_refuses_is_told(cluster: SlurmCluster, tmp_path: Path) -> None:
     path = make_sweep(tmp_path, ONE, more="slurm: {partition: nowhere}")
-    assert "invalid partition" in call(path, code=2, **get_slurm(cluster)).lower()
+    assert "invalid partition" in call(path, "--engine", "slurm", code=2, **get_slurm(cluster)).lower()
 
 
 # ---- Dask ----
 
 def test_dask_on_this_machine(tmp_path: Path) -> None:
     pytest.importorskip("distributed")
-    path = make_sweep(tmp_path, FRICTION, more="dask: {}")
-    call(path, "-j", 2)
+    path = make_sweep(tmp_path, FRICTION)
+    call(path, "--engine", "dask", "-j", 2)
     check_hashes(tmp_path / "out", tmp_path / "scene.yaml", tmp_path)
     assert "cannot be reached" in call(path, "--scheduler", "tcp://127.0.0.1:9", "-o", tmp_path / "other", code=2)
 
@@ -142,9 +142,9 @@ def test_dask_on_this_machine(tmp_path: Path) -> None:
 def test_ctrl_c_at_a_terminal_ends_the_workers_here(tmp_path: Path) -> None:
     """A terminal sends the signal to all processes of the group, the workers too."""
     pytest.importorskip("distributed")
-    path = make_sweep(tmp_path, FOUR, more="frames: 3000\ndask: {}")
+    path = make_sweep(tmp_path, FOUR, more="frames: 3000")
     out = tmp_path / "out"
-    child = start(path, "-j", 2)
+    child = start(path, "--engine", "dask", "-j", 2)
     wait_until(lambda: sum(count_frames(out, n) > 3 for n in range(4)) == 2, "two runs")
     os.killpg(child.pid, signal.SIGINT)
     said = child.communicate(timeout=60)[1]
@@ -177,9 +177,9 @@ def make_scheduler(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[
 
 def test_a_dask_worker_that_dies(scheduler: tuple[str, list[subprocess.Popen[bytes]]], tmp_path: Path) -> None:
     address, processes = scheduler
-    path = make_sweep(tmp_path, FOUR, more=f"frames: 1500\ndask: {{scheduler: '{address}'}}")
+    path = make_sweep(tmp_path, FOUR, more="frames: 1500")
     out = tmp_path / "out"
-    child = start(path)
+    child = start(path, "--scheduler", address)
     wait_until(lambda: (out / "records").exists() and find_states(out).count("running") == 2, "two runs")
     wait_until(lambda: sum(count_frames(out, n) > 3 for n in range(4)) == 2, "frames of two runs")
     processes[1].kill()

@@ -11,7 +11,7 @@ from typing import Any, Optional
 
 from . import dask_cluster, local, slurm
 from .collect import collect, count_states, make_table
-from .definition import DaskOptions, SlurmOptions, Sweep, read_sweep
+from .definition import SlurmOptions, Sweep, add_to_slurm, read_sweep
 from .execute import Failed, Stop, execute
 from .layout import SweepDirectory, is_whole, locked
 from .plan import plan_sweep, remove_run
@@ -35,11 +35,15 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("file", metavar="SWEEP.yaml", help="what to run; its keys: docs/guide/sweeps.md")
     parser.add_argument("-o", "--output", metavar="DIR", 
                         help="directory of the sweep (default: output in the file, or SWEEP.sweep here)")
-    parser.add_argument("--engine", choices=("local", "slurm", "dask"), help="where to run (default: as the file says; local)")
+    parser.add_argument("--engine", choices=("local", "slurm", "dask"), help="where to run (default: local)")
     parser.add_argument("-j", "--jobs", type=read_count, metavar="N",
                         help="runs at a time on this machine (default: processors / threads)")
     parser.add_argument("--scheduler", metavar="ADDRESS",
-                        help="of a Dask cluster (default: as the file says; workers on this machine)")
+                        help="of a Dask cluster (default: workers on this machine)")
+    parser.add_argument("--sbatch", metavar="NAME=VALUE", action="append", default=[],
+                        help="Slurm: an option of sbatch without its --; may be given again")
+    parser.add_argument("--setup", metavar="LINE", action="append", default=[],
+                        help="Slurm: a line of shell before each run, as 'module load python'; may be given again")
     parser.add_argument("--detach", action="store_true", help="Slurm: return when the jobs are in the queue")
     parser.add_argument("--retry-failed", action="store_true", help="run anew what failed")
     parser.add_argument("--replace", action="store_true", help="remove runs of the directory that the sweep no longer has")
@@ -83,16 +87,17 @@ def catch_signals(stop: Stop) -> None:
 def choose_engine(options: argparse.Namespace, sweep: Sweep) -> str:
     if options.engine:
         engine = options.engine
-    elif options.scheduler:
-        engine = "dask"
-    elif sweep.slurm and sweep.dask:
-        raise SweepError(f"{sweep.file}: has both slurm and dask; choose by --engine")
     else:
-        engine = "slurm" if sweep.slurm else "dask" if sweep.dask else "local"
+        engine = "dask" if options.scheduler else "local"
+    if sweep.slurm and not options.engine:
+        print(f"{sweep.file}: has options for Slurm, and the runs are {'on Dask' if options.scheduler else 'on this machine'}; "
+              "--engine slurm submits them there", file=sys.stderr)
     if options.scheduler and engine != "dask":
         raise SweepError("--scheduler is for --engine dask")
     if options.detach and engine != "slurm":
         raise SweepError("--detach is for --engine slurm")
+    if (options.sbatch or options.setup) and engine != "slurm":
+        raise SweepError("--sbatch and --setup are for --engine slurm")
     return engine
 
 
@@ -100,6 +105,7 @@ def run_sweep(options: argparse.Namespace) -> int:
     """Plans the sweep, runs what is not whole, collects."""
     sweep = read_sweep(Path(options.file))
     engine = choose_engine(options, sweep)
+    of_slurm = add_to_slurm(sweep.slurm or SlurmOptions(), options.sbatch, options.setup)
     directory = SweepDirectory(Path(options.output) if options.output else sweep.output or Path(Path(options.file).stem + ".sweep"))
     if sweep.drawn_again:
         print(f"{sweep.drawn_again} rows equal earlier ones and are left out", file=sys.stderr)
@@ -108,7 +114,7 @@ def run_sweep(options: argparse.Namespace) -> int:
             print(", ".join(f"{p.name} {value.shown}" for p, value in zip(sweep.parameters, row)))
         print(f"{len(sweep.rows)} runs")
         return EXIT_FINE
-    program = find_program(options.program)
+    program = directory.program = find_program(options.program)
     if directory.sweep.exists():
         directory.read_sweep()  # refuses a file that is none of ours
     elif directory.path.is_dir() and any(p.name != "lock" for p in directory.path.iterdir()):
@@ -125,7 +131,7 @@ def run_sweep(options: argparse.Namespace) -> int:
         numbers = choose_runs(directory, records, options.retry_failed)
         progress = Progress(len(records), sum(r["state"] == "whole" for r in records))
         if numbers and not stop.level:
-            start_engine(engine, options, sweep, directory, numbers, stop, progress)
+            start_engine(engine, options, sweep, of_slurm, directory, numbers, stop, progress)
         if options.detach and numbers:
             return EXIT_FINE
         progress.clear()
@@ -158,17 +164,16 @@ def prepare_retry(directory: SweepDirectory, record: dict[str, Any]) -> None:
     directory.write_record(record)
 
 
-def start_engine(engine: str, options: argparse.Namespace, sweep: Sweep, directory: SweepDirectory, numbers: list[int],
-                 stop: Stop, progress: Progress) -> None:
+def start_engine(engine: str, options: argparse.Namespace, sweep: Sweep, of_slurm: SlurmOptions, directory: SweepDirectory,
+                 numbers: list[int], stop: Stop, progress: Progress) -> None:
     """Runs the numbers where they are to run."""
     jobs = options.jobs or max(1, len(os.sched_getaffinity(0)) // sweep.threads)
     if engine == "local":
         local.run_local(directory, numbers, jobs, stop, progress.report)
     elif engine == "dask":
-        scheduler = options.scheduler or (sweep.dask or DaskOptions()).scheduler
-        dask_cluster.run_dask(directory, numbers, scheduler, jobs, stop, progress.report)
+        dask_cluster.run_dask(directory, numbers, options.scheduler, jobs, stop, progress.report)
     else:
-        submitted = slurm.submit(directory, numbers, sweep.slurm or SlurmOptions(), sweep.threads)
+        submitted = slurm.submit(directory, numbers, of_slurm, sweep.threads)
         progress.say(f"submitted: {len(numbers)} runs as Slurm jobs {', '.join(submitted)}; scripts are in {directory.slurm}")
         if not options.detach:
             slurm.watch(directory, submitted, stop, progress.report)
@@ -220,10 +225,17 @@ def find_directory(text: str) -> SweepDirectory:
     return directory
 
 
-def parse_directory(name: str, about: str, arguments: list[str]) -> SweepDirectory:
+def parse_directory(name: str, about: str, arguments: list[str], calls_program: bool = False) -> SweepDirectory:
     parser = argparse.ArgumentParser(prog=f"tulle.sweep {name}", description=about)
     parser.add_argument("directory", metavar="DIR", help="directory of the sweep, or its SWEEP.yaml")
-    return find_directory(parser.parse_args(arguments).directory)
+    if calls_program:
+        parser.add_argument("--program", metavar="TULLE",
+                            help="the program tulle (default: $TULLE, in the package, in the checkout, on PATH)")
+    options = parser.parse_args(arguments)
+    directory = find_directory(options.directory)
+    if calls_program:
+        directory.program = find_program(options.program)
+    return directory
 
 
 def tell_status(arguments: list[str]) -> int:
@@ -256,16 +268,18 @@ def tell_status(arguments: list[str]) -> int:
 
 def collect_again(arguments: list[str]) -> int:
     """Table, arrays and page from what is there."""
-    directory = parse_directory("collect", "Makes table, arrays and page from the runs that are there.", arguments)
+    directory = parse_directory("collect", "Makes table, arrays and page from the runs that are there.", arguments, True)
     stop = Stop()
     catch_signals(stop)
     return close_sweep(directory, stop, Progress(0, 0), STATES_UNDER_WAY)
 
 
 def execute_one(arguments: list[str]) -> int:
-    """One run, as a task of a cluster: `execute DIR NUMBER`."""
-    if len(arguments) != 2 or not arguments[1].isdigit():
-        raise SweepError("execute needs DIR and NUMBER; clusters call it")
+    """One run, as a task of a cluster: `execute DIR TULLE NUMBER`."""
+    if len(arguments) != 3 or not arguments[2].isdigit():
+        raise SweepError("execute needs DIR, TULLE and NUMBER; clusters call it")
+    directory = SweepDirectory(Path(arguments[0]))
+    directory.program = find_program(arguments[1])
     stop = Stop(parent=os.getppid())
     catch_signals(stop)
     is_ending: list[bool] = []
@@ -277,7 +291,7 @@ def execute_one(arguments: list[str]) -> int:
     signal.signal(signal.SIGUSR1, note_time)
     job = os.environ.get("SLURM_ARRAY_JOB_ID")
     place = f"task {job}_{os.environ.get('SLURM_ARRAY_TASK_ID')}" if job else ""
-    record = execute(SweepDirectory(Path(arguments[0])), int(arguments[1]), stop, place)
+    record = execute(directory, int(arguments[2]), stop, place)
     print(f"run {record['number']:04d}: {record['state']}", record.get("reason", ""), flush=True)
     if record["state"] == "interrupted":
         if is_ending and slurm.requeue():

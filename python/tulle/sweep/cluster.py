@@ -10,7 +10,8 @@ from .program import get_package_path
 
 def get_command(directory: SweepDirectory) -> list[str]:
     """The command of one run, to which its number is added. It finds this package wherever the folder is seen."""
-    return ["env", f"PYTHONPATH={get_package_path()}", sys.executable, "-m", "tulle.sweep", "execute", str(directory.path)]
+    return ["env", f"PYTHONPATH={get_package_path()}", sys.executable, "-m", "tulle.sweep", "execute", str(directory.path),
+            str(directory.program)]
 
 
 def close_record(directory: SweepDirectory, number: int, reason: str, last_lines: list[str]) -> dict[str, Any]:

@@ -2,14 +2,15 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Optional, Union
 
 from .document import Entry, read_document, resolve
+from .problems import SweepError
 from .values import Parameter, Value, list_rows, read_parameter
 
-KEYS = ("scene", "title", "parameters", "count", "seed", "frames", "threads", "output", "collect", "limits", "slurm", "dask")
+KEYS = ("scene", "title", "parameters", "count", "seed", "frames", "threads", "output", "collect", "limits", "slurm")
 RUNS_DEFAULT, RUNS_MAX = 1000, 100_000
 SEED_MAX = (1 << 53) - 1
 THREADS_MAX = 256      # as of `tulle run`
@@ -47,14 +48,7 @@ class SlurmOptions:
     throttle: Optional[int] = None    # most tasks at a time
     stop_before: int = 60             # [s] before the time limit at which a run stops
     array_size: int = 1000            # most tasks of an array; Slurm's MaxArraySize less one
-    setup: tuple[str, ...] = ()       # lines of shell before a run
-
-
-@dataclass(frozen=True)
-class DaskOptions:
-    """A cluster by its scheduler's address, or None: workers on this machine."""
-
-    scheduler: Optional[str] = None
+    setup: tuple[str, ...] = ()       # lines of shell before a run; of the command line
 
 
 @dataclass
@@ -72,13 +66,15 @@ class Sweep:
     collect: Collect
     limits: Limits
     slurm: Optional[SlurmOptions]
-    dask: Optional[DaskOptions]
     drawn_again: int  # rows left out since they equal earlier ones
 
 
 def read_sweep(path: Path) -> Sweep:
     """Reads and checks a sweep file."""
     root = read_document(path)
+    if "dask" in root.get_map():
+        raise root.get_map()["dask"].make_problem("where runs happen comes from the command line alone: --engine dask, and --scheduler ADDRESS "
+                                                  "for a cluster that is there")
     keys = root.get_map(KEYS)
     for needed in ("scene", "parameters"):
         if needed not in keys:
@@ -98,7 +94,6 @@ def read_sweep(path: Path) -> Sweep:
         output=resolve(path, keys["output"].get_text()) if "output" in keys else None,
         collect=read_collect(keys["collect"]) if "collect" in keys else Collect(),
         slurm=read_slurm(keys["slurm"]) if "slurm" in keys else None,
-        dask=read_dask(keys["dask"]) if "dask" in keys else None,
         drawn_again=count_rows(parameters, count) - len(rows))
 
 
@@ -169,6 +164,25 @@ RESERVED_BY_US = ("array", "requeue", "no-requeue", "open-mode", "signal", "outp
                   "chdir", "parsable", "wait", "dependency")
 
 
+# Options of sbatch that a file may give: what a job needs and how it waits. Others make a job run programs, load code, hand on the
+# environment, or write elsewhere; they come from the command line.
+OF_FILES = ("account", "begin", "comment", "constraint", "contiguous", "core-spec", "deadline", "exclude", "exclusive", "gpus",
+            "gpus-per-task", "gres", "hint", "hold", "job-name", "licenses", "mem", "mem-per-cpu", "mem-per-gpu", "nice", "nodelist",
+            "oversubscribe", "partition", "prefer", "priority", "qos", "reservation", "spread-job", "switches", "thread-spec",
+            "threads-per-core", "time", "time-min", "tmp", "wckey")
+
+
+def add_to_slurm(slurm: SlurmOptions, options: list[str], setup: list[str]) -> SlurmOptions:
+    """Adds options of sbatch, each NAME or NAME=VALUE, and lines of shell, both from the command line."""
+    merged = dict(slurm.options)
+    for option in options:
+        name, has_value, value = option.partition("=")
+        if name in RESERVED_BY_US or not re.fullmatch(r"[a-z][a-z0-9-]+", name):
+            raise SweepError(f'--sbatch "{option}": is set by the sweep itself, or no long option of sbatch without its --')
+        merged[name] = value if has_value else True
+    return replace(slurm, options=merged, setup=tuple(setup))
+
+
 def read_slurm(entry: Entry) -> SlurmOptions:
     """Own keys have an underscore or one word of ours; all others are options of sbatch."""
     options: dict[str, Any] = {}
@@ -181,13 +195,16 @@ def read_slurm(entry: Entry) -> SlurmOptions:
         elif name == "array_size":
             own[name] = one.get_whole(1, 4_000_000)
         elif name == "setup":
-            own[name] = tuple(line.get_text() for line in one.get_list())
+            raise one.make_problem('lines of shell come from the command line alone: --setup "module load python"')
         elif name in RESERVED_BY_US:
             raise one.make_problem("is set by the sweep itself" +
                                    ("; threads says how many" if name == "cpus-per-task" else ""))
         elif not re.fullmatch(r"[a-z][a-z0-9-]+", name):
             raise one.make_problem("is neither a long option of sbatch without its --, as mem-per-cpu, nor one of "
-                                   "throttle, stop_before, array_size, setup")
+                                   "throttle, stop_before, array_size")
+        elif name not in OF_FILES:
+            raise one.make_problem(f"is no option that a file may give to sbatch; if you want it: --sbatch {name}=VALUE on the command "
+                                   "line")
         elif one.node.tag.endswith(":bool"):
             if one.get_truth():
                 options[name] = True
@@ -196,8 +213,3 @@ def read_slurm(entry: Entry) -> SlurmOptions:
         else:
             options[name] = one.get_text()
     return SlurmOptions(options=options, **own)
-
-
-def read_dask(entry: Entry) -> DaskOptions:
-    keys = entry.get_map(("scheduler",)) if not entry.is_null() else {}
-    return DaskOptions(keys["scheduler"].get_text() if "scheduler" in keys else None)

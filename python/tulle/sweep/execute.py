@@ -171,7 +171,7 @@ def simulate(child: Child, record: dict[str, Any]) -> None:
 
 def call_run(child: Child, record: dict[str, Any]) -> tuple[int, bool]:
     """One call of `tulle run --resume`; returns its exit code, and whether the time of the run was over."""
-    command = [record["program"], "run", record["scene"], "-o", str(child.directory.get_run(record["number"])), "--resume",
+    command = [str(child.directory.program), "run", record["scene"], "-o", str(child.directory.get_run(record["number"])), "--resume",
                "-t", str(record["threads"]), "--progress", "none"]
     if record["frames"]:
         command += ["-n", str(record["frames"])]
@@ -226,7 +226,7 @@ def judge(child: Child, record: dict[str, Any]) -> None:
     if not isinstance(run, dict) or run.get("state") != "finished":
         raise Failed(f"{run_path}/run.json does not say that the run has finished")
     record["scene_hash"] = run.get("scene_hash")
-    command = [record["program"], "check", str(run_path), "--json", "--list", "0", "-t", str(record["threads"])]
+    command = [str(child.directory.program), "check", str(run_path), "--json", "--list", "0", "-t", str(record["threads"])]
     judged = child.directory.get_log(record["number"]).with_suffix(".judge")
     try:
         with open(judged, "wb") as output:
@@ -262,7 +262,7 @@ def make_picture(child: Child, record: dict[str, Any]) -> str:
     begin = get_size(log)
     try:
         with replacing(picture) as temporary, open(log, "ab") as output:
-            code, _ = child.call([record["program"], "render", str(child.directory.get_run(number)), "-o", str(temporary),
+            code, _ = child.call([str(child.directory.program), "render", str(child.directory.get_run(number)), "-o", str(temporary),
                                   *PICTURE, "-t", str(record["threads"]), "--progress", "none"], output, None, False)
             if code != 0:
                 raise Failed(" ".join(read_last_lines(log, begin)[-1:]) or f"exit code {code}")

@@ -41,6 +41,7 @@ class SweepDirectory:
 
     def __init__(self, path: Path) -> None:
         self.path = Path(os.path.abspath(path))
+        self.program: Optional[Path] = None  # the program tulle, never by what the directory says
         self.sweep, self.inputs = self.path / "sweep.yaml", self.path / "inputs.json"
         self.table, self.page = self.path / "table.csv", self.path / "index.html"
         self.stop, self.slurm = self.path / "stop", self.path / "slurm"

@@ -1,4 +1,5 @@
 /* app/view/session_file.c - see session_file.h. */
+#define _POSIX_C_SOURCE 200809L
 #include "app/view/session_file.h"
 
 #include "base/error.h"
@@ -9,6 +10,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 
 enum { NAME_SIZE = 300, LINE_MAX_BYTES = MESSAGE_SMALL_MAX };
 
@@ -41,6 +43,11 @@ tulle_status session_file_write(const tulle_scene *scene, const view_buffer *tex
                                 tulle_error *error) {
     char name[NAME_SIZE];
     make_name(scene, name);
+    struct stat facts;
+    if (lstat(name, &facts) == 0 && S_ISLNK(facts.st_mode))
+        return error_set_at(error, TULLE_ERROR_IO, name, 0, 0,
+                            "is a symbolic link; a session is not written through links. Remove "
+                            "it, or start the program in another folder");
     return tulle_file_write(name, buffer_get(text), text->count, error);
 }
 
