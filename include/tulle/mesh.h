@@ -39,17 +39,19 @@ TULLE_API void tulle_mesh_transform(tulle_mesh *mesh, const double scale[3],
 typedef enum tulle_mesh_role {
     /* an oriented 2-manifold, with or without boundary, in any number of pieces */
     TULLE_MESH_ROLE_CLOTH,
-    TULLE_MESH_ROLE_OBSTACLE /* any set of triangles that have an area */
+    TULLE_MESH_ROLE_OBSTACLE, /* any set of triangles that have an area */
+    /* an obstacle whose vertices move by themselves: its triangles may have no area now and then */
+    TULLE_MESH_ROLE_DEFORMING
 } tulle_mesh_role;
 
 /* Refuses a mesh that cannot be simulated. The message names the first offender, with its index and
  * coordinates, and how many there are. Refused are: no triangles, NaN or infinite coordinates,
- * indices out of range, a triangle that uses a vertex twice, zero-area or needle-thin triangles
- * (height under 1e-9 of the longest edge), duplicate triangles. Of cloth also: edges with more than
- * two triangles, neighbours with opposite orientation, vertices whose triangles do not form one
- * fan, unreferenced vertices. Errors: TULLE_ERROR_INVALID_MESH, TULLE_ERROR_INVALID_ARGUMENT (an
- * array of the view is null, no such role), TULLE_ERROR_LIMIT (over 2^31 - 1 vertices or
- * triangles), TULLE_ERROR_OUT_OF_MEMORY. */
+ * indices out of range, a triangle that uses a vertex twice, duplicate triangles. Of all but
+ * deforming obstacles also: zero-area or needle-thin triangles (height under 1e-9 of the longest
+ * edge). Of cloth also: edges with more than two triangles, neighbours with opposite orientation,
+ * vertices whose triangles do not form one fan, unreferenced vertices. Errors:
+ * TULLE_ERROR_INVALID_MESH, TULLE_ERROR_INVALID_ARGUMENT (an array of the view is null, no such
+ * role), TULLE_ERROR_LIMIT (over 2^31 - 1 vertices or triangles), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_validate(tulle_mesh_view mesh, tulle_mesh_role role,
                                            tulle_error *error);
 
@@ -78,6 +80,19 @@ typedef struct tulle_mesh_duplicates {
 TULLE_API tulle_status tulle_mesh_drop_duplicates(tulle_mesh *mesh, uint32_t *lines,
                                                   tulle_mesh_duplicates *duplicates,
                                                   tulle_error *error);
+
+/* Marks with 1 each triangle that has no area, is needle-thin or uses a vertex twice, as
+ * tulle_mesh_validate refuses them, and with 0 all others. `marks`: triangle_count bytes. `count`,
+ * which may be null: how many there are. Errors: TULLE_ERROR_INVALID_MESH (an index out of range),
+ * TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_LIMIT (over 2^31 - 1 vertices or triangles). */
+TULLE_API tulle_status tulle_mesh_find_degenerate(tulle_mesh_view mesh, uint8_t *marks,
+                                                  size_t *count, tulle_error *error);
+/* Drops the triangles that are marked; the vertices stay. `marks`: triangle_count bytes. `lines`:
+ * an entry for each triangle that is moved along with it, or null. Errors:
+ * TULLE_ERROR_OUT_OF_MEMORY (the mesh is as before), TULLE_ERROR_INVALID_ARGUMENT (a mesh,
+ * triangles or marks that are null). */
+TULLE_API tulle_status tulle_mesh_drop_marked(tulle_mesh *mesh, const uint8_t *marks,
+                                              uint32_t *lines, tulle_error *error);
 
 /* Counts and quality of a mesh, for reports. Needs valid indices; otherwise any triangle soup. */
 typedef struct tulle_mesh_info {

@@ -175,6 +175,31 @@ def test_objects_come_and_go(world: tulle.World, ball: tulle.Mesh) -> None:
     assert world.get_intersections().size == world.get_overlaps().size > 0
 
 
+def test_triangles_without_area(sheet: tulle.Mesh) -> None:
+    places = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0.5, 0, 0]]
+    plate = tulle.Mesh(places, [[0, 1, 2], [0, 3, 1], [2, 1, 0], [0, 0, 1], [0, 2, 1]])
+    assert plate.find_degenerate().tolist() == [False, True, False, True, False]
+    world = tulle.World(threads=1)
+    world.add_cloth(sheet)
+    with pytest.warns(UserWarning) as told:
+        still = world.add_obstacle(plate)
+    assert [str(each.message) for each in told] == [
+        "obstacle: triangle 1 has no area and is left out, and 1 more",
+        "obstacle: triangle 2 has the same corners as another one and is left out, and 1 more"]
+    assert told[0].filename == __file__
+    frames = np.array([places, places], float)
+    frames[1, 3, 1] = -1
+    with pytest.warns(UserWarning):
+        moving = world.add_obstacle(plate, frames=frames, frame_interval=0.1)
+    assert still.mesh.triangle_count == 1 and moving.mesh.triangle_count == 2
+    world.start()
+    for _ in range(3):
+        world.step(1 / 60)
+    assert len(world.get_intersections()) == 0
+    with pytest.raises(tulle.InvalidMeshError, match="zero area"):
+        world.add_obstacle(tulle.Mesh(places, [[0, 3, 1]]))
+
+
 def test_queries(world: tulle.World) -> None:
     world.start()
     hit = world.cast_ray((0.01, 0.02, 2), (0.01, 0.02, -2))

@@ -2,9 +2,11 @@
 from __future__ import annotations
 
 import os
+import warnings
 from typing import Any, Optional, Union
 
 import numpy as np
+import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from tulle import structs
@@ -79,6 +81,16 @@ class Mesh:
         error = make_error_buffer()
         check(core.tulle_mesh_validate(self._view(), int(to_enum(structs.MeshRole, role, "role")), error), error)
 
+    def find_degenerate(self) -> npt.NDArray[np.bool_]:
+        """(triangles,) which triangles have no area, are needle-thin or use a vertex twice: an obstacle goes without them.
+
+        Raises InvalidMeshError where an index is out of range.
+        """
+        marks, error = np.zeros(self.triangle_count, np.uint8), make_error_buffer()
+        view = self._view()
+        check(core.tulle_mesh_find_degenerate(view, point_to(marks, "uint8_t *"), ffi.NULL, error), error)
+        return marks.astype(bool)
+
     def get_info(self) -> structs.MeshInfo:
         """Counts and quality of the mesh. Raises InvalidMeshError where an index is out of range."""
         info, error = ffi.new("tulle_mesh_info *"), make_error_buffer()
@@ -143,6 +155,24 @@ def view_mesh(mesh: Mesh, what: str = "mesh") -> Any:
         hint = ": its `mesh` is one" if hasattr(mesh, "mesh") else ""
         raise TypeError(f"{what} should be a Mesh, not a {type(mesh).__name__}{hint}")
     return mesh._view()
+
+
+def leave_out(mesh: Mesh, deforms: bool) -> Mesh:
+    """What an obstacle is made of: without triangles that it has twice, or that have no area. One that deforms keeps those
+    that have three different vertices. Says so by a warning."""
+    corners = np.sort(mesh.triangles, axis=1)
+    is_line = (corners[:, 0] == corners[:, 1]) | (corners[:, 1] == corners[:, 2])
+    is_flat = is_line if deforms else mesh.find_degenerate()
+    is_again = np.ones(len(corners), bool)
+    is_again[np.unique(corners, axis=0, return_index=True)[1]] = False
+    if is_flat.all() or not (is_flat | is_again).any():
+        return mesh
+    for marks, words in ((is_flat, "has no area"), (is_again & ~is_flat, "has the same corners as another one")):
+        count = int(marks.sum())
+        if count:
+            more = f", and {count - 1} more" if count > 1 else ""
+            warnings.warn(f"obstacle: triangle {int(marks.argmax())} {words} and is left out{more}", stacklevel=3)
+    return Mesh(mesh.positions, mesh.triangles[~(is_flat | is_again)])
 
 
 def _take(mesh: Any) -> Mesh:

@@ -17,7 +17,7 @@ from tulle._handles import Unique, take_turn
 from tulle._library import core, ffi
 from tulle._structs import decode, refuse_unknown
 from tulle.errors import (BusyError, ClosedError, Error, InvalidArgumentError, make_error_buffer, make_exception)
-from tulle.mesh import Mesh, PathLike, view_mesh
+from tulle.mesh import Mesh, PathLike, leave_out, view_mesh
 from tulle.objects import Attachment, Body, Cloth, Object, Obstacle
 
 Frames = Union[ArrayLike, Callable[[int], ArrayLike]]
@@ -265,15 +265,18 @@ class World(Unique):
         frames: (frames, vertices, 3) positions [m] of a mesh that deforms, or a function that gives those of a frame and is
         asked for each when it is needed; then `frame_count=` says how many there are. `frame_interval` [s] lies between
         them. body: a BodyDef, or its fields, as `body={"density": 700}`. changes: fields of ObstacleDef by name, as
-        `friction=0.5` or `drive="rigid"`.
+        `friction=0.5` or `drive="rigid"`. Triangles that the mesh has twice or that have no area are left out, with a
+        warning; one that deforms may have them now and then.
         """
-        view = view_mesh(mesh)
+        view_mesh(mesh)  # or a TypeError
         keep: list[Any] = []
         frame_count = changes.pop("frame_count", None)
         definition = structs.ObstacleDef.make(settings, changes, "add_obstacle")
         if body is not None:
             definition.body = structs.BodyDef.make(body, {}, "body")
             definition.body.is_dynamic = True
+        mesh = leave_out(mesh, frames is not None or definition.drive == structs.Drive.DEFORMING)
+        view = view_mesh(mesh)
         made = definition.to_c(keep)
         made.mesh = view
         if frames is not None:

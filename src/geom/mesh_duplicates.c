@@ -1,5 +1,5 @@
-/* geom/mesh_duplicates.c - triangles that have the same three corners as another one of their mesh,
- * in whatever order.
+/* geom/mesh_duplicates.c - triangles that an obstacle goes without: those that have the same three
+ * corners as another one of their mesh, in whatever order, and those without area.
  *
  * Triangles are sorted by their ascending corners, so that duplicates follow each other. Cost
  * O(n log n). */
@@ -53,6 +53,52 @@ bool mesh_find_duplicates(memory *heap, tulle_mesh_view mesh, uint32_t *original
     return true;
 }
 
+tulle_status tulle_mesh_find_degenerate(tulle_mesh_view mesh, uint8_t *marks, size_t *count,
+                                        tulle_error *error) {
+    tulle_status status = mesh_check_indices(mesh, error);
+    if (status == TULLE_OK && mesh.triangle_count > 0 && !marks)
+        status = error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the marks are null");
+    if (status != TULLE_OK) return status;
+    size_t found = 0;
+    for (size_t t = 0; t < mesh.triangle_count; t++) {
+        const uint32_t *const corner = mesh.triangles + 3 * t;
+        bool const is_proper =
+            corner[0] != corner[1] && corner[1] != corner[2] && corner[2] != corner[0] &&
+            triangle_get_height_ratio(mesh.positions, corner) >= THIN_TRIANGLE_RATIO;
+        marks[t] = !is_proper;
+        found += !is_proper;
+    }
+    if (count) *count = found;
+    return TULLE_OK;
+}
+
+tulle_status tulle_mesh_drop_marked(tulle_mesh *mesh, const uint8_t *marks, uint32_t *lines,
+                                    tulle_error *error) {
+    if (!mesh || (mesh->triangle_count > 0 && (!mesh->triangles || !marks)))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "mesh, its triangles and marks may not be null");
+    size_t const count = mesh->triangle_count;
+    size_t kept_count = 0;
+    for (size_t t = 0; t < count; t++) kept_count += marks[t] == 0;
+    if (kept_count == count) return TULLE_OK;
+    memory heap = memory_default();
+    uint32_t *const kept =
+        kept_count > 0 ? memory_allocate(&heap, 3 * kept_count * sizeof *kept) : NULL;
+    if (kept_count > 0 && !kept)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for %zu triangles",
+                         kept_count);
+    for (size_t t = 0, next = 0; t < count; t++) {
+        if (marks[t]) continue;
+        memcpy(kept + 3 * next, mesh->triangles + 3 * t, 3 * sizeof *kept);
+        if (lines) lines[next] = lines[t];
+        next++;
+    }
+    memory_release(&heap, mesh->triangles, 3 * count * sizeof *mesh->triangles);
+    mesh->triangles = kept;
+    mesh->triangle_count = kept_count;
+    return TULLE_OK;
+}
+
 tulle_status tulle_mesh_drop_duplicates(tulle_mesh *mesh, uint32_t *lines,
                                         tulle_mesh_duplicates *duplicates, tulle_error *error) {
     if (!mesh || !duplicates || (mesh->triangle_count > 0 && !mesh->triangles))
@@ -62,33 +108,26 @@ tulle_status tulle_mesh_drop_duplicates(tulle_mesh *mesh, uint32_t *lines,
     size_t const count = mesh->triangle_count;
     memory heap = memory_default();
     uint32_t *const originals = memory_allocate(&heap, count * sizeof *originals);
-    size_t found = 0;
-    bool has_memory =
-        originals && mesh_find_duplicates(&heap, tulle_mesh_get_view(mesh), originals, &found);
-    size_t const kept_bytes = 3 * (count - found) * sizeof *mesh->triangles;
-    uint32_t *const kept = has_memory && found > 0 ? memory_allocate(&heap, kept_bytes) : NULL;
-    has_memory &= found == 0 || kept;
-    if (has_memory && found > 0) {
-        size_t next = 0;
-        for (size_t t = 0; t < count; t++) {
-            if (originals[t] == TULLE_NONE) {
-                memcpy(kept + 3 * next, mesh->triangles + 3 * t, 3 * sizeof *kept);
-                if (lines) lines[next] = lines[t];
-                next++;
-            } else if (duplicates->count++ == 0) {
-                duplicates->dropped = (uint32_t)t;
-                duplicates->original = originals[t];
-                /* nothing has been moved so far */
-                duplicates->dropped_line = lines ? lines[t] : 0;
-                duplicates->original_line = lines ? lines[originals[t]] : 0;
-            }
+    uint8_t *const marks = memory_allocate(&heap, count);
+    tulle_mesh_duplicates found = {0};
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (originals && marks &&
+        mesh_find_duplicates(&heap, tulle_mesh_get_view(mesh), originals, &found.count)) {
+        for (size_t t = count; t-- > 0;) {
+            marks[t] = originals[t] != TULLE_NONE;
+            if (!marks[t]) continue;
+            found.dropped = (uint32_t)t;
+            found.original = originals[t];
+            found.dropped_line = lines ? lines[t] : 0;
+            found.original_line = lines ? lines[originals[t]] : 0;
         }
-        memory_release(&heap, mesh->triangles, 3 * count * sizeof *mesh->triangles);
-        mesh->triangles = kept;
-        mesh->triangle_count = count - found;
+        status = tulle_mesh_drop_marked(mesh, marks, lines, NULL);
     }
     memory_release(&heap, originals, count * sizeof *originals);
-    if (has_memory) return TULLE_OK;
-    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY,
-                     "no memory to look for duplicates among %zu triangles", count);
+    memory_release(&heap, marks, count);
+    if (status != TULLE_OK)
+        return error_set(error, status, "no memory to look for duplicates among %zu triangles",
+                         count);
+    *duplicates = found;
+    return TULLE_OK;
 }

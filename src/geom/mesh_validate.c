@@ -289,7 +289,7 @@ static tulle_status check_manifold(check *c) {
 tulle_status mesh_validate(memory *heap, tulle_mesh_view mesh, tulle_mesh_role role,
                            tulle_mesh_lines lines, tulle_error *error) {
     check c = {.heap = heap, .mesh = mesh, .lines = lines, .error = error};
-    if ((int)role != TULLE_MESH_ROLE_CLOTH && (int)role != TULLE_MESH_ROLE_OBSTACLE)
+    if ((int)role < TULLE_MESH_ROLE_CLOTH || (int)role > TULLE_MESH_ROLE_DEFORMING)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "role %d is none of tulle_mesh_role",
                          (int)role);
     if (mesh.triangle_count == 0)
@@ -299,7 +299,7 @@ tulle_status mesh_validate(memory *heap, tulle_mesh_view mesh, tulle_mesh_role r
     tulle_status status = mesh_check_indices(mesh, error);
     if (status == TULLE_OK) status = check_coordinates(&c);
     if (status == TULLE_OK) status = check_repeated_corners(&c);
-    if (status == TULLE_OK) status = check_heights(&c);
+    if (status == TULLE_OK && role != TULLE_MESH_ROLE_DEFORMING) status = check_heights(&c);
     if (status == TULLE_OK) status = check_duplicates(&c);
     if (status == TULLE_OK && role == TULLE_MESH_ROLE_CLOTH) status = check_manifold(&c);
     return status;

@@ -1,6 +1,7 @@
 /* scene/make_mesh.c - meshes of a scene: read from files or generated, validated, counted. */
 #include "scene/scene_data.h"
 
+#include "base/error.h"
 #include "base/hash.h"
 #include "base/sort.h"
 
@@ -153,6 +154,48 @@ static tulle_status read_first_frame(const scene_work *work, const char *path, t
     return status;
 }
 
+tulle_status drop_flat(const scene_work *work, const char *path, tulle_mesh *mesh,
+                       const flat_triangles *flat, tulle_error *error) {
+    const char *const when = flat->when;
+    const uint8_t *const marks = flat->marks;
+    size_t const count = mesh->triangle_count;
+    size_t marked = 0, first = 0;
+    for (size_t t = count; t-- > 0;)
+        if (marks[t]) marked++, first = t;
+    if (marked == 0) return TULLE_OK;
+    if (marked == count)
+        return error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
+                            "none of its %zu triangles has an area%s: the heights of all are under "
+                            "1e-9 of their longest edges; an obstacle needs one that has",
+                            count, when);
+    char line[24] = "", more[48] = "";
+    if (flat->lines) snprintf(line, sizeof line, ":%u", flat->lines[first]);
+    if (marked > 1) snprintf(more, sizeof more, ", and %zu more", marked - 1);
+    note_add(work,
+             "%s%s: triangle %zu has no area%s (its height is under 1e-9 of its longest edge) and "
+             "is left out%s",
+             path, line, first, when, more);
+    return tulle_mesh_drop_marked(mesh, marks, flat->lines, error);
+}
+
+/* What an obstacle that keeps its shape goes without. */
+static tulle_status drop_degenerate(const scene_work *work, const char *path, tulle_mesh *mesh,
+                                    tulle_mesh_source *source, tulle_error *error) {
+    memory *const heap = &work->scene->heap;
+    size_t const count = mesh->triangle_count;
+    uint8_t *const marks = memory_allocate(heap, count);
+    tulle_status status = TULLE_OK;
+    if (!marks && count > 0)
+        status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory to look at %zu triangles",
+                           count);
+    if (status == TULLE_OK)
+        status = tulle_mesh_find_degenerate(tulle_mesh_get_view(mesh), marks, NULL, error);
+    flat_triangles const flat = {marks, "", source->triangle_lines};
+    if (status == TULLE_OK) status = drop_flat(work, path, mesh, &flat, error);
+    memory_release(heap, marks, count);
+    return status;
+}
+
 tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role role,
                        source_mesh *made, tulle_mesh_source *kept, tulle_error *error) {
     tulle_mesh *const mesh = made->mesh;
@@ -164,10 +207,11 @@ tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role
                               : tulle_mesh_read_source(path, mesh, &source, error);
     if (status != TULLE_OK) return status;
     if (source.has_passed_shape) note_add(work, "%s: %s", path, source.note);
-    if (role == TULLE_MESH_ROLE_OBSTACLE)
-        status = drop_duplicates(work, path, mesh, &source, error);
+    if (role != TULLE_MESH_ROLE_CLOTH) status = drop_duplicates(work, path, mesh, &source, error);
+    if (status == TULLE_OK && role == TULLE_MESH_ROLE_OBSTACLE)
+        status = drop_degenerate(work, path, mesh, &source, error);
     tulle_mesh_lines const lines = {source.vertex_lines, source.triangle_lines};
-    if (status == TULLE_OK)
+    if (status == TULLE_OK && role != TULLE_MESH_ROLE_DEFORMING)
         status = tulle_mesh_validate_lines(tulle_mesh_get_view(mesh), role, lines, error);
     if (status != TULLE_OK && !error->file[0])
         snprintf(error->file, sizeof error->file, "%s", path);

@@ -95,9 +95,9 @@ static bool make_source(obstacle_work *work) {
                     keys->head.path);
         return false;
     }
-    if (has_mesh &&
-        !make_mesh(work->scene, &keys->mesh, TULLE_MESH_ROLE_OBSTACLE, &work->made, NULL))
-        return false;
+    tulle_mesh_role const role =
+        has_sequence ? TULLE_MESH_ROLE_DEFORMING : TULLE_MESH_ROLE_OBSTACLE;
+    if (has_mesh && !make_mesh(work->scene, &keys->mesh, role, &work->made, NULL)) return false;
     if (!has_sequence) return true;
     work->sequence = sequence_open(work->scene, keys, &work->made);
     return work->sequence != NULL;

@@ -122,17 +122,26 @@ typedef struct source_mesh {
     file_axes axes;
     bool is_of_file;
 } source_mesh;
-/* Reads a mesh file, or the first frame of an animation, drops what an obstacle has twice,
- * validates the mesh for its role; notes what was passed over and dropped. An error names the file,
- * and the line where it has lines. `kept`, if not null, gets what the reader tells; it is left as
- * it is after an error. */
+/* Reads a mesh file, or the first frame of an animation; drops what an obstacle has twice, and what
+ * has no area unless it deforms; validates the mesh for its role unless it deforms (sequence_open
+ * does); notes what was passed over and dropped. An error names the file, and the line where it has
+ * lines. `kept`, if not null, gets what the reader tells; it is left as it is after an error. */
 tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role role,
                        source_mesh *made, tulle_mesh_source *kept, tulle_error *error);
 /* Of triangles that an obstacle has twice, one is as good as two: drops the other, and notes it. */
 tulle_status drop_duplicates(const scene_work *work, const char *path, tulle_mesh *mesh,
                              tulle_mesh_source *source, tulle_error *error);
-/* Reads or generates a mesh and validates it for its role; `source` as `kept`, left as it is for a
- * generated one. False after a problem. */
+/* Triangles of an obstacle that have no area. */
+typedef struct flat_triangles {
+    const uint8_t *marks; /* 1 for each of them, 0 for the others */
+    const char *when;     /* nothing, or " in any frame" */
+    uint32_t *lines;      /* of all triangles in their file, or null */
+} flat_triangles;
+/* Drops them, and notes it. Error: none is left. */
+tulle_status drop_flat(const scene_work *work, const char *path, tulle_mesh *mesh,
+                       const flat_triangles *flat, tulle_error *error);
+/* As read_mesh, or generates a mesh and validates it for its role; `source` as `kept`, left as it
+ * is for a generated one. False after a problem. */
 bool make_mesh(const scene_work *work, const mesh_keys *keys, tulle_mesh_role role,
                source_mesh *made, tulle_mesh_source *source);
 /* Adds a mesh to the scene's count of vertices and to its hash. False when that is too many. */

@@ -390,21 +390,23 @@ static bool set_times(const scene_work *work, const sequence_keys *keys, const f
     return true;
 }
 
+/* Unmarks the triangles that have an area in a frame. `marks`: a byte for each triangle, then room
+ * for as many. */
+static tulle_status unmark_guards(tulle_mesh_view frame, uint8_t *marks, tulle_error *error) {
+    uint8_t *const here = marks + frame.triangle_count;
+    if (!memchr(marks, 1, frame.triangle_count)) return TULLE_OK;
+    tulle_status const status = tulle_mesh_find_degenerate(frame, here, NULL, error);
+    for (size_t t = 0; status == TULLE_OK && t < frame.triangle_count; t++) marks[t] &= here[t];
+    return status;
+}
+
 /* Reads all files, compares their triangles with the mesh's, adds them to the hash. */
-static tulle_status check_files(const scene_work *work, scene_sequence *sequence, source_mesh *made,
-                                tulle_error *error) {
+static tulle_status check_files(const scene_work *work, scene_sequence *sequence, tulle_mesh *mesh,
+                                uint8_t *marks, tulle_error *error) {
     tulle_scene *const loaded = work->scene;
-    tulle_mesh *const mesh = made->mesh;
-    char first[SCENE_PATH_LIMIT];
-    if (mesh->vertex_count == 0 &&
-        write_file_name(sequence->files, sequence->first, first, sizeof first)) {
-        tulle_status const status =
-            read_mesh(work, first, TULLE_MESH_ROLE_OBSTACLE, made, NULL, error);
-        if (status != TULLE_OK) return status;
-    }
+    sequence->vertex_count = mesh->vertex_count;
     for (uint32_t frame = 0; frame < sequence->frame_count; frame++) {
         tulle_mesh read = {0};
-        sequence->vertex_count = mesh->vertex_count;
         tulle_status status = read_file(sequence, frame, &read, error);
         if (status != TULLE_OK) return status;
         loaded->content_hash = hash_bytes(loaded->content_hash, read.positions,
@@ -414,7 +416,9 @@ static tulle_status check_files(const scene_work *work, scene_sequence *sequence
                               3 * read.triangle_count * sizeof(uint32_t)) == 0;
         if (frame == 0 && is_same)
             memcpy(mesh->positions, read.positions, 3 * read.vertex_count * sizeof(double));
+        if (is_same) status = unmark_guards(tulle_mesh_get_view(&read), marks, error);
         tulle_mesh_destroy(&read);
+        if (status != TULLE_OK) return status;
         char path[SCENE_PATH_LIMIT];
         if (!is_same &&
             write_file_name(sequence->files, sequence->first + frame, path, sizeof path))
@@ -422,21 +426,44 @@ static tulle_status check_files(const scene_work *work, scene_sequence *sequence
                                 "its triangles differ from those of the frames before: all frames "
                                 "of a mesh sequence have the same vertices and triangles");
     }
-    sequence->vertex_count = mesh->vertex_count;
-    return tulle_mesh_validate(tulle_mesh_get_view(mesh), TULLE_MESH_ROLE_OBSTACLE, error);
+    return TULLE_OK;
 }
 
 /* Reads all frames of a cache; the mesh gets the first one. */
 static tulle_status check_cache(tulle_scene *loaded, scene_sequence *sequence, tulle_mesh *mesh,
-                                tulle_error *error) {
+                                uint8_t *marks, tulle_error *error) {
     sequence->vertex_count = mesh->vertex_count;
     for (uint32_t frame = sequence->frame_count; frame-- > 0;) {
         tulle_status status = read_frame(sequence, &sequence->open, frame, mesh->positions, error);
         if (status != TULLE_OK) return status;
         loaded->content_hash = hash_bytes(loaded->content_hash, mesh->positions,
                                           3 * mesh->vertex_count * sizeof(double));
+        status = unmark_guards(tulle_mesh_get_view(mesh), marks, error);
+        if (status != TULLE_OK) return status;
     }
-    return tulle_mesh_validate(tulle_mesh_get_view(mesh), TULLE_MESH_ROLE_OBSTACLE, error);
+    return TULLE_OK;
+}
+
+/* Reads all frames. Triangles that have no area in any of them are left out; those that have one in
+ * some of them guard there. */
+static tulle_status check_frames(const scene_work *work, scene_sequence *sequence, tulle_mesh *mesh,
+                                 tulle_error *error) {
+    memory *const heap = &work->scene->heap;
+    size_t const count = mesh->triangle_count;
+    uint8_t *const marks = memory_allocate(heap, 2 * count);
+    if (!marks && count > 0)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory to look at %zu triangles",
+                         count);
+    if (count > 0) memset(marks, 1, count);
+    tulle_status status = sequence->cache ? check_cache(work->scene, sequence, mesh, marks, error)
+                                          : check_files(work, sequence, mesh, marks, error);
+    flat_triangles const flat = {marks, " in any frame", NULL};
+    if (status == TULLE_OK)
+        status = drop_flat(work, sequence->cache ? sequence->cache : sequence->files, mesh, &flat,
+                           error);
+    memory_release(heap, marks, 2 * count);
+    if (status != TULLE_OK) return status;
+    return tulle_mesh_validate(tulle_mesh_get_view(mesh), TULLE_MESH_ROLE_DEFORMING, error);
 }
 
 /* Takes the obstacle's mesh from an animation, where it has none of its own. */
@@ -473,7 +500,8 @@ static bool begin_cache(const scene_work *work, const sequence_keys *keys, sourc
     return is_good;
 }
 
-static bool begin_files(const scene_work *work, const sequence_keys *keys,
+/* Opens the first file for the mesh, where the obstacle has none. False after a problem. */
+static bool begin_files(const scene_work *work, const sequence_keys *keys, source_mesh *made,
                         scene_sequence *sequence) {
     char path[SCENE_PATH_LIMIT];
     if (!write_file_name(sequence->files, 0, path, sizeof path)) {
@@ -482,7 +510,14 @@ static bool begin_files(const scene_work *work, const sequence_keys *keys,
                     keys->head.path, show_text(keys->files).text);
         return false;
     }
-    return set_range(work, keys, 0, sequence) && set_times(work, keys, NULL, sequence);
+    if (!set_range(work, keys, 0, sequence) || !set_times(work, keys, NULL, sequence)) return false;
+    tulle_error error = {0};
+    if (made->mesh->vertex_count > 0 ||
+        !write_file_name(sequence->files, sequence->first, path, sizeof path) ||
+        read_mesh(work, path, TULLE_MESH_ROLE_DEFORMING, made, NULL, &error) == TULLE_OK)
+        return true;
+    problem_add_error(work->problems, schema_place(keys, "files"), keys->head.path, &error);
+    return false;
 }
 
 /* ---- loops ---- */
@@ -596,12 +631,11 @@ scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys,
     if (!path) return NULL;
     sequence->files = has_files ? path : NULL;
     sequence->cache = has_files ? NULL : path;
-    bool is_begun =
-        has_files ? begin_files(work, from, sequence) : begin_cache(work, from, made, sequence);
+    bool const is_begun = has_files ? begin_files(work, from, made, sequence)
+                                    : begin_cache(work, from, made, sequence);
     if (!is_begun) return NULL;
     tulle_error error = {0};
-    tulle_status status = has_files ? check_files(work, sequence, made, &error)
-                                    : check_cache(work->scene, sequence, made->mesh, &error);
+    tulle_status status = check_frames(work, sequence, made->mesh, &error);
     bool const is_whole = status == TULLE_OK && set_loop(work, from, sequence);
     sequence_close(sequence);
     if (status == TULLE_OK) return is_whole ? sequence : NULL;

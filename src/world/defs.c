@@ -451,7 +451,9 @@ tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: the def was not made by tulle_obstacle_def_default", owner);
     }
-    tulle_status status = tulle_mesh_validate(def->mesh, TULLE_MESH_ROLE_OBSTACLE, error);
+    bool const deforms = def->read_frame || def->drive == TULLE_DRIVE_DEFORMING;
+    tulle_status status = tulle_mesh_validate(
+        def->mesh, deforms ? TULLE_MESH_ROLE_DEFORMING : TULLE_MESH_ROLE_OBSTACLE, error);
     if (status != TULLE_OK) return status;
     if (def->read_frame) {
         range_check const checks[] = {

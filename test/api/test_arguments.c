@@ -309,6 +309,28 @@ ARGUMENTS_OF(tulle_mesh_drop_duplicates) {
     assert_int_equal(duplicates.count, 0);
 }
 
+ARGUMENTS_OF(tulle_mesh_find_degenerate) {
+    (void)unused;
+    uint8_t marks[2] = {7, 7};
+    REFUSED(tulle_mesh_find_degenerate(sheet, NULL, NULL, &error));
+    for (int i = 0; i < 2; i++)
+        REFUSED(tulle_mesh_find_degenerate(bad_views[i], marks, NULL, &error));
+    FINE(tulle_mesh_find_degenerate(sheet, marks, NULL, NULL));
+    assert_int_equal(marks[0] + marks[1], 0);
+}
+
+ARGUMENTS_OF(tulle_mesh_drop_marked) {
+    (void)unused;
+    tulle_mesh mesh = {square, 4, corners, 2}, bare = {square, 4, NULL, 2}, empty = {0};
+    uint8_t const marks[2] = {0, 0};
+    REFUSED(tulle_mesh_drop_marked(NULL, marks, NULL, &error));
+    REFUSED(tulle_mesh_drop_marked(&mesh, NULL, NULL, &error));
+    REFUSED(tulle_mesh_drop_marked(&bare, marks, NULL, &error));
+    FINE(tulle_mesh_drop_marked(&empty, NULL, NULL, NULL));
+    FINE(tulle_mesh_drop_marked(&mesh, marks, NULL, NULL));
+    assert_int_equal(mesh.triangle_count, 2);
+}
+
 ARGUMENTS_OF(tulle_mesh_get_info) {
     (void)unused;
     tulle_mesh_info info;
@@ -403,6 +425,8 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_mesh_validate),
     TABLE_LINE(tulle_mesh_validate_lines),
     TABLE_LINE(tulle_mesh_drop_duplicates),
+    TABLE_LINE(tulle_mesh_find_degenerate),
+    TABLE_LINE(tulle_mesh_drop_marked),
     TABLE_LINE(tulle_mesh_get_info),
     TABLE_LINE(tulle_shape_def_default),
     TABLE_LINE(tulle_shape_name),

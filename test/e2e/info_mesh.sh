@@ -57,6 +57,15 @@ for name in run info check detect; do
     grep -q "^tulle $name: other.obj:10: triangle 1 has the same corners as triangle 0 (line 9) and is dropped$" notes || { echo "$name: no warning: $(cat notes)"; faults=1; }
 done
 
+# An obstacle goes without triangles that have no area.
+printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 0 0\nf 1 2 3\nf 1 4 2\n' >flat.obj
+expect 0 '^  as cloth +triangle 1 \(line 6\) .* has zero area' flat.obj
+expect 0 '^  as obstacle +can be used$' flat.obj
+expect 0 '^ +left out there: 1 triangles without area, first triangle 1 \(line 6\)$' flat.obj
+printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 -1 0\nf 1 2 3\nf 1 4 2\n' >flat_1.obj
+cp flat.obj flat_0.obj
+expect 0 '^ +left out there: 1 triangles without area in this frame, unless they have one in others' 'flat_%d.obj'
+
 # Names by which a scene chooses triangles.
 printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng left all\nusemtl Red Wool\nf 1 2 3\ng right all\nf 1 3 4\n' >named.obj
 expect 0 '^  groups +left: 1 triangles$' named.obj

@@ -161,6 +161,14 @@ for name in landing hanging; do
     "$TULLE" convert ${name}_out.pc2 'judged/%02d.obj' --mesh sheet.obj >out
     "$TULLE" check judged/*.obj --obstacle $([ $name = landing ] && echo floor || echo needle).obj >out || { fault "$name crosses"; cat out; }
 done
+# A body may have triangles without area: one that is still goes without them, one that deforms has them now and then.
+{ cat ball.obj; echo 'f 1 2 2'; echo 'f 1 2 3'; echo 'f 1 2 3'; } >ball_flat.obj
+mend 0 poke.pc2 --mesh sheet.obj --body ball_flat.obj -o poke_flat.pc2
+grep -q '^tulle mend: ball_flat.obj: 2 triangles have the same corners as others and are left out' err &&
+    grep -q '^tulle mend: ball_flat.obj: 1 triangles have no area and are left out' err || { fault "what a body goes without is not told"; cat err; }
+mend 0 poke.pc2 --mesh sheet.obj --body ball.obj -o poke_out.pc2
+cmp poke_flat.pc2 poke_out.pc2 || fault "a triangle without area changes the result"
+mend 0 poke.pc2 --mesh sheet.obj --body closing.pc2 --body-mesh closing.obj -o poke_closing.pc2
 # Departures in an archive.
 mend 0 hanging.pc2 --mesh sheet.obj --body needle.obj -o hanging_out.npz
 measure departure hanging.pc2 hanging_out.pc2 hanging_out.npz

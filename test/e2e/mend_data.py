@@ -113,6 +113,11 @@ def make():
         write_cache(f"clean{seed}.pc2", frames)
     heights = [0.13 - 0.06 * np.sin(np.pi * k / 24) ** 2 for k in range(40)]
     write_cache("poke.pc2", [sheet + [0, 0, heights[min(k, 24)]] for k in range(40)])
+    # A ball of which a vertex lies on its neighbour at the start and in the middle: two of its triangles have no area then.
+    closing = np.array([ball] * 40)
+    closing[:6, 1] = closing[18:24, 1] = ball[2]
+    write_obj("closing.obj", ball, ball_faces)
+    write_cache("closing.pc2", closing)
     write_cache("start.pc2", [sheet + [0, 0, 0.05 + 0.01 * k] for k in range(12)])
     write_cache("short.pc2", [sheet] * 5)
     bump = np.exp(-(coarse[:, 0] ** 2 + coarse[:, 1] ** 2) / 0.01)[:, None] * [0, 0, 1]

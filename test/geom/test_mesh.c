@@ -131,6 +131,42 @@ static void degenerate_triangles_are_named(void **state) {
     expect_refusal(&s, TULLE_MESH_ROLE_OBSTACLE, "triangle 8 ", "", "");
 }
 
+/* What an obstacle goes without is found and dropped, with the entries beside it; what deforms may
+ * have it. */
+static void degenerate_triangles_are_dropped(void **state) {
+    (void)state;
+    sample s;
+    make_grid(&s);
+    add_triangle(&s, 0, 1, 2); /* three vertices on a line */
+    add_triangle(&s, 4, 4, 5);
+    expect_refusal(&s, TULLE_MESH_ROLE_DEFORMING, "triangle 9 ", "twice", "remove");
+    uint8_t marks[16] = {0};
+    size_t count = 0;
+    assert_int_equal(tulle_mesh_find_degenerate(s.view, marks, &count, NULL), TULLE_OK);
+    assert_int_equal(count, 2);
+    for (size_t t = 0; t < 10; t++) assert_int_equal(marks[t], t >= 8);
+    s.view.triangle_count = 9;
+    expect_acceptance(&s, TULLE_MESH_ROLE_DEFORMING);
+    expect_refusal(&s, TULLE_MESH_ROLE_OBSTACLE, "triangle 8 ", "zero area", "");
+    tulle_mesh mesh = {0};
+    assert_int_equal(tulle_mesh_create(9, 9, &mesh, NULL), TULLE_OK);
+    memcpy(mesh.positions, s.positions, 27 * sizeof *mesh.positions);
+    memcpy(mesh.triangles, s.triangles, 27 * sizeof *mesh.triangles);
+    uint32_t lines[9];
+    for (uint32_t t = 0; t < 9; t++) lines[t] = 100 + t;
+    marks[0] = 1; /* and the first one */
+    assert_int_equal(tulle_mesh_drop_marked(&mesh, marks, lines, NULL), TULLE_OK);
+    assert_int_equal(mesh.triangle_count, 7);
+    assert_memory_equal(mesh.triangles, s.triangles + 3, 21 * sizeof *mesh.triangles);
+    for (uint32_t t = 0; t < 7; t++) assert_int_equal(lines[t], 101 + t);
+    assert_int_equal(
+        tulle_mesh_validate(tulle_mesh_get_view(&mesh), TULLE_MESH_ROLE_OBSTACLE, NULL), TULLE_OK);
+    memset(marks, 1, sizeof marks);
+    assert_int_equal(tulle_mesh_drop_marked(&mesh, marks, NULL, NULL), TULLE_OK);
+    assert_int_equal(mesh.triangle_count, 0);
+    tulle_mesh_destroy(&mesh);
+}
+
 static void all_zero_area_is_refused(void **state) {
     (void)state;
     sample s;
@@ -408,6 +444,7 @@ int main(void) {
         cmocka_unit_test(bad_indices_are_named),
         cmocka_unit_test(bad_coordinates_are_named),
         cmocka_unit_test(degenerate_triangles_are_named),
+        cmocka_unit_test(degenerate_triangles_are_dropped),
         cmocka_unit_test(all_zero_area_is_refused),
         cmocka_unit_test(duplicates_are_named),
         cmocka_unit_test(nonmanifold_edges_are_named),

@@ -385,6 +385,44 @@ static void test_notes(void **state) {
     free(problems);
 }
 
+/* Obstacles go without triangles that have no area: in a file, and in all frames of a sequence. One
+ * that has an area in some frame guards there, and stays. */
+static void test_triangles_without_area(void **state) {
+    (void)state;
+    write_text_file("flat.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 0 0\nv 0.5 4e-10 0\nf 1 2 3\n"
+                                "f 1 4 2\nf 1 1 3\nf 1 5 2\n");
+    write_text_file("w_0.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 0 0\nf 1 2 3\nf 1 4 2\nf 1 1 3\n");
+    write_text_file("w_1.obj",
+                    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 -1 0\nf 1 2 3\nf 1 4 2\nf 1 1 3\n");
+    tulle_scene *loaded = load_good(
+        TIME SHEET "obstacles:\n  - {mesh: {file: flat.obj}, translate: [0, 0, -1]}\n"
+                   "  - {motion: {sequence: {files: w_%d.obj, last: 1, interval: 1}}, translate: "
+                   "[0, 0, -3]}\n"
+                   "  - {mesh: {file: w_0.obj}, motion: {sequence: {files: w_%d.obj, last: 0, "
+                   "interval: 1}}, translate: [0, 0, -4]}\n");
+    static const size_t counts[] = {1, 2, 1};
+    for (size_t i = 0; i < 3; i++)
+        assert_int_equal(tulle_scene_get_obstacle_mesh(loaded, i).triangle_count, counts[i]);
+    static const char *const notes[] = {
+        "flat.obj:7: triangle 1 has no area (its height is under 1e-9 of its longest edge) and is "
+        "left out, and 2 more",
+        "w_%d.obj: triangle 2 has no area in any frame (its height is under 1e-9 of its longest "
+        "edge) and is left out",
+        "w_%d.obj: triangle 1 has no area in any frame (its height is under 1e-9 of its longest "
+        "edge) and is left out, and 1 more"};
+    assert_int_equal(tulle_scene_get_note_count(loaded), 3);
+    for (size_t i = 0; i < 3; i++)
+        if (!strstr(tulle_scene_get_note(loaded, i), notes[i]))
+            fail_msg("%s", tulle_scene_get_note(loaded, i));
+    tulle_scene_destroy(loaded);
+    write_text_file("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+    tulle_scene_problems *problems = calloc(1, sizeof *problems);
+    assert_non_null(problems);
+    assert_null(load_text(TIME SHEET "obstacles: [{mesh: {file: line.obj}}]\n", problems));
+    assert_non_null(strstr(problems->list[0].message, "none of its 1 triangles has an area"));
+    free(problems);
+}
+
 static void test_refusals(void **state) {
     (void)state;
     write_frames();
@@ -496,6 +534,7 @@ int main(void) {
         cmocka_unit_test(test_sequence_of_cache),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_notes),
+        cmocka_unit_test(test_triangles_without_area),
         cmocka_unit_test(test_doubled_pair_of_an_override),
         cmocka_unit_test(test_unreadable_files),
         cmocka_unit_test(test_hash_and_canonical_text),

@@ -82,8 +82,7 @@ static tulle_status print_all(convert_source *source, tulle_error *error) {
         status = print_frame(source, frames.last, unit, error);
     if (status != TULLE_OK || source->mesh.triangle_count == 0) return status;
     print_use(source, TULLE_MESH_ROLE_CLOTH, "as cloth");
-    print_use(source, TULLE_MESH_ROLE_OBSTACLE, "as obstacle");
-    return TULLE_OK;
+    return info_print_use_as_obstacle(&source->mesh, &source->described, true, error);
 }
 
 tulle_status info_print_animation(const char *path, tulle_error *error) {

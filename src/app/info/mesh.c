@@ -4,6 +4,7 @@
 
 #include "app/cli/mesh_file.h"
 #include "app/convert/names.h"
+#include "base/error.h"
 
 #include "tulle/mesh.h"
 #include "tulle_io/cache.h"
@@ -86,21 +87,36 @@ static void print_use(tulle_mesh_view mesh, tulle_mesh_role role, const tulle_me
                     status == TULLE_OK ? "can be used" : reason.message);
 }
 
-/* An obstacle drops triangles that it has twice. */
-static tulle_status print_use_as_obstacle(tulle_mesh *mesh, const tulle_mesh_source *source,
-                                          tulle_error *error) {
-    tulle_mesh_duplicates found;
-    tulle_status const status =
-        tulle_mesh_drop_duplicates(mesh, source->triangle_lines, &found, error);
+tulle_status info_print_use_as_obstacle(tulle_mesh *mesh, const tulle_mesh_source *source,
+                                        bool deforms, tulle_error *error) {
+    uint32_t *const lines = source->triangle_lines;
+    tulle_mesh_duplicates twice;
+    tulle_status status = tulle_mesh_drop_duplicates(mesh, lines, &twice, error);
+    if (status != TULLE_OK) return status;
+    size_t count = 0, first = 0;
+    uint8_t *const marks = malloc(mesh->triangle_count + 1);
+    if (!marks) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the triangles");
+    status = tulle_mesh_find_degenerate(tulle_mesh_get_view(mesh), marks, &count, error);
+    bool const leaves_some = status == TULLE_OK && count < mesh->triangle_count;
+    while (count > 0 && !marks[first]) first++;
+    uint32_t const line = count > 0 && lines ? lines[first] : 0;
+    if (leaves_some) status = tulle_mesh_drop_marked(mesh, marks, lines, error);
+    free(marks);
     if (status != TULLE_OK) return status;
     print_use(tulle_mesh_get_view(mesh), TULLE_MESH_ROLE_OBSTACLE, source, "as obstacle");
-    if (found.count > 0) {
+    if (twice.count > 0) {
         printf("  %-16s dropped there: %zu triangles with the same corners as others; triangle %u",
-               "", found.count, found.dropped);
-        if (found.dropped_line > 0) printf(" (line %u)", found.dropped_line);
-        printf(" is triangle %u", found.original);
-        if (found.original_line > 0) printf(" (line %u)", found.original_line);
+               "", twice.count, twice.dropped);
+        if (twice.dropped_line > 0) printf(" (line %u)", twice.dropped_line);
+        printf(" is triangle %u", twice.original);
+        if (twice.original_line > 0) printf(" (line %u)", twice.original_line);
         puts(" again");
+    }
+    if (leaves_some && count > 0) {
+        printf("  %-16s left out there: %zu triangles without area%s, first triangle %zu", "",
+               count, deforms ? " in this frame, unless they have one in others" : "", first);
+        if (line > 0) printf(" (line %u)", line);
+        putchar('\n');
     }
     return TULLE_OK;
 }
@@ -122,7 +138,7 @@ tulle_status info_print_mesh(const char *path, tulle_error *error) {
         print_parts(&source, TULLE_MESH_PART_GROUP, "groups");
         print_parts(&source, TULLE_MESH_PART_MATERIAL, "materials");
         print_use(view, TULLE_MESH_ROLE_CLOTH, &source, "as cloth");
-        status = print_use_as_obstacle(&mesh, &source, error);
+        status = info_print_use_as_obstacle(&mesh, &source, false, error);
     } else if (error->file[0] == '\0') {
         snprintf(error->file, sizeof error->file, "%s", path);
     }

@@ -1,6 +1,7 @@
 /* app/mend/input.c - see input.h. */
 #include "app/mend/input.h"
 
+#include "app/commands.h"
 #include "app/convert/names.h"
 #include "base/error.h"
 
@@ -75,6 +76,49 @@ static tulle_status open_bodies(const mend_input_options *options, mend_input *i
                      options->body_meshes->count, mesh_count);
 }
 
+/* A body goes without triangles that it has twice, that use a vertex twice, and, where it is still,
+ * that have no area. Says so. */
+static tulle_status leave_out(mend_input *input, size_t number, tulle_error *error) {
+    mend_surface *const surface = &input->surfaces[number];
+    tulle_mesh *const mesh = &surface->source.mesh;
+    const char *const name = surface->source.path;
+    tulle_mesh_duplicates twice;
+    tulle_status status = tulle_mesh_drop_duplicates(mesh, NULL, &twice, error);
+    if (status != TULLE_OK) return status;
+    if (twice.count > 0)
+        app_print_message("mend",
+                          "%s: %zu triangles have the same corners as others and are left out, "
+                          "first triangle %u",
+                          name, twice.count, twice.dropped);
+    uint8_t *const marks = calloc(mesh->triangle_count, 1);
+    double *const positions = calloc(mesh->vertex_count, 3 * sizeof *positions);
+    if (!marks || !positions) status = fail_memory(error);
+    if (status == TULLE_OK) status = mend_input_read_surface(input, number, 0, positions, error);
+    tulle_mesh_view const view = {positions, mesh->vertex_count, mesh->triangles,
+                                  mesh->triangle_count};
+    if (status == TULLE_OK) status = tulle_mesh_find_degenerate(view, marks, NULL, error);
+    size_t count = 0, first = 0;
+    for (size_t t = mesh->triangle_count; status == TULLE_OK && t-- > 0;) {
+        const uint32_t *const corner = mesh->triangles + 3 * t;
+        bool const is_line =
+            corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0];
+        marks[t] = marks[t] && (surface->is_still || is_line);
+        if (marks[t]) count++, first = t;
+    }
+    if (status == TULLE_OK && count > 0 && count == mesh->triangle_count)
+        status =
+            error_set_at(error, TULLE_ERROR_INVALID_MESH, name, 0, 0,
+                         "none of its %zu triangles has an area; a body needs one that has", count);
+    if (status == TULLE_OK) status = tulle_mesh_drop_marked(mesh, marks, NULL, error);
+    free(marks);
+    free(positions);
+    if (status == TULLE_OK && count > 0)
+        app_print_message("mend",
+                          "%s: %zu triangles have no area and are left out, first triangle %zu",
+                          name, count, first);
+    return status;
+}
+
 static tulle_status join_surfaces(mend_input *input, tulle_error *error) {
     for (size_t i = 0; i < input->surface_count; i++) {
         mend_surface *const surface = &input->surfaces[i];
@@ -115,6 +159,8 @@ tulle_status mend_input_open(const mend_input_options *options, mend_input *inpu
     if (status != TULLE_OK) return status;
     input->frame_count = frame_range_get_count(input->surfaces[0].source.frames);
     status = open_bodies(options, input, error);
+    for (size_t i = 1; i < input->surface_count && status == TULLE_OK; i++)
+        status = leave_out(input, i, error);
     return status == TULLE_OK ? join_surfaces(input, error) : status;
 }
 

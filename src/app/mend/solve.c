@@ -170,7 +170,7 @@ static tulle_status add_surfaces(const mend_solver *solver, const double *positi
         body.friction = FRICTION;
         body.restitution = 0.0;
         body.dynamic_friction = -1.0;
-        body.drive = surface->is_still || !motion->moves ? TULLE_DRIVE_NONE : TULLE_DRIVE_DEFORMING;
+        body.drive = surface->is_still ? TULLE_DRIVE_NONE : TULLE_DRIVE_DEFORMING;
         status = tulle_world_add_obstacle(world, &body, NULL, error);
     }
     return status;
