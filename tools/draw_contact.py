@@ -252,15 +252,12 @@ def draw_body_row():
 
 
 def draw_pinch():
-    d = Drawing(680, 220, "A press closes on cloth: stop, release, slow")
+    d = Drawing(455, 220, "A press closes on cloth: stop, slow")
     for i, (name, words) in enumerate((("stop", "the step fails;\nthe state stays"),
-                                       ("release", "the plates let the cloth\nthrough until it is free"),
                                        ("slow", "the plates stand, the gap\nis kept; the script goes on"))):
         x = 20 + 225 * i
         d.text(x, 24, f"on_pinch: {name}", bold=True)
-        top, bottom = (64, 120) if name != "release" else (92, 100)
-        if name == "slow":
-            top, bottom = 78, 112
+        top, bottom = (64, 120) if name == "stop" else (78, 112)
         for y, sign in ((top, -1), (bottom, 1)):
             d.box(x + 20, y - (20 if sign < 0 else 0), 150, 20, INK, PALE)
         d.path([(x + 10, 98), (x + 60, 94), (x + 130, 98), (x + 186, 93)], BLUE, 2.4)

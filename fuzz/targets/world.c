@@ -261,11 +261,9 @@ static void start(session *self) {
         self->was_stopped |= status == TULLE_ERROR_INTERRUPTED;
         return;
     }
-    bool const lets_through = self->def.start_intersections == TULLE_START_IGNORE ||
-                              self->def.on_pinch == TULLE_ON_PINCH_RELEASE;
     /* Of a start that is untangled the report tells whether it became clean; then nothing
      * intersects, but a small thing may be left whole within an obstacle. */
-    self->has_started_clean = !lets_through && self->def.start_intersections == TULLE_START_REFUSE;
+    self->has_started_clean = self->def.start_intersections == TULLE_START_REFUSE;
     check_state(self);
     if (self->def.start_intersections == TULLE_START_UNTANGLE)
         FUZZ_CHECK(judge(self) == 0 || tulle_world_get_untangle_report(self->world).left > 0);

@@ -54,8 +54,8 @@ typedef struct tulle_world_detection {
      * is merged with another or kept may be wider. */
     double max_angle;
     /* 1: a search skips only the inside of patches that are proven not to touch themselves.
-     * 0: it skips the inside of every patch, as the paper does. The promise then holds only for
-     * pairs that do not lie within one patch. */
+     * 0: it skips the inside of every patch, as the paper does. This is an exception to the
+     * promise, which then holds only for pairs that do not lie within one patch. */
     int has_certificate;
     /* 1: every search grows patches anew. 0: patches are kept from step to step and checked again.
      * TULLE_DETECT_PAPER always grows them. */
@@ -111,17 +111,18 @@ typedef enum tulle_start_intersections {
     /* the start fails; also when cloth lies wholly inside a closed obstacle that faces outwards, or
      * an obstacle inside another of which one is a rigid body */
     TULLE_START_REFUSE,
-    TULLE_START_IGNORE, /* a pair counts once it has come apart */
+    /* a pair counts once it has come apart: an exception to the promise, which does not hold for it
+     * until then */
+    TULLE_START_IGNORE,
     /* cloth is moved before the first step until nothing intersects; an obstacle that appears in
      * cloth later is refused */
     TULLE_START_UNTANGLE
 } tulle_start_intersections;
 /* What happens when obstacles close on cloth and leave it no room. */
 typedef enum tulle_on_pinch {
-    TULLE_ON_PINCH_STOP,    /* the step fails, before the cloth tears; the state stays */
-    TULLE_ON_PINCH_SLOW,    /* as LAG; what is rigid is held apart until it asks for more room */
-    TULLE_ON_PINCH_RELEASE, /* moving obstacles let the cloth through until they are free of it */
-    TULLE_ON_PINCH_LAG      /* what deforms lags behind its frames there; what is rigid: STOP */
+    TULLE_ON_PINCH_STOP, /* the step fails, before the cloth tears; the state stays */
+    TULLE_ON_PINCH_SLOW, /* as LAG; what is rigid is held apart until it asks for more room */
+    TULLE_ON_PINCH_LAG   /* what deforms lags behind its frames there; what is rigid: STOP */
 } tulle_on_pinch;
 
 /* Wind: a mean velocity plus gusts. The same seed, time and place give the same gust on every

@@ -12,7 +12,7 @@ const char *const patches_words[] = {"keep", "grow", NULL};
 const char *const response_words[] = {"coupled", "paper", NULL};
 const char *const motion_space_words[] = {"cone", "polyhedral", NULL};
 const char *const start_words[] = {"refuse", "ignore", "untangle", NULL};
-const char *const pinch_words[] = {"stop", "slow", "release", "lag", NULL};
+const char *const pinch_words[] = {"stop", "slow", "lag", NULL};
 const char *const integrator_words[] = {"implicit-euler", "crank-nicolson", "bdf2", NULL};
 
 const char *const shape_words[] = {

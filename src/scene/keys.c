@@ -212,7 +212,8 @@ static const schema_key contact_table[] = {
      .fallback = "on",
      FIELD(contact_keys, certificate),
      .meaning = "on: the search skips only patches that are proven not to touch themselves; off: "
-                "it skips all, as in the paper, and cloth may pass through itself within a patch"},
+                "it skips all, as in the paper, and cloth may pass through itself within a patch, "
+                "an exception to the promise"},
     {.name = "patches",
      .type = SCHEMA_CHOICE,
      .choices = patches_words,
@@ -233,7 +234,8 @@ static const schema_key contact_table[] = {
      .fallback = "refuse",
      FIELD(contact_keys, start_intersections),
      .meaning = "what to do with cloth that intersects at the start. refuse: end the run; ignore: "
-                "let these pairs be until they have come apart; untangle: move the cloth until "
+                "let these pairs be until they have come apart, an exception to the promise; "
+                "untangle: move the cloth until "
                 "nothing intersects"},
     {.name = "untangle_limit",
      .type = SCHEMA_INTEGER,
@@ -245,12 +247,14 @@ static const schema_key contact_table[] = {
     {.name = "on_pinch",
      .type = SCHEMA_CHOICE,
      .choices = pinch_words,
+     .gone = "release",
+     .gone_advice = "'release' is gone: it let cloth pass through obstacles. Use slow, with which "
+                    "obstacles wait until there is room, lag or stop",
      .fallback = "lag",
      FIELD(contact_keys, on_pinch),
      .meaning = "what to do when obstacles close on cloth. lag: a mesh sequence stays behind its "
                 "frames where there is no room, and what is rigid ends the run; stop: end the run; "
-                "slow: as lag, and what is rigid is held until there is room; release: let the "
-                "cloth go"},
+                "slow: as lag, and what is rigid is held until there is room"},
     {.name = "pairs",
      .type = SCHEMA_LIST,
      .map = &pair_map,

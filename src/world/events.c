@@ -123,10 +123,10 @@ static uint8_t find_marks(const tulle_world *world, size_t surface) {
         return (uint8_t)cloth_marks;
     }
     size_t const obstacle = surface - cloth_count; /* all of them for the world */
-    int marks = world_is_held_or_released(world, &world->now, obstacle) ? IS_PINCHED : 0;
+    int marks = world_is_held(world, &world->now, obstacle) ? IS_PINCHED : 0;
     if (obstacle == world->obstacles.count)
         return (uint8_t)(marks | (world->ignored.count > 0 ? IS_TANGLED : 0));
-    if (world->now.is_present[obstacle] || world->now.is_released[obstacle]) marks |= IS_PRESENT;
+    if (world->now.is_present[obstacle]) marks |= IS_PRESENT;
     uint32_t const body = world->surface_bodies ? world->surface_bodies[surface] : TULLE_NONE;
     if (body != TULLE_NONE && world->now.rests[body].state == BODY_SLEEPS) marks |= IS_ASLEEP;
     return (uint8_t)marks;

@@ -203,49 +203,13 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
     return world_refuse_intersections(world, state->positions, when, error);
 }
 
-/* Takes released obstacles back that are free of cloth again: none crosses their surface or lies
- * inside. */
-static tulle_status end_releases(tulle_world *world, world_motion_state *state,
-                                 tulle_error *error) {
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        if (!state->is_released[i]) continue;
-        uint32_t const surface = (uint32_t)(world->cloths.count + i);
-        surface_range *const range = &world->surfaces[surface];
-        range->is_present = true;
-        tulle_status const status =
-            world_find_intersections(world, state->positions, &world->intersections, error);
-        range->is_present = false;
-        if (status != TULLE_OK) return status;
-        bool is_free = true;
-        for (size_t k = 0; k < world->intersections.count; k++)
-            if (world->intersections.data[k].object_b == surface) is_free = false;
-        const world_mesh *const mesh = &world->obstacles.data[i].mesh;
-        const double *const positions = state->positions + 3 * (size_t)range->vertex_begin;
-        surface_box const box = measure_surface_box(range, state->positions, state->positions);
-        for (size_t v = 0; is_free && v < world->cloth_vertex_count; v++) {
-            const double *const x = state->positions + 3 * v;
-            bool const is_inside =
-                surface_box_holds(&box, x) &&
-                world_pair_collides(world, world->vertex_surface[v], surface) &&
-                fabs(compute_winding_number(mesh->triangles, mesh->triangle_count, positions,
-                                            vec3_load(x, 0))) > INSIDE_WINDING;
-            is_free = !is_inside;
-        }
-        if (is_free) state->is_released[i] = 0;
-    }
-    return TULLE_OK;
-}
-
 tulle_status world_update_presence(tulle_world *world, world_motion_state *state,
                                    tulle_error *error) {
-    tulle_status const status = end_releases(world, state, error);
-    if (status != TULLE_OK) return status;
     bool has_appeared = false, has_changed = false;
     for (size_t i = 0; i < world->obstacles.count; i++) {
         const world_obstacle *const obstacle = &world->obstacles.data[i];
-        bool const is_due =
+        bool const is_present =
             state->time >= obstacle->appear_time && state->time < obstacle->disappear_time;
-        bool const is_present = is_due && !state->is_released[i];
         has_appeared = has_appeared || (is_present && !state->is_present[i]);
         has_changed |= is_present != (state->is_present[i] != 0);
         state->is_present[i] = is_present;

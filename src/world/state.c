@@ -20,8 +20,8 @@
 #include <stddef.h>
 #include <string.h>
 
-/* C: version. */
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'C'};
+/* D: version. */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'D'};
 
 typedef struct state_header {
     char magic[8];
@@ -107,7 +107,6 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     hash = hash_bytes(hash, clocks, sizeof clocks);
     hash = hash_bytes(hash, &world->step_count, sizeof world->step_count);
     hash = hash_bytes(hash, now->is_present, world->obstacles.count);
-    hash = hash_bytes(hash, now->is_released, world->obstacles.count);
     hash = hash_bytes(hash, now->particles, world->particle_count);
     hash = hash_bytes(hash, now->rests, world->body_count * sizeof *now->rests);
     hash = hash_bytes(hash, now->poses, world->pose_count * sizeof *now->poses);
@@ -139,11 +138,11 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
     double *vectors[STATE_VECTORS_MAX];
     size_t const vector_count = world_list_vectors(&world->now, vectors);
     return sizeof(state_header) + 3 * vector_count * count_moving(world) * sizeof(double) +
-           world->plastic_count * sizeof(double) + 2 * world->obstacles.count +
-           world->particle_count + world->body_count * sizeof(body_rest) +
-           world->cloth_rest_count * sizeof(cloth_rest) + world->pose_count * sizeof(motion_pose) +
-           parts.hold_count * sizeof(world_hold) + parts.tie_count * sizeof(world_tie) +
-           3 * parts.lag_count * sizeof(double) + parts.contact_bytes + parts.patch_bytes +
+           world->plastic_count * sizeof(double) + world->obstacles.count + world->particle_count +
+           world->body_count * sizeof(body_rest) + world->cloth_rest_count * sizeof(cloth_rest) +
+           world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
+           parts.tie_count * sizeof(world_tie) + 3 * parts.lag_count * sizeof(double) +
+           parts.contact_bytes + parts.patch_bytes +
            parts.ignored_count * sizeof(tulle_intersection) + parts.control_bytes +
            parts.setting_bytes;
 }
@@ -177,7 +176,6 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     for (size_t i = 0; i < vector_count; i++) put_moving(cursor, world, vectors[i]);
     put(cursor, now->plastic, world->plastic_count * sizeof(double));
     put(cursor, now->is_present, world->obstacles.count);
-    put(cursor, now->is_released, world->obstacles.count);
     put(cursor, now->particles, world->particle_count);
     put(cursor, now->rests, world->body_count * sizeof *now->rests);
     put(cursor, now->cloth_rests, world->cloth_rest_count * sizeof *now->cloth_rests);
@@ -379,7 +377,6 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     for (size_t i = 0; i < vector_count; i++) take_moving(&cursor, world, vectors[i]);
     take(&cursor, next->plastic, world->plastic_count * sizeof(double));
     take(&cursor, next->is_present, world->obstacles.count);
-    take(&cursor, next->is_released, world->obstacles.count);
     take(&cursor, next->particles, world->particle_count);
     take(&cursor, next->rests, world->body_count * sizeof *next->rests);
     take(&cursor, next->cloth_rests, world->cloth_rest_count * sizeof *next->cloth_rests);

@@ -85,7 +85,6 @@ tulle_status world_check_state(const tulle_world *world, const world_motion_stat
     else if (!are_bounded(state->plastic, world->plastic_count))
         what = "a hysteresis that no cloth has";
     else if (!are_at_most(state->is_present, obstacle_count, 1) ||
-             !are_at_most(state->is_released, obstacle_count, 1) ||
              !are_at_most(state->particles, world->particle_count, PARTICLE_STICKS))
         what = "flags of obstacles or vertices that mean nothing";
     else if (!rests_are_valid(world, state->rests))

@@ -199,7 +199,6 @@ typedef struct world_motion_state {
     known_elastic elastic;       /* of the cloths at `positions`; not saved */
     double *plastic;             /* of sliders (hysteresis.h): world->plastic_count */
     double time;                 /* [s] */
-    uint8_t *is_released;        /* per obstacle: let through by on_pinch: release */
     uint8_t *is_present;         /* per obstacle */
     uint8_t *particles;          /* particle_state of particle_count vertices */
     body_rest *rests;            /* per body */

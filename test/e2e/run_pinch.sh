@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # An obstacle that runs into cloth held by pins: the run stops with exit 3 and names it alone; so does one that presses a rigid body onto
-# another, where to let cloth through is no help and is not advised.
+# another. A scene with the word that let cloth through is refused, and the message says what to use.
 set -uo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -43,7 +43,7 @@ obstacles:
     translate: [0, 0, 0.106]
     dynamic: {mass: 1 kg}
 SCENE
-for choice in stop release; do
+for choice in stop lag; do
     "$TULLE" run pressed.yaml -o "out_$choice" --set contact.on_pinch=$choice --progress none >stdout 2>stderr
     code=$?
     [ $code = 3 ] || fault "$choice: exit $code, not 3"
@@ -51,5 +51,24 @@ for choice in stop release; do
         { fault "$choice:"; cat stderr; }
 done
 "$TULLE" run pressed.yaml -o out_slow --set contact.on_pinch=slow --progress none >stdout 2>stderr || fault "slow: $(cat stderr)"
+"$TULLE" run pressed.yaml -o out_gone --set contact.on_pinch=release --progress none >stdout 2>stderr && fault "release was taken"
+grep -q "contact.on_pinch: 'release' is gone: it let cloth pass through obstacles. Use slow" stderr || { fault "release:"; cat stderr; }
+
+# A pin that drags cloth into a wall is named, whatever follows.
+cat >dragged.yaml <<'SCENE'
+time: {step: 1/90 s, frames: 36}
+cloth:
+  - name: sheet
+    mesh: {shape: rectangle, size: [0.2, 0.2], resolution: [9, 9]}
+    pins:
+      - {nearest: [-0.1, 0.1, 0]}
+      - {box: {min: [0.09, -1, -1], max: [1, 1, 1]}, keyframes: [{time: 0}, {time: 0.3, translate: [0.2, 0, 0]}]}
+obstacles:
+  - {name: wall, mesh: {shape: box, size: [0.1, 1, 1], resolution: [2]}, translate: [0.2, 0, 0]}
+SCENE
+for choice in stop lag slow; do
+    "$TULLE" run dragged.yaml -o "dragged_$choice" --set contact.on_pinch=$choice --progress none >stdout 2>stderr
+    grep -q "'sheet' is pinched near (.*) m at .* s, by 'wall', dragged by its pin number 1; " stderr || { fault "$choice and a pin:"; cat stderr; }
+done
 [ $faults = 0 ] && echo "the obstacle is named"
 exit $faults

@@ -112,16 +112,6 @@ static const small_case cases[] = {
                  "{time: 0.06, translate: [0, 0, -0.03]}, {time: 0.08}]}}\n"
                  "contact: {delta_c: 2 mm, on_pinch: slow}\n",
      9},
-    {"plates that close, and let go",
-     TIME "cloth:\n" SHEET(
-         "7, 7") "    translate: [0, 0, 0.03]\n"
-                 "obstacles:\n  - {mesh: {shape: box, size: [0.4, 0.4, 0.02]}, translate: [0, 0, "
-                 "0.01]}\n"
-                 "  - {mesh: {shape: box, size: [0.4, 0.4, 0.02]}, translate: [0, 0, 0.05],\n"
-                 "     motion: {keyframes: [{time: 0}, {time: 0.05, translate: [0, 0, -0.03]}, "
-                 "{time: 0.06, translate: [0, 0, -0.03]}, {time: 0.08}]}}\n"
-                 "contact: {delta_c: 2 mm, on_pinch: release}\n",
-     9},
     {"a start that is untangled",
      TIME "cloth:\n" SHEET("7, 7") "    translate: [0, 0, 0.19]\n" SHEET(
          "6, 6") "    translate: [0.05, 0, 0.19]\n    rotate: [0, 0.2, 0]\n"

@@ -251,8 +251,8 @@ static void crafted_values_are_refused(void **state) {
         refuse_bad_doubles(&made, "first coordinate", at);
         refuse_bad_doubles(&made, "last coordinate", at + vector_bytes - sizeof(double));
     }
-    for (size_t i = 0; i < 2 * obstacle_count; i++) refuse_u8(&made, "flag", at + i, 2);
-    at += 2 * obstacle_count;
+    for (size_t i = 0; i < obstacle_count; i++) refuse_u8(&made, "flag", at + i, 2);
+    at += obstacle_count;
 
     refuse_u32(&made, "body's state", at, BODY_SLEEPS + 1);
     refuse_u32(&made, "body's group", at + offsetof(body_rest, group), 1);

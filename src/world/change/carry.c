@@ -15,7 +15,7 @@
 
 /* What is new in it is carried over below, too. */
 #if UINTPTR_MAX == UINT64_MAX
-_Static_assert(sizeof(world_motion_state) == 3064, "carry over all of world_motion_state");
+_Static_assert(sizeof(world_motion_state) == 3056, "carry over all of world_motion_state");
 #endif
 
 /* ---- numbers ---- */
@@ -90,7 +90,6 @@ static void carry_surface(tulle_world *world, size_t surface, size_t source) {
         return;
     }
     size_t const obstacle = surface - world->cloths.count, old = source - before->cloths.count;
-    now->is_released[obstacle] = before->now.is_released[old];
     now->is_present[obstacle] = before->now.is_present[old];
     if (world->pose_count > 0 && before->pose_count > 0)
         now->poses[obstacle] = before->now.poses[old];

@@ -62,11 +62,8 @@ bool world_delay_holds(world_motion_state *state) {
     return has_any;
 }
 
-bool world_is_held_or_released(const tulle_world *world, const world_motion_state *state,
-                               size_t obstacle) {
-    if (obstacle < world->obstacles.count &&
-        (state->is_released[obstacle] || state->largest_lags[obstacle] > 0.0))
-        return true;
+bool world_is_held(const tulle_world *world, const world_motion_state *state, size_t obstacle) {
+    if (obstacle < world->obstacles.count && state->largest_lags[obstacle] > 0.0) return true;
     for (size_t k = 0; k < state->hold_count; k++) {
         const world_hold *const hold = &state->holds[k];
         if (hold->kind == HOLD_ALL

@@ -38,10 +38,9 @@ bool world_add_hold(world_motion_state *state, const world_hold *hold);
 /* Makes the holds that are being tried wait again, for longer. False when there are none. */
 bool world_delay_holds(world_motion_state *state);
 
-/* Whether an obstacle is held back or released. obstacles.count stands for all that follows a
- * script, pins included. */
-bool world_is_held_or_released(const tulle_world *world, const world_motion_state *state,
-                               size_t obstacle);
+/* Whether an obstacle is held back or lags. obstacles.count stands for all that follows a script,
+ * pins included. */
+bool world_is_held(const tulle_world *world, const world_motion_state *state, size_t obstacle);
 
 /* Mean of up to four points of `positions`; zero for no obstacle. */
 vec3 world_get_hold_point(const world_hold *hold, int side, const double *positions);

@@ -6,9 +6,7 @@
  * step: the rows of each side push the cloth into the other side. Either way the step is undone,
  * and the message names the cloth and the obstacles around the place. Then on_pinch decides:
  * - stop: the step is an error.
- * - slow: those obstacles are held back (see holds.h), and the step is made anew.
- * - release: the moving ones among them let the cloth through until they are free of it again, and
- *   the step is made anew. */
+ * - slow: those obstacles are held back (see holds.h), and the step is made anew. */
 #include "base/error.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/felt/felt.h"
@@ -96,6 +94,33 @@ static void mark_touched(const tulle_world *world, uint32_t body, const uint32_t
     }
 }
 
+/* Of cloth: names the pin that moves nearest to the place, and says whether others move. */
+static void name_moving_pins(const tulle_world *world, const blocked_place *place, char *text,
+                             size_t size) {
+    if (place->surface >= world->cloths.count) return;
+    const world_cloth *const cloth = &world->cloths.data[place->surface];
+    double nearest = (double)INFINITY;
+    size_t named = 0, count = 0;
+    for (size_t p = 0; p < cloth->pin_count; p++) {
+        bool moves = false;
+        for (size_t k = 0; k < cloth->pins[p].vertex_count; k++) {
+            size_t const v = cloth->vertex_begin + cloth->pins[p].vertices[k];
+            vec3 const target = vec3_load(world->targets, v);
+            if (!world->is_fixed[v] ||
+                vec3_norm(vec3_sub(target, vec3_load(world->now.positions, v))) == 0.0)
+                continue;
+            double const distance = vec3_norm(vec3_sub(target, place->position));
+            moves = true;
+            if (distance < nearest) named = p;
+            nearest = fmin(nearest, distance);
+        }
+        count += moves;
+    }
+    if (count > 0)
+        snprintf(text, size, ", dragged by its pin number %zu%s", named,
+                 count > 1 ? " and others" : "");
+}
+
 static void write_message(step_context *context, const blocked_place *place, uint8_t *is_near,
                           const char *consequence) {
     const tulle_world *const world = context->world;
@@ -106,11 +131,14 @@ static void write_message(step_context *context, const blocked_place *place, uin
         mark_touched(world, place->surface, world->rows.rows.data[i].frame.vertices, is_near);
     if (is_body && place->is_pair) mark_touched(world, place->surface, place->vertices, is_near);
     size_t const count = list_names(world, is_near, names, sizeof names);
+    const char *const name = world_surface_name(world, place->surface);
+    char pins[80] = "";
+    name_moving_pins(world, place, pins, sizeof pins);
     snprintf(context->pinch_message, sizeof context->pinch_message,
-             "'%s' is pinched near (%.6g, %.6g, %.6g) m at %.6g s, %s %s; %s",
-             world_surface_name(world, place->surface), place->position.x, place->position.y,
-             place->position.z, context->state->time, count == 1 ? "by" : "between",
-             count > 0 ? names : "pins and other cloth", consequence);
+             "'%s' is pinched near (%.6g, %.6g, %.6g) m at %.6g s, %s %s%s; %s", name,
+             place->position.x, place->position.y, place->position.z, context->state->time,
+             count == 1 ? "by" : "between", count > 0 ? names : "pins and other cloth", pins,
+             consequence);
 }
 
 static void append_message(tulle_world *world, const char *text) {
@@ -128,8 +156,8 @@ tulle_status world_end_pinch(step_context *context) {
     world_end_holds(context);
     bool has_begun = false, any_ended = false;
     for (size_t i = 0; i <= count; i++) {
-        bool const was = world_is_held_or_released(world, &world->now, i);
-        bool const is = world_is_held_or_released(world, context->state, i);
+        bool const was = world_is_held(world, &world->now, i);
+        bool const is = world_is_held(world, context->state, i);
         if (was || is) context->report->pinched = 1;
         has_begun |= is && !was;
         has_ended[i] = was && !is;
@@ -141,10 +169,7 @@ tulle_status world_end_pinch(step_context *context) {
     size_t const named = list_names(world, has_ended, names, sizeof names);
     snprintf(text, sizeof text, "%s %s again at %.6g s: the cloth is pinched no more",
              named > 0 ? names : "all pins and obstacles",
-             world->def.on_pinch != TULLE_ON_PINCH_RELEASE
-                 ? (named == 1 ? "follows its script" : "follow their script")
-                 : (named == 1 ? "meets cloth" : "meet cloth"),
-             context->state->time);
+             named == 1 ? "follows its script" : "follow their script", context->state->time);
     append_message(world, text);
     return TULLE_OK;
 }
@@ -274,14 +299,6 @@ tulle_status world_handle_pinch(step_context *context) {
         return status;
     }
     for (size_t i = 0; i < world->obstacles.count; i++) is_near[i] = sides[i].is_near;
-    bool helps_release = false; /* some moving obstacle around the place is not released yet */
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        if (!sides[i].is_near || world->surfaces[world->cloths.count + i].is_static ||
-            context->state->is_released[i])
-            continue;
-        helps_release = true;
-        if (world->def.on_pinch == TULLE_ON_PINCH_RELEASE) context->state->is_released[i] = 1;
-    }
     bool helps_lag = false;
     for (size_t i = 0; i < world->obstacles.count; i++)
         helps_lag |= sides[i].is_near && world_may_lag(world, i);
@@ -290,17 +307,10 @@ tulle_status world_handle_pinch(step_context *context) {
     } else if (world->def.on_pinch == TULLE_ON_PINCH_SLOW) {
         write_message(context, &place, is_near, "scripted motion waits (on_pinch: slow)");
         hold_back(context, &place, sides);
-    } else if (world->def.on_pinch == TULLE_ON_PINCH_RELEASE && helps_release) {
-        write_message(
-            context, &place, is_near,
-            "the moving ones let it through until they are free of it (on_pinch: release)");
     } else {
         write_message(context, &place, is_near,
-                      helps_release
-                          ? "give it room, take shorter steps if the obstacle is fast, or set "
-                            "on_pinch to slow or release"
-                          : "give it room, take shorter steps if the obstacle is fast, or set "
-                            "on_pinch to slow");
+                      "give it room, take shorter steps if the obstacle is fast, or set on_pinch "
+                      "to slow");
         context->report->pinched = 1;
         append_message(world, context->pinch_message);
         status = error_set(context->error, TULLE_ERROR_PINCHED, "%s", context->pinch_message);

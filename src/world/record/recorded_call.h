@@ -18,7 +18,7 @@
 #include "tulle/attach.h"
 
 /* Its last byte is the version of the format. */
-#define RECORD_MAGIC "TULLREC2"
+#define RECORD_MAGIC "TULLREC3"
 enum { RECORD_MAGIC_BYTES = 8, RECORD_HEAD_BYTES = 16, RECORD_HASH_BYTES = 8 };
 
 /* Kinds of blocks. Their numbers are part of the format: new ones come before RECORD_KIND_COUNT. */

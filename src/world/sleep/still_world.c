@@ -24,7 +24,7 @@ static bool obstacle_is_still(const tulle_world *world, size_t index, double end
     const world_obstacle *const obstacle = &world->obstacles.data[index];
     const surface_range *const range = &world->surfaces[world->cloths.count + index];
     bool const is_due = now->time >= obstacle->appear_time && now->time < obstacle->disappear_time;
-    if (is_due != (now->is_present[index] != 0) || now->is_released[index]) return false;
+    if (is_due != (now->is_present[index] != 0)) return false;
     if (range->is_static) return true;
     if (obstacle->given != GIVEN_NOTHING || now->largest_lags[index] > 0.0) return false;
     if (obstacle->body.is_dynamic) {

@@ -37,7 +37,6 @@ bool world_allocate_start(tulle_world *world) {
             state->previous_velocities = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
             has_all = has_all && state->previous_mean && state->previous_velocities;
         }
-        state->is_released = memory_allocate_zeroed(heap, world->obstacles.count, 1);
         state->is_present = memory_allocate_zeroed(heap, world->obstacles.count, 1);
         state->particles = memory_allocate_zeroed(heap, world->particle_count, 1);
         state->rests = memory_allocate_zeroed(heap, world->body_count, sizeof *state->rests);
@@ -50,9 +49,9 @@ bool world_allocate_start(tulle_world *world) {
         state->poses = memory_allocate(heap, world->pose_count * sizeof *state->poses);
         for (size_t k = 0; state->poses && k < world->pose_count; k++)
             state->poses[k] = motion_compute_pose(&world->obstacles.data[k].motion, 0.0);
-        has_all = has_all && state->positions && state->velocities && state->is_released &&
-                  state->is_present && state->particles && state->rests && state->cloth_rests &&
-                  state->drive_forces && state->poses && state->lags && state->largest_lags;
+        has_all = has_all && state->positions && state->velocities && state->is_present &&
+                  state->particles && state->rests && state->cloth_rests && state->drive_forces &&
+                  state->poses && state->lags && state->largest_lags;
     }
     return has_all;
 }
@@ -90,7 +89,6 @@ void world_release_start(tulle_world *world) {
         memory_release(heap, state->previous_mean, 3 * n * sizeof(double));
         memory_release(heap, state->previous_velocities, 3 * n * sizeof(double));
         memory_release(heap, state->plastic, world->plastic_count * sizeof(double));
-        memory_release(heap, state->is_released, world->obstacles.count);
         memory_release(heap, state->is_present, world->obstacles.count);
         memory_release(heap, state->particles, world->particle_count);
         memory_release(heap, state->rests, world->body_count * sizeof *state->rests);

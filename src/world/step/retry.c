@@ -33,9 +33,8 @@
  * A step is pinched when it is stuck after the last of the shorter substeps, or at once where what
  * blocks it may lag behind its frames: then it lags more (felt.c), 24 times. Else on_pinch decides:
  * `stop` fails the step. `slow` holds back more each time, at last all that follows a script
- * (pinch.c); while anything is held back, a gain of energy refuses no substep. `release` lets go of
- * obstacles as long as there are any. A body that turns too fast for 4,096 substeps fails the step.
- */
+ * (pinch.c); while anything is held back, a gain of energy refuses no substep. A body that turns
+ * too fast for 4,096 substeps fails the step. */
 #include "base/error.h"
 #include "world/bodies/bodies_room.h"
 #include "world/bodies/bodies_sleep.h"
@@ -258,29 +257,14 @@ bool world_retry_step(step_context *context, tulle_status *status) {
     *status = world_handle_pinch(context);
     if (*status != TULLE_OK) return false;
 
-    /* undo the step, but for the holds and releases that it has come to */
+    /* undo the step, but for the holds that it has come to */
     world_hold holds[HOLDS_MAX];
     size_t const hold_count = state->hold_count;
     memcpy(holds, state->holds, sizeof holds);
-    size_t const count = world->obstacles.count;
-    uint8_t *const is_released = ARENA_NEW(&world->scratch, uint8_t, count);
-    if (!is_released) {
-        *status =
-            error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
-        return false;
-    }
-    if (count > 0) memcpy(is_released, state->is_released, count);
     world_undo_step(world);
     *status = world_copy_start(world, context->error);
     if (*status != TULLE_OK) return false;
     memcpy(state->holds, holds, sizeof holds);
     state->hold_count = hold_count;
-    for (size_t i = 0; i < count; i++) {
-        if (!is_released[i] || state->is_released[i]) continue;
-        state->is_released[i] = 1;
-        state->is_present[i] = 0;
-        world->surfaces[world->cloths.count + i].is_present = false;
-        world_wake_all(world, state);
-    }
     return true;
 }

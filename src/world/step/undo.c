@@ -35,10 +35,8 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
     size_t const vector_count = world_list_vectors(source, from);
     (void)world_list_vectors(target, to);
     for (size_t i = 0; i < vector_count; i++) memcpy(to[i], from[i], bytes);
-    if (world->obstacles.count > 0) {
-        memcpy(target->is_released, source->is_released, world->obstacles.count);
+    if (world->obstacles.count > 0)
         memcpy(target->is_present, source->is_present, world->obstacles.count);
-    }
     if (world->particle_count > 0)
         memcpy(target->particles, source->particles, world->particle_count);
     if (world->cloth_rest_count > 0)

@@ -326,51 +326,6 @@ static void bodies_pass_each_other(void **state) {
     tulle_mesh_destroy(&floor);
 }
 
-/* A plate that was let through comes back when it is free of the cloth that it collides with,
- * though other cloth lies within it. */
-static void what_is_left_out_keeps_no_plate_away(void **state) {
-    (void)state;
-    tulle_world_def def = tulle_world_def_default();
-    def.membrane = TULLE_MEMBRANE_SPRINGS;
-    def.on_pinch = TULLE_ON_PINCH_RELEASE;
-    tulle_world *world;
-    FINE(tulle_world_create(&def, &world, &error));
-    tulle_mesh sheet = small_sheet(0.3, 9, 0.0), within = small_sheet(0.1, 3, 0.06);
-    (void)small_add_cloth(world, &sheet);
-    static const uint32_t all[9] = {0, 1, 2, 3, 4, 5, 6, 7, 8};
-    tulle_pin const pin = {all, 9, {0}, (double)INFINITY};
-    tulle_cloth_def cloth = tulle_cloth_def_default();
-    cloth.mesh = tulle_mesh_get_view(&within);
-    cloth.pins = &pin;
-    cloth.pin_count = 1;
-    tulle_cloth_id id;
-    FINE(tulle_world_add_cloth(world, &cloth, &id, &error));
-    FINE(tulle_object_set_filter(world, tulle_object_from_cloth(id), 2, 2, &error));
-    tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
-    shape.size[0] = shape.size[1] = 0.5;
-    shape.size[2] = 0.1;
-    tulle_mesh plates[2] = {small_shape(shape, 0, 0, -0.06), small_shape(shape, 0, 0, 0.06)};
-    (void)small_add_obstacle(world, &plates[0]);
-    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
-                                   {0.2, {0, 0, -0.021}, {1, 0, 0, 0}}, /* 1 mm into the other */
-                                   {0.4, {0, 0, 0}, {1, 0, 0, 0}}};
-    tulle_obstacle_def upper = tulle_obstacle_def_default();
-    upper.mesh = tulle_mesh_get_view(&plates[1]);
-    upper.motion = (tulle_motion){keys, 3, {0, 0, 0}, 0};
-    tulle_obstacle_id plate;
-    FINE(tulle_world_add_obstacle(world, &upper, &plate, &error));
-    bool was_away = false;
-    for (int i = 0; i < 48; i++) {
-        FINE(tulle_world_step(world, STEP, NULL, &error));
-        was_away |= !tulle_obstacle_is_present(world, plate);
-    }
-    assert_true(was_away && tulle_obstacle_is_present(world, plate));
-    tulle_world_destroy(world);
-    tulle_mesh_destroy(&sheet);
-    tulle_mesh_destroy(&within);
-    for (int k = 0; k < 2; k++) tulle_mesh_destroy(&plates[k]);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_filter_lets_pass),
@@ -379,7 +334,6 @@ int main(void) {
         cmocka_unit_test(the_host_is_asked_once_for_each_pair),
         cmocka_unit_test(cloths_pass_each_other),
         cmocka_unit_test(bodies_pass_each_other),
-        cmocka_unit_test(what_is_left_out_keeps_no_plate_away),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
