@@ -111,9 +111,7 @@ typedef enum tulle_start_intersections {
     /* the start fails; also when cloth lies wholly inside a closed obstacle that faces outwards, or
      * an obstacle inside another of which one is a rigid body */
     TULLE_START_REFUSE,
-    /* a pair counts once it has come apart: an exception to the promise, which does not hold for it
-     * until then */
-    TULLE_START_IGNORE,
+    TULLE_START_IGNORE, /* a pair counts once it has come apart: an exception to the promise */
     /* cloth is moved before the first step until nothing intersects; an obstacle that appears in
      * cloth later is refused */
     TULLE_START_UNTANGLE
