@@ -140,6 +140,22 @@ def test_what_stands_is_grey_and_ground_has_no_end(ball: tulle.Mesh) -> None:
     assert abs(left - middle).max() < 12
 
 
+def test_a_crate_hides_no_cloth() -> None:
+    made = tulle.World(threads=1)
+    made.add_cloth(tulle.make_shape("rectangle", size=(0.3, 0.3), resolution=5).transform(translation=(0, 0, 0.05)))
+    for x, y in ((0.3, 0), (-0.3, 0), (0, 0.3), (0, -0.3)):
+        size = (0.6 if y else 0.02, 0.6 if x else 0.02, 0.4)
+        made.add_obstacle(tulle.make_shape("box", size=size).transform(translation=(x, y, 0.21)))
+    try:
+        picture = tulle.render(made, size=(64, 36), samples=4).astype(int)
+    except tulle.ProgramError as failure:
+        if "without Embree" in failure.message:
+            pytest.skip("the program draws no pictures")
+        raise
+    red = picture[:, :, 0] > picture[:, :, 2] + 30
+    assert red.mean() > 0.1
+
+
 def test_pictures(world: tulle.World) -> None:
     try:
         picture = tulle.render(world, size=(64, 36), samples=2)

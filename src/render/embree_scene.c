@@ -12,6 +12,23 @@ typedef struct filtered_query {
     uint32_t excluded;
 } filtered_query;
 
+render_lens render_lens_make(const render_camera *camera, vec3 center, uint32_t width,
+                             uint32_t height) {
+    vec3 const position = vec3_load(camera->position, 0);
+    vec3 const forward = vec3_normalize(vec3_sub(vec3_load(camera->target, 0), position));
+    vec3 const right = vec3_normalize(vec3_cross(forward, vec3_load(camera->up, 0)));
+    vec3 const down = vec3_cross(forward, right);
+    double const pixel = 2.0 * tan(0.5 * camera->field_of_view) / height;
+    vec3 const origin = vec3_sub(position, center);
+    render_lens lens = {.origin = vec3_make((double)(float)origin.x, (double)(float)origin.y,
+                                            (double)(float)origin.z),
+                        .right = vec3_scale(right, pixel),
+                        .down = vec3_scale(down, pixel)};
+    lens.corner = vec3_add_scaled(vec3_add_scaled(forward, lens.right, -0.5 * width), lens.down,
+                                  -0.5 * height);
+    return lens;
+}
+
 /* The hits of a packet are arrays, one after the other: the primitive's number is the sixth.
  * Embree's header has a function for it in C++ only. */
 static uint32_t get_triangle(const struct RTCFilterFunctionNArguments *arguments, unsigned lane) {

@@ -23,6 +23,31 @@ typedef struct render_ray {
     float length;      /* where it ends, in lengths of its direction */
 } render_ray;
 
+static inline render_ray render_ray_make(vec3 origin, vec3 direction, uint32_t excluded) {
+    return (render_ray){{(float)origin.x, (float)origin.y, (float)origin.z},
+                        {(float)direction.x, (float)direction.y, (float)direction.z},
+                        excluded,
+                        INFINITY};
+}
+
+/* A camera as its rays start. */
+typedef struct render_lens {
+    vec3 origin;              /* relative to the center, rounded */
+    vec3 corner, right, down; /* direction to the top left corner, and per pixel */
+} render_lens;
+
+render_lens render_lens_make(const render_camera *camera, vec3 center, uint32_t width,
+                             uint32_t height);
+
+/* Through a place of the picture, in pixels from the top left corner. */
+static inline vec3 render_lens_get_direction(const render_lens *lens, double column, double row) {
+    return vec3_add_scaled(vec3_add_scaled(lens->corner, lens->right, column), lens->down, row);
+}
+
+struct render_context {
+    RTCDevice device;
+};
+
 /* Errors: TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status render_scene_build(RTCDevice device, const render_frame_def *def, render_scene *scene,
                                 tulle_error *error);

@@ -28,10 +28,6 @@ static const double grazing_cosine = 1e-6;
  * horizon, and is gone. The camera decides, so things that move in a film do not move the fade. */
 static const double floor_fade_begin = 1.0, floor_fade_end = 4.0;
 
-struct render_context {
-    RTCDevice device;
-};
-
 /* The pixel's pairs of numbers: place in the pixel, then for each bounce light and direction. */
 enum { PAIR_PIXEL, PAIR_LIGHT, PAIR_BOUNCE, PAIRS_OF_BOUNCE = 2 };
 
@@ -40,11 +36,10 @@ typedef struct picture {
     const render_frame_def *def;
     const render_scene *scene;
     render_light light;
-    float floor_height;       /* relative to the center, rounded as the vertices are */
-    vec3 target;              /* of the camera, relative to the center */
-    double target_distance;   /* [m] from the camera */
-    vec3 origin;              /* of the camera, relative to the center, rounded */
-    vec3 corner, right, down; /* direction to the top left corner, and per pixel */
+    float floor_height;     /* relative to the center, rounded as the vertices are */
+    vec3 target;            /* of the camera, relative to the center */
+    double target_distance; /* [m] from the camera */
+    render_lens lens;
     size_t tile_columns;
     float *radiance;
 } picture;
@@ -56,13 +51,6 @@ typedef struct light_path {
     uint32_t depth;
     double weight[3], radiance[3];
 } light_path;
-
-static void set_ray(render_ray *ray, vec3 origin, vec3 direction, uint32_t excluded) {
-    *ray = (render_ray){{(float)origin.x, (float)origin.y, (float)origin.z},
-                        {(float)direction.x, (float)direction.y, (float)direction.z},
-                        excluded,
-                        INFINITY};
-}
 
 static vec3 get_vector(const float *v) {
     return vec3_make((double)v[0], (double)v[1], (double)v[2]);
@@ -98,7 +86,7 @@ static void leave_point(const picture *p, const render_point *point, vec3 direct
                         render_ray *ray) {
     vec3 const start = vec3_add_scaled(point->position, point->normal,
                                        render_point_get_offset(&p->scene->geometry, point));
-    set_ray(ray, start, direction, point->triangle);
+    *ray = render_ray_make(start, direction, point->triangle);
 }
 
 static bool is_blocked(const picture *p, const render_ray *ray) {
@@ -118,8 +106,9 @@ static bool lift_ray(const picture *p, const render_point *point, vec3 direction
     leave_point(p, point, lift, &up);
     up.length = 1.0f;
     if (is_blocked(p, &up)) return false;
-    set_ray(ray, vec3_add(get_vector(up.origin), lift), direction,
-            vec3_dot(direction, point->normal) > grazing_cosine ? point->triangle : TULLE_NONE);
+    *ray = render_ray_make(vec3_add(get_vector(up.origin), lift), direction,
+                           vec3_dot(direction, point->normal) > grazing_cosine ? point->triangle
+                                                                               : TULLE_NONE);
     return true;
 }
 
@@ -225,10 +214,10 @@ static void trace_sample(const picture *p, uint32_t x, uint32_t y, light_path *p
     sampling_get_pair(path->index, path->pixel_seed, PAIR_PIXEL, place);
     double const column = x + 0.5 + filter_radius * sampling_get_tent(place[0]);
     double const row = y + 0.5 + filter_radius * sampling_get_tent(place[1]);
-    vec3 const direction =
-        vec3_add_scaled(vec3_add_scaled(p->corner, p->right, column), p->down, row);
-    set_ray(&path->ray, p->origin, direction, TULLE_NONE);
-    render_footprint const footprint = {get_vector(path->ray.direction), p->right, p->down};
+    vec3 const direction = render_lens_get_direction(&p->lens, column, row);
+    path->ray = render_ray_make(p->lens.origin, direction, TULLE_NONE);
+    render_footprint const footprint = {get_vector(path->ray.direction), p->lens.right,
+                                        p->lens.down};
     if (!follow(p, path, &footprint)) return;
     while (follow(p, path, NULL)) continue;
 }
@@ -261,28 +250,16 @@ static void trace_tiles(void *context, size_t begin, size_t end, size_t chunk, i
 static picture make_picture(const render_frame_def *def, const render_scene *scene,
                             float *radiance) {
     const render_camera *const camera = &def->camera;
-    vec3 const center = scene->geometry.center, position = vec3_load(camera->position, 0);
-    vec3 const target = vec3_load(camera->target, 0);
-    vec3 const forward = vec3_normalize(vec3_sub(target, position));
-    vec3 const right = vec3_normalize(vec3_cross(forward, vec3_load(camera->up, 0)));
-    vec3 const down = vec3_cross(forward, right);
-    double const pixel = 2.0 * tan(0.5 * camera->field_of_view) / def->height;
-    render_ray rounded;
-    set_ray(&rounded, vec3_sub(position, center), forward, TULLE_NONE);
-    picture p = {.def = def,
-                 .scene = scene,
-                 .light = render_light_prepare(&def->lighting),
-                 .floor_height = (float)(def->lighting.floor_height - center.z),
-                 .target = vec3_sub(target, center),
-                 .target_distance = vec3_norm(vec3_sub(target, position)),
-                 .origin = get_vector(rounded.origin),
-                 .right = vec3_scale(right, pixel),
-                 .down = vec3_scale(down, pixel),
-                 .tile_columns = (def->width + TILE_SIDE - 1) / TILE_SIDE,
-                 .radiance = radiance};
-    p.corner = vec3_add_scaled(vec3_add_scaled(forward, p.right, -0.5 * def->width), p.down,
-                               -0.5 * def->height);
-    return p;
+    vec3 const center = scene->geometry.center, target = vec3_load(camera->target, 0);
+    return (picture){.def = def,
+                     .scene = scene,
+                     .light = render_light_prepare(&def->lighting),
+                     .floor_height = (float)(def->lighting.floor_height - center.z),
+                     .target = vec3_sub(target, center),
+                     .target_distance = vec3_norm(vec3_sub(target, vec3_load(camera->position, 0))),
+                     .lens = render_lens_make(camera, center, def->width, def->height),
+                     .tile_columns = (def->width + TILE_SIDE - 1) / TILE_SIDE,
+                     .radiance = radiance};
 }
 
 bool render_is_available(void) { return true; }

@@ -84,6 +84,20 @@ void render_context_destroy(render_context *context); /* null is fine */
  * TULLE_ERROR_INVALID_ARGUMENT (what is wrong with the def), TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status render_trace(render_context *context, const render_frame_def *def, float *radiance,
                           tulle_error *error);
+/* How much of some surfaces a camera sees, in pixels. */
+typedef struct render_sight {
+    render_camera camera;
+    size_t covered;    /* pixels in which they would be if nothing stood before them */
+    size_t seen;       /* those in which they are */
+    size_t *hidden_by; /* of the others, how many each surface hides, and last the floor:
+                          surface_count + 1; null: not asked */
+} render_sight;
+/* Looks from each camera at the first wanted_count surfaces of the def, whose width and height say
+ * how finely, and adds to the numbers. The def's own camera, marks and samples have no
+ * part. Errors as of render_trace. */
+tulle_status render_find_sights(render_context *context, const render_frame_def *def,
+                                size_t wanted_count, render_sight *sights, size_t sight_count,
+                                tulle_error *error);
 /* Radiance to sRGB by a curve that rises everywhere and stays below white: nothing clips, and
  * frames of a film do not flicker. */
 void render_expose(const float *radiance, double exposure, render_image *image);

@@ -18,3 +18,10 @@ tulle_status render_trace(render_context *context, const render_frame_def *def, 
     (void)context, (void)def, (void)radiance;
     return error_set(error, TULLE_ERROR_UNSUPPORTED, "this program was built without Embree");
 }
+
+tulle_status render_find_sights(render_context *context, const render_frame_def *def,
+                                size_t wanted_count, render_sight *sights, size_t sight_count,
+                                tulle_error *error) {
+    (void)context, (void)def, (void)wanted_count, (void)sights, (void)sight_count;
+    return error_set(error, TULLE_ERROR_UNSUPPORTED, "this program was built without Embree");
+}

@@ -9,8 +9,6 @@
 #include <stdio.h>
 #include <string.h>
 
-static const double DEFAULT_AZIMUTH = -0.95;  /* [rad] from the right of the front */
-static const double DEFAULT_ELEVATION = 0.42; /* [rad] a little from above: folds have shadows */
 static const double ELEVATION_MAX = 1.5533430342749532; /* [rad] 89 degrees */
 /* An obstacle of up to this many times the cloths' size is shown whole. */
 static const double OBSTACLE_SIZE = 1.6;
@@ -318,8 +316,8 @@ static void fit_points(const picture_view *view, double azimuth, double elevatio
 static void place_orbit(const scene_camera *asked, double turn, const picture_view *view,
                         double aspect, render_camera *camera) {
     const double *const low = view->bounds.low, *const high = view->bounds.high;
-    double const begin = asked->has_orbit ? asked->azimuth : DEFAULT_AZIMUTH;
-    double const elevation = asked->has_orbit ? asked->elevation : DEFAULT_ELEVATION;
+    double const begin = asked->has_orbit ? asked->azimuth : PICTURE_AZIMUTH;
+    double const elevation = asked->has_orbit ? asked->elevation : PICTURE_ELEVATION;
     double const azimuth = begin + turn;
     render_camera const first = render_camera_frame(low, high, begin, elevation, aspect);
     *camera = render_camera_frame(low, high, azimuth, elevation, aspect);

@@ -5,6 +5,9 @@
 #include "render/render.h"
 #include "scene/picture.h"
 
+static const double PICTURE_AZIMUTH = -0.95;  /* [rad] from the right of the front */
+static const double PICTURE_ELEVATION = 0.42; /* [rad] a little from above: folds have shadows */
+
 /* A box; empty while low > high. */
 typedef struct picture_bounds {
     double low[3], high[3]; /* [m] */

@@ -155,9 +155,9 @@ tulle_status picture_prepare(picture_maker *maker, uint32_t frame, double share,
                                     .samples = options->samples,
                                     .threads = options->threads,
                                     .seed = 1};
-    scene_camera const asked = picture_camera_merge(&options->camera, &run->picture.camera);
-    status = picture_make_camera(&asked, &run->view, (double)options->width / options->height,
-                                 share, &maker->def.camera, error);
+    status =
+        picture_make_camera(&maker->asked, &run->view, (double)options->width / options->height,
+                            share, &maker->def.camera, error);
     snprintf(digest, PICTURE_DIGEST_SIZE, "%016llx", (unsigned long long)hash_picture(maker));
     return status;
 }

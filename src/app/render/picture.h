@@ -14,6 +14,7 @@ typedef struct picture_maker {
     picture_run *run;
     picture_explanation explanation;
     render_context *context;
+    scene_camera asked; /* of the camera; set by picture_choose_side (sight.h) */
     float *radiance;
     render_image image;       /* the last one made */
     render_surface *surfaces; /* of the frame prepared last */

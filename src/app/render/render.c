@@ -30,6 +30,7 @@ static void print_summary(const picture_run *run, const picture_target *target,
             app_print_names(stdout, "%s%s", hidden_count++ == 0 ? "hidden: " : ", ",
                             run->bodies[i].name);
     if (hidden_count > 0) putchar('\n');
+    if (totals->sight.has_turned) app_print_names(stdout, "camera: %s\n", totals->sight.said);
     if (target->kind == PICTURE_FILM)
         printf("speed: %.6g frames a second, %s", target->frame_rate,
                target->speed > 0.9995 && target->speed < 1.0005 ? "real time\n" : "");
@@ -80,6 +81,7 @@ int app_render(int argc, char **argv) {
     int code = APP_EXIT_FINE;
     if (status == TULLE_OK) {
         print_summary(&run, &target, &totals);
+        if (totals.sight.is_unseen) app_print_message("render", "%s", totals.sight.said);
         if (totals.is_intersecting) app_print_message("render", "%s", totals.subdivided);
         code = app_finish_output("render");
     } else {

@@ -166,6 +166,7 @@ tulle_status picture_make_all(picture_run *run, const picture_target *target,
     sequence self = {.target = target, .totals = totals};
     *totals = (picture_totals){.frame_count = frame_range_get_count(run->frames)};
     tulle_status status = picture_maker_open(&self.maker, run, error);
+    if (status == TULLE_OK) status = picture_choose_side(&self.maker, &totals->sight, error);
     if (status == TULLE_OK) {
         begin_progress(&self, run->options->progress);
         status =

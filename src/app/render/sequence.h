@@ -4,7 +4,7 @@
 #define TULLE_APP_RENDER_SEQUENCE_H
 
 #include "app/cli/numbered_files.h"
-#include "app/render/run.h"
+#include "app/render/sight.h"
 
 /* Where pictures go. */
 typedef struct picture_target {
@@ -30,6 +30,7 @@ typedef struct picture_totals {
     bool is_begun;         /* something was written */
     char subdivided[1024]; /* about the subdivided surfaces; empty without */
     bool is_intersecting;  /* a subdivided frame intersects */
+    picture_sight sight;
 } picture_totals;
 
 /* Makes and writes everything. TULLE_ERROR_INTERRUPTED when asked to stop: frames that are whole
