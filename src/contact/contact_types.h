@@ -131,23 +131,19 @@ typedef struct contact_body {
     const double *points;              /* [m] of its vertices, in the body's coordinates */
     uint32_t vertex_begin, vertex_end; /* its surface's vertices */
     bool is_free;                      /* else scripted or absent: its slots are no unknowns */
-    bool is_tied;                      /* a spring pulls it */
     rigid_state start;                 /* at x0 */
     mat3 inertia;                      /* about the centre, in the world's axes at x0 */
-    /* The implicit solve multiplies mass and inertia by these: by 1 + damping times the time of
-     * forces, and by BDF2 also by its share c. */
+    /* The implicit solve multiplies mass and inertia by these: 1 + alpha damping. */
     double mass_factor, inertia_factor;
     bool has_own_answers; /* in the solve: not those of its mass and inertia alone */
     body_drive *drive;    /* null: nothing drives or locks it */
     vec3 inverse_mass;    /* [1/kg] of each axis. These two answer an impulse: with damping and the
                              gains that the drive follows, zero where it is locked */
     mat3 inverse_inertia;
-    vec3 momentum, spin; /* [N s], [N m s] right-hand sides: those of the start, with gravity and
-                            what the host adds */
+    vec3 momentum, spin; /* [N s], [N m s] right-hand sides: those of the start, or what BDF2 makes
+                            of them and its history, with gravity and what the host adds */
     mat3 turn;           /* predicted for the step */
     vec3 turn_vector;    /* [rad] h w of the prediction */
-    vec3 fall;           /* [m/s] its mean velocity less V while nothing holds it */
-    vec3 lift; /* [m/s] the same in this step: `fall`, or zero where a row or a spring holds it */
 } contact_body;
 
 typedef struct contact_response contact_response;
@@ -166,7 +162,7 @@ typedef struct contact_scene {
     const contact_law *laws;    /* surface_count^2, row-major, symmetric */
     double largest_contact, largest_separation; /* [m] distances of all laws */
     const surface_grain *grains;                /* surface_count; null: none has one */
-    contact_body *bodies;                       /* body_count; set_body_lifts sets their lift */
+    contact_body *bodies;                       /* body_count */
     size_t body_count;
     const uint32_t *surface_bodies;    /* surface_count: body of each surface, or TULLE_NONE; may be
                                           null where body_count is 0 */

@@ -115,12 +115,12 @@ tulle_status cloth_measure_yarn_growth(const cloth_model *model, const double *s
                                        const double *ends, int threads, arena *scratch,
                                        double *growth);
 
-/* Velocities v1 at the end of the step from the mean velocity u; `mean` and `velocities` may be the
- * same array. Without damping v1 is u for implicit Euler, 2 u - v0 for Crank-Nicolson, and
- * 3/2 u - 1/2 previous u for BDF2; see `share` of linear_system. Vertices with is_fixed (may be
- * null) get v1 = u. The integrator is that of linear_system. */
-void finish_velocities(const linear_system *system, const motion_state *state,
-                       const uint8_t *is_fixed, const double *mean, double *velocities);
+/* Velocities v1 at the end of the step from the mean velocity u, of the first `vertex_count`
+ * vertices; `mean` and `velocities` may be the same array. Without damping v1 is u for implicit
+ * Euler, 2 u - v0 for Crank-Nicolson, and 3/2 u - 1/2 previous u for BDF2; see `share` of
+ * linear_system. The integrator is that of linear_system. */
+void finish_velocities(const linear_system *system, const motion_state *state, size_t vertex_count,
+                       const double *mean, double *velocities);
 
 typedef struct elastic_energies {
     double stretch, bend; /* [J] */

@@ -38,13 +38,11 @@ void linear_system_destroy(memory *heap, linear_system *system) {
     *system = (linear_system){0};
 }
 
-void finish_velocities(const linear_system *system, const motion_state *state,
-                       const uint8_t *is_fixed, const double *mean, double *velocities) {
-    for (size_t i = 0; i < 3 * system->vertex_count; i++) {
+void finish_velocities(const linear_system *system, const motion_state *state, size_t vertex_count,
+                       const double *mean, double *velocities) {
+    for (size_t i = 0; i < 3 * vertex_count; i++) {
         double const u = mean[i];
-        if (is_fixed && is_fixed[i / 3])
-            velocities[i] = u;
-        else if (system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON)
+        if (system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON)
             velocities[i] = state->velocities[i] + (u - state->velocities[i]) / system->share;
         else if (system->integrator == TULLE_INTEGRATOR_BDF2)
             velocities[i] = (u - (1.0 - system->share) * state->previous_mean[i]) / system->share;

@@ -150,7 +150,9 @@ static inline void fixture_step(fixture *f, tulle_integrator integrator, double 
     for (size_t i = 0; i < n; i++) f->mean[i] = f->is_fixed[i / 3] ? 0.0 : f->v[i];
     fixture_solve(f, f->mean);
     motion_state const state = fixture_state(f, h);
-    finish_velocities(&f->system, &state, f->is_fixed, f->mean, f->next_v);
+    finish_velocities(&f->system, &state, f->vertex_count, f->mean, f->next_v);
+    for (size_t i = 0; i < n; i++)
+        if (f->is_fixed[i / 3]) f->next_v[i] = f->mean[i];
     memcpy(f->previous_mean, f->mean, n * sizeof(double));
     memcpy(f->previous_v, f->v, n * sizeof(double));
     memcpy(f->v, f->next_v, n * sizeof(double));

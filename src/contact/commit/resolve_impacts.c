@@ -168,7 +168,6 @@ tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, ro
         if (status != TULLE_OK) break;
         /* new paths, and which vertices they move */
         memcpy(tested, x1, 3 * scene->vertex_count * sizeof(double));
-        set_body_lifts(scene, list);
         propose_paths(scene, u, x1);
         for (size_t i = 0; i < scene->vertex_count; i++)
             has_changed[i] = memcmp(x1 + 3 * i, tested + 3 * i, 3 * sizeof(double)) != 0;

@@ -23,7 +23,7 @@ bool scaled_components_make(scaled_components *components, const contact_scene *
     arena *const scratch = scene->scratch;
     size_t const count = scene->cloth_vertex_count + scene->body_count;
     components->base = ARENA_NEW(scratch, double, 3 * scene->vertex_count);
-    components->body_motions = ARENA_NEW(scratch, vec3, 3 * scene->body_count);
+    components->body_motions = ARENA_NEW(scratch, vec3, 2 * scene->body_count);
     components->scales = ARENA_NEW(scratch, double, count);
     components->carriers = ARENA_NEW(scratch, int32_t, count);
     components->times = ARENA_NEW(scratch, double, count);
@@ -33,9 +33,8 @@ bool scaled_components_make(scaled_components *components, const contact_scene *
     memcpy(components->base, x1, 3 * scene->vertex_count * sizeof(double));
     for (size_t b = 0; b < scene->body_count; b++) {
         size_t const slot = get_body_slot(scene, b);
-        components->body_motions[3 * b] = vec3_load(u, slot);
-        components->body_motions[3 * b + 1] = vec3_load(u, slot + 1);
-        components->body_motions[3 * b + 2] = scene->bodies[b].lift;
+        components->body_motions[2 * b] = vec3_load(u, slot);
+        components->body_motions[2 * b + 1] = vec3_load(u, slot + 1);
     }
     for (size_t i = 0; i < count; i++) {
         components->scales[i] = 1.0;
@@ -129,11 +128,10 @@ size_t scale_components(const contact_scene *scene, scaled_components *component
         uint32_t const member = (uint32_t)scene->cloth_vertex_count + b;
         if (!groups->is_member[member]) continue;
         double const s = components->scales[find_group(groups, member)];
-        const vec3 *const motion = components->body_motions + 3 * (size_t)b;
+        const vec3 *const motion = components->body_motions + 2 * (size_t)b;
         size_t const slot = get_body_slot(scene, b);
         vec3_store(u, slot, vec3_scale(motion[0], s));
         vec3_store(u, slot + 1, vec3_scale(motion[1], s));
-        scene->bodies[b].lift = vec3_scale(motion[2], s);
     }
     place_bodies(scene, u, 1.0, x1);
     return shortened_count;

@@ -8,7 +8,7 @@
 
 typedef struct scaled_components {
     vertex_groups groups; /* cloth vertices, then bodies */
-    vec3 *body_motions;   /* before any scaling: u of both slots and the lift of each body */
+    vec3 *body_motions;   /* before any scaling: u of both slots of each body */
     double *base;         /* [m] x1 before any scaling, 3 * vertex_count */
     double *scales;       /* by group name: part of the way, 0 .. 1 */
     int32_t *carriers;    /* by group name: surface, or one of the marks in the source */

@@ -18,22 +18,6 @@ quaternion unpack_orientation(vec3 p) {
     return (quaternion){(1.0 - square) / (1.0 + square), scale * p.x, scale * p.y, scale * p.z};
 }
 
-void set_body_lifts(const contact_scene *scene, const row_list *list) {
-    vec3 const zero = {0.0, 0.0, 0.0};
-    for (size_t b = 0; b < scene->body_count; b++) {
-        contact_body *const body = &scene->bodies[b];
-        body->lift = body->is_tied ? zero : body->fall;
-    }
-    for (size_t i = 0; scene->body_count > 0 && i < list->rows.count; i++) {
-        const contact_row *const row = &list->rows.data[i];
-        if (!row->frame.has_body || !(vec3_norm2(row->solve.impulse) > 0.0)) continue;
-        for (int side = 0; side < 2; side++)
-            if (row->frame.slots[side] != TULLE_NONE)
-                scene->bodies[(row->frame.slots[side] - scene->cloth_vertex_count) / 2].lift =
-                    vec3_make(0.0, 0.0, 0.0);
-    }
-}
-
 bool drift_body(const contact_body *body, vec3 velocity, vec3 turn_rate, double time,
                 rigid_state *state) {
     const body_drive *const drive = body->drive;
@@ -57,7 +41,7 @@ void place_bodies(const contact_scene *scene, const double *u, double share, dou
         rigid_state state = body->start;
         vec3 const turn_rate = vec3_load(u, slot + 1);
         state.spin = mat3_multiply_vec3(&body->inertia, turn_rate);
-        vec3 const velocity = vec3_add(vec3_load(u, slot), body->lift);
+        vec3 const velocity = vec3_load(u, slot);
         if (!drift_body(body, velocity, turn_rate, share * scene->time_step, &state)) {
             for (size_t i = 0; i < 6; i++) x1[3 * slot + i] = NAN;
             for (size_t i = 0; i < 3 * count; i++) x1[3 * begin + i] = NAN;

@@ -19,10 +19,6 @@ static const double BODY_CHORD_FACTOR = 0.36;
 vec3 pack_orientation(quaternion q);
 quaternion unpack_orientation(vec3 parameters);
 
-/* Sets how free bodies fall. A body that no row of the list holds goes with the mean of its
- * velocities at the start and the end, any other with that at the end. */
-void set_body_lifts(const contact_scene *scene, const row_list *list);
-
 /* rigid_drift of a body whose spin is set. One that is locked along an axis of its turn goes round
  * evenly with `turn_rate` [rad/s] instead: what locks it gives the torque for that. */
 bool drift_body(const contact_body *body, vec3 velocity, vec3 turn_rate, double time,

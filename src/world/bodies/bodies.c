@@ -146,29 +146,36 @@ void world_mark_bodies(tulle_world *world, const world_motion_state *state) {
 }
 
 void world_load_bodies(step_context *context, double share) {
-    double const h = context->time_step, ch = share * h;
-    /* BDF2 has another time for forces than for velocities; the one of cloth, or bodies and cloth
-     * would not press each other alike */
-    double const scale = context->world->system.integrator == TULLE_INTEGRATOR_BDF2 ? share : 1.0;
-    vec3 const gravity = context->scene.gravity;
+    const tulle_world *const world = context->world;
+    const motion_state *const dynamics = &context->dynamics;
+    bool const is_bdf2 = world->system.integrator == TULLE_INTEGRATOR_BDF2 && share < 1.0;
+    double const c = share, d = 1.0 - c, alpha = c * context->time_step;
+    double const gamma = is_bdf2 ? c * alpha : alpha;
     for (size_t b = 0; b < context->scene.body_count; b++) {
         contact_body *const body = &context->scene.bodies[b];
+        const rigid_body *const rigid = body->body;
         if (!body->is_free) continue;
-        const world_obstacle *const obstacle = get_body(context->world, b);
-        vec3 const pull = vec3_add_scaled(gravity, obstacle->given_force, 1.0 / body->body->mass);
-        vec3 const fallen = vec3_add_scaled(body->start.velocity, pull, ch);
-        vec3 const turned = vec3_add_scaled(body->start.spin, obstacle->given_torque, ch);
-        body->momentum = vec3_scale(fallen, scale * body->body->mass);
-        body->spin = vec3_scale(turned, scale);
-        body->mass_factor = scale * (1.0 + ch * body->body->linear_damping);
-        body->inertia_factor = scale * (1.0 + ch * body->body->angular_damping);
+        const world_obstacle *const obstacle = get_body(world, b);
+        size_t const slot = get_first_slot(world, b);
+        double const dampings[2] = {rigid->linear_damping, rigid->angular_damping};
+        vec3 starts[2] = {vec3_load(context->scene.v0, slot),
+                          vec3_load(context->scene.v0, slot + 1)};
+        for (size_t i = 0; i < 2 && is_bdf2; i++) {
+            vec3 const mean = vec3_load(dynamics->previous_mean, slot + i);
+            vec3 const before = vec3_load(dynamics->previous_velocities, slot + i);
+            starts[i] = vec3_add_scaled(vec3_scale(starts[i], c * (2.0 - c)), before, -c * d);
+            starts[i] = vec3_add_scaled(starts[i], mean, d + alpha * d * dampings[i]);
+        }
+        vec3 const pull =
+            vec3_add_scaled(context->scene.gravity, obstacle->given_force, 1.0 / rigid->mass);
+        vec3 const spin = mat3_multiply_vec3(&body->inertia, starts[1]);
+        body->momentum = vec3_scale(vec3_add_scaled(starts[0], pull, gamma), rigid->mass);
+        body->spin = vec3_add_scaled(spin, obstacle->given_torque, gamma);
+        body->mass_factor = 1.0 + alpha * dampings[0];
+        body->inertia_factor = 1.0 + alpha * dampings[1];
         body->has_own_answers =
             body->drive || body->mass_factor != 1.0 || body->inertia_factor != 1.0;
-        /* what damping takes from a step's change of speed, it takes from half of it, too */
-        double const damping = body->body->linear_damping, rest = 1.0 + ch * damping;
-        vec3 const change = vec3_add_scaled(pull, body->start.velocity, -damping);
-        body->fall = vec3_scale(change, (0.5 - share) * h / (rest * rest));
-        world_load_drive(context, b, scale * ch);
+        world_load_drive(context, b, gamma);
         update_body_answers(body);
     }
 }
@@ -206,8 +213,6 @@ tulle_status world_prepare_bodies(step_context *context) {
         if (body->is_free && !world_prepare_drive(context, b)) return TULLE_ERROR_OUT_OF_MEMORY;
         update_body_answers(body);
         body->start.velocity = vec3_load(state->velocities, slot);
-        body->start.spin =
-            mat3_multiply_vec3(&body->inertia, vec3_load(state->velocities, slot + 1));
     }
     world_load_bodies(context, 1.0);
     /* what drives do if nothing is in the way */
@@ -217,7 +222,6 @@ tulle_status world_prepare_bodies(step_context *context) {
     for (size_t b = 0; b < world->body_count; b++) {
         contact_body *const body = &scene->bodies[b];
         if (!body->is_free) continue;
-        body->lift = body->fall;
         vec3 const turn_rate =
             vec3_load(context->mean_velocity, (size_t)get_body_slot(scene, b) + 1);
         rigid_state end = body->start;
@@ -231,20 +235,6 @@ tulle_status world_prepare_bodies(step_context *context) {
             quaternion_multiply(end.orientation, quaternion_conjugate(body->start.orientation)));
     }
     return TULLE_OK;
-}
-
-void world_end_bodies(const step_context *context, double *end) {
-    const contact_scene *const scene = &context->scene;
-    double const factor = context->commit.fraction / context->world->system.share;
-    for (size_t b = 0; b < scene->body_count; b++) {
-        size_t const slot = get_body_slot(scene, b);
-        if (!scene->bodies[b].is_free) continue;
-        for (size_t k = slot; k < slot + 2; k++) {
-            vec3 const start = vec3_load(scene->v0, k);
-            vec3 const change = vec3_sub(vec3_load(context->mean_velocity, k), start);
-            vec3_store(end, k, vec3_add_scaled(start, change, factor));
-        }
-    }
 }
 
 /* Slots of a body that follows its script: places at the end of the substep, velocities into
@@ -273,6 +263,7 @@ static void follow_script(const step_context *context, size_t index, double *end
 
 void world_finish_bodies(const step_context *context, double *end) {
     const contact_scene *const scene = &context->scene;
+    double *const history[2] = {context->state->previous_mean, context->state->previous_velocities};
     context->state->lost_energy = context->lost_energy;
     for (size_t b = 0; b < scene->body_count; b++) {
         const contact_body *const body = &scene->bodies[b];
@@ -281,16 +272,20 @@ void world_finish_bodies(const step_context *context, double *end) {
             memcpy(end + 3 * slot, scene->v0 + 3 * slot, 6 * sizeof(double));
             world_note_drive(context, b);
             if (context->state->rests[b].state != BODY_SLEEPS) follow_script(context, b, end);
+            if (history[0]) memcpy(history[0] + 3 * slot, end + 3 * slot, 6 * sizeof(double));
             continue;
         }
         quaternion const orientation = unpack_orientation(vec3_load(context->end, slot + 1));
-        vec3 const spin = mat3_multiply_vec3(&body->inertia, vec3_load(end, slot + 1));
         mat3 inverse = rigid_compute_inverse_inertia(body->body, orientation);
         if (body->drive) {
             mat3 const inertia = rigid_compute_inertia(body->body, orientation);
             inverse = compute_free_inverse(&inertia, body->drive->is_locked + 3);
         }
-        vec3_store(end, slot + 1, mat3_multiply_vec3(&inverse, spin));
+        double *const turns[3] = {end, history[0], history[1]};
+        for (int i = 0; i < 3 && turns[i]; i++) { /* spins stay */
+            vec3 const spin = mat3_multiply_vec3(&body->inertia, vec3_load(turns[i], slot + 1));
+            vec3_store(turns[i], slot + 1, mat3_multiply_vec3(&inverse, spin));
+        }
         world_note_drive(context, b);
         double const rate = context->passed > 0.0 ? 1.0 / context->passed : 0.0;
         for (size_t i = 3 * (size_t)body->vertex_begin; i < 3 * (size_t)body->vertex_end; i++)

@@ -38,14 +38,11 @@ void world_mark_bodies(tulle_world *world, const world_motion_state *state);
 
 /* What contact reads of the bodies in this substep: context->scene and targets. */
 tulle_status world_prepare_bodies(step_context *context);
-/* Right-hand sides and falls for the share c of the integrator: u = v0 + c (v1 - v0). */
+/* Right-hand sides by the integrator of the cloth's system and its share c; 1: implicit Euler. */
 void world_load_bodies(step_context *context, double share);
-/* Called before the laws of impact: velocities of the slots according to the integrator, with
- * the inertia at x0. A substep that ended early gets the share of the change that passed. */
-void world_end_bodies(const step_context *context, double *end);
-/* Called after the laws of impact: angular velocities with the inertia at the end, and
- * velocities of the bodies' vertices. Slots of bodies that are not free get what their script
- * says. */
+/* Called after the laws of impact: angular velocities with the inertia at the end, those of the
+ * history too, and velocities of the bodies' vertices. Slots of bodies that are not free get what
+ * their script says. */
 void world_finish_bodies(const step_context *context, double *end);
 
 /* [J] Energies of free bodies, with inertia of `positions`. */
@@ -59,6 +56,9 @@ body_energies world_measure_bodies(const tulle_world *world, const double *posit
 uint32_t world_find_body(const tulle_world *world, tulle_obstacle_id id, tulle_error *error);
 /* body_control.c: stops a body along what is locked. */
 void world_stop_locked(const tulle_world *world, size_t body, double *velocities);
+/* body_control.c: gives a body of the state other velocities, three of its centre and three of its
+ * turn, zero along what is locked. */
+void world_set_body_velocity(tulle_world *world, size_t body, const double *velocities);
 
 /* body_access.c: the impulses [N s] of rows on the body of a slot, and their moments [N m s]. */
 void world_sum_contact_impulses(const row_list *rows, size_t slot, double impulse[3],

@@ -293,7 +293,10 @@ static void fall_asleep(step_context *context, size_t body, uint32_t group,
     vec3_store(rest->torque, 0, vec3_scale(press->moment, rate));
     world_sum_contact_impulses(&world->rows, get_first_slot(world, body), rest->impulse,
                                rest->moment);
-    memset(state->velocities + 3 * get_first_slot(world, body), 0, 6 * sizeof(double));
+    double *vectors[STATE_VECTORS_MAX];
+    size_t const vector_count = world_list_vectors(state, vectors);
+    for (size_t i = 1; i < vector_count; i++) /* all but positions */
+        memset(vectors[i] + 3 * get_first_slot(world, body), 0, 6 * sizeof(double));
     memset(state->velocities + 3 * begin, 0, 3 * (range->vertex_end - begin) * sizeof(double));
 }
 

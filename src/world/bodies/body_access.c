@@ -71,7 +71,8 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
     world_wake_body(world, &world->now, body);
     const rigid_body *const rigid = &get_body(world, body)->rigid;
     size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
-    double *const velocities = world->now.velocities;
+    double velocities[BODY_AXES];
+    memcpy(velocities, world->now.velocities + 3 * slot, sizeof velocities);
     mat3 inverse = rigid_compute_inverse_inertia(rigid, get_orientation(world, slot));
     uint32_t const locks = world->controls[body].locks >> 3; /* of the turn */
     if (locks != 0) {
@@ -80,12 +81,11 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
         inverse = compute_free_inverse(&inertia, is_locked);
     }
     vec3 const arm = vec3_sub(at, vec3_load(world->now.positions, slot));
-    vec3_store(velocities, slot,
-               vec3_add_scaled(vec3_load(velocities, slot), push, 1.0 / rigid->mass));
-    vec3_store(velocities, slot + 1,
-               vec3_add(vec3_load(velocities, slot + 1),
-                        mat3_multiply_vec3(&inverse, vec3_cross(arm, push))));
-    world_stop_locked(world, body, velocities);
+    vec3_store(velocities, 0, vec3_add_scaled(vec3_load(velocities, 0), push, 1.0 / rigid->mass));
+    vec3_store(
+        velocities, 1,
+        vec3_add(vec3_load(velocities, 1), mat3_multiply_vec3(&inverse, vec3_cross(arm, push))));
+    world_set_body_velocity(world, body, velocities);
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_IMPULSE,
                                              .ids = {id.index},

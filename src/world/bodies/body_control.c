@@ -86,6 +86,22 @@ void world_stop_locked(const tulle_world *world, size_t body, double *velocities
         if (world->controls[body].locks >> k & 1u) axes[k] = 0.0;
 }
 
+void world_set_body_velocity(tulle_world *world, size_t body, const double *velocities) {
+    world_motion_state *const now = &world->now;
+    double given[BODY_AXES];
+    memcpy(given, velocities, sizeof given);
+    for (int k = 0; k < BODY_AXES; k++) {
+        size_t const i = 3 * get_first_slot(world, body) + (size_t)k;
+        if (world->controls[body].locks >> k & 1u) given[k] = 0.0;
+        double const change = given[k] - now->velocities[i];
+        if (now->previous_mean) { /* a jump is no acceleration: the history jumps with it */
+            now->previous_mean[i] += change;
+            now->previous_velocities[i] += change;
+        }
+        now->velocities[i] = given[k];
+    }
+}
+
 tulle_status tulle_obstacle_set_velocity(tulle_world *world, tulle_obstacle_id id,
                                          const double velocity[3], const double angular_velocity[3],
                                          tulle_error *error) {
@@ -103,10 +119,11 @@ tulle_status tulle_obstacle_set_velocity(tulle_world *world, tulle_obstacle_id i
         if (status != TULLE_OK) return status;
     }
     world_wake_body(world, &world->now, body);
-    size_t const slot = get_first_slot(world, body);
+    double velocities[BODY_AXES];
+    memcpy(velocities, world->now.velocities + 3 * get_first_slot(world, body), sizeof velocities);
     for (size_t i = 0; i < 2; i++)
-        if (given[i]) memcpy(world->now.velocities + 3 * (slot + i), given[i], 3 * sizeof(double));
-    world_stop_locked(world, body, world->now.velocities);
+        if (given[i]) memcpy(velocities + 3 * i, given[i], 3 * sizeof(double));
+    world_set_body_velocity(world, body, velocities);
     if (world->recording)
         world_record(world,
                      &(recorded_call){.kind = RECORD_VELOCITY,
@@ -189,7 +206,9 @@ tulle_status tulle_obstacle_set_locks(tulle_world *world, tulle_obstacle_id id,
                          "%s: the locks are %u and %u; each must be a sum of TULLE_LOCK_X, _Y, _Z",
                          get_body(world, body)->name, translations, rotations);
     world->controls[body].locks = translations | rotations << 3;
-    if (body_answers(world, body)) world_stop_locked(world, body, world->now.velocities);
+    if (body_answers(world, body))
+        world_set_body_velocity(world, body,
+                                world->now.velocities + 3 * get_first_slot(world, body));
     world_wake_body(world, &world->now, body);
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_LOCKS,
@@ -307,7 +326,6 @@ void world_load_drive(const step_context *context, size_t body, double force_tim
     contact_body *const moved = &context->scene.bodies[body];
     const body_control *const control = &world->controls[body];
     if (!moved->drive) return;
-    moved->fall = mask_locked(moved->drive, moved->fall);
     if (!control->is_driven) return;
     const tulle_body_drive *const given = &control->drive;
     quaternion const target = quaternion_multiply(
@@ -327,12 +345,6 @@ void world_load_drive(const step_context *context, size_t body, double force_tim
         moved->drive->pushes[k] = force_time * (stiffness * ways[k] + damping * speed);
         moved->drive->limits[k] = force_time * limit;
     }
-    /* what is driven goes by u alone, which the drive reckons with */
-    double fall[3];
-    vec3_store(fall, 0, moved->fall);
-    for (int k = 0; k < 3; k++)
-        if (moved->drive->gains[k] > 0.0) fall[k] = 0.0;
-    moved->fall = vec3_load(fall, 0);
 }
 
 void world_note_drive(const step_context *context, size_t body) {

@@ -116,13 +116,19 @@ static void carry_lags(tulle_world *world) {
     }
 }
 
-/* Cloth that is new has moved as it moves now; without a step before there is no history. */
+/* Cloth or a body that is new has moved as it moves now; without a step before there is no history.
+ */
 static void make_history(tulle_world *world) {
     uint32_t const added = world->change->added;
-    if (added >= world->cloths.count || !(world->now.previous_time_step > 0.0)) return;
+    if (added == TULLE_NONE || !(world->now.previous_time_step > 0.0)) return;
     if (!world->now.previous_mean) return;
-    size_t const begin = 3 * (size_t)world->surfaces[added].vertex_begin;
-    size_t const bytes = 3 * world->cloths.data[added].mesh.vertex_count * sizeof(double);
+    bool const is_cloth = added < world->cloths.count;
+    uint32_t const body = world->body_count > 0 ? world->surface_bodies[added] : TULLE_NONE;
+    if (!is_cloth && body == TULLE_NONE) return;
+    size_t const first =
+        is_cloth ? world->surfaces[added].vertex_begin : get_first_slot(world, body);
+    size_t const count = is_cloth ? world->cloths.data[added].mesh.vertex_count : 2;
+    size_t const begin = 3 * first, bytes = 3 * count * sizeof(double);
     memcpy(world->now.previous_mean + begin, world->now.velocities + begin, bytes);
     memcpy(world->now.previous_velocities + begin, world->now.velocities + begin, bytes);
 }

@@ -36,19 +36,21 @@ static tulle_status accept_velocities(step_context *context) {
     for (size_t v = 0; v < world->cloth_vertex_count; v++)
         world->is_fixed[v] = !(world->active_inverse_masses[v] > 0.0);
     response->mark_plain_ends(&context->scene, rows, world->is_fixed);
-    /* to what they gave to end velocities; by BDF2 bodies got 1 / share of that */
+    /* to what they gave to end velocities */
     world_scale_impulses(context, 1.0 / system->share);
     memcpy(end, u, bytes);
-    finish_velocities(system, &context->dynamics, world->is_fixed, u, end);
-
-    /* of a change of velocity the part that fits the time which passed */
-    for (size_t v = 0; v < world->cloth_vertex_count && !is_whole; v++) {
-        if (!(world->active_inverse_masses[v] > 0.0)) continue;
+    size_t const solved_count = get_solved_count(&context->scene);
+    finish_velocities(system, &context->dynamics, solved_count, u, end);
+    for (size_t v = 0; v < solved_count; v++) {
+        if (world->is_fixed[v]) memcpy(end + 3 * v, u + 3 * v, 3 * sizeof(double));
+        /* of a change of velocity the part that fits the time which passed */
+        bool const is_moved =
+            v >= world->cloth_vertex_count || world->active_inverse_masses[v] > 0.0;
+        if (is_whole || !is_moved) continue;
         vec3 const start = vec3_load(state->velocities, v);
         vec3 const change = vec3_sub(vec3_load(end, v), start);
         vec3_store(end, v, vec3_add_scaled(start, change, context->commit.fraction));
     }
-    world_end_bodies(context, end);
 
     /* the laws of impact, as far as energy allows */
     end_velocities ends = {.is_inelastic = system->integrator != TULLE_INTEGRATOR_IMPLICIT_EULER};
@@ -67,12 +69,11 @@ static tulle_status accept_velocities(step_context *context) {
         if (status != TULLE_OK) return status;
     }
     world_scale_impulses(context, system->share * context->time_step / system->force_time);
-    world_finish_bodies(context, end);
-
     if (state->previous_mean) {
         memcpy(state->previous_velocities, state->velocities, bytes);
         memcpy(state->previous_mean, u, bytes);
     }
+    world_finish_bodies(context, end);
     memcpy(state->velocities, end, bytes);
     /* velocities that jump are no history */
     bool const is_smooth = is_whole && ends.rebound_count == 0 && context->damping < 1.0;

@@ -239,7 +239,6 @@ static tulle_status foresee(step_context *context) {
 tulle_status world_resolve_impacts(step_context *context) {
     row_list *const list = &context->world->rows;
     tulle_step_report *const report = context->report;
-    set_body_lifts(&context->scene, list);
     propose_paths(&context->scene, context->mean_velocity, context->end);
     context->end_elastic.is_known = false; /* impacts move the ends on */
     tulle_status const status =

@@ -79,14 +79,6 @@ static void make_spring(const step_context *context, const world_tie *tie, tie_s
         world_get_tie_tilt(tie, x0, &spring->tilt);
         frame->tilt = &spring->tilt;
     }
-    for (int side = 0; side < 2; side++) { /* a body that is tied does not fall freely */
-        uint32_t const slot = frame->slots[side];
-        if (!frame->has_body || slot == TULLE_NONE) continue;
-        contact_body *const body =
-            &context->scene.bodies[(slot - context->scene.cloth_vertex_count) / 2];
-        body->is_tied = true;
-        body->lift = vec3_make(0.0, 0.0, 0.0);
-    }
     spring->away = vec3_sub(vec3_load(x0, tie->vertex), world_get_tie_place(tie, x0));
     spring->away = vec3_add(spring->away, get_row_curvature(&context->scene, &spring->row));
 }
