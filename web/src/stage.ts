@@ -2,6 +2,7 @@
 import * as THREE from 'three';
 import { ViewCamera } from './camera.ts';
 import { isDark, make } from './dom.ts';
+import { isInView } from './in_view.ts';
 import type { Look, Surface } from './surface.ts';
 
 export function canDraw(): boolean {
@@ -139,7 +140,7 @@ export class Stage {
     this.ask();
   }
 
-  // The box of some surfaces, or of cloth and bodies with what is of their size.
+  // The box of some surfaces, or of cloth with what is near it and of its size.
   findBox(surfaces?: readonly Surface[]): THREE.Box3 {
     const box = new THREE.Box3(),
       shown = this.surfaces.filter((surface) => surface.group.visible);
@@ -147,12 +148,12 @@ export class Stage {
       for (const surface of surfaces) surface.growBox(box);
       return box;
     }
-    for (const surface of shown) if (surface.info.role !== 'obstacle') surface.growBox(box);
-    const size = box.isEmpty() ? 0 : box.getSize(new THREE.Vector3()).length();
+    for (const surface of shown) if (surface.info.role === 'cloth') surface.growBox(box);
+    const cloth = box.clone();
     for (const surface of shown) {
       const own = new THREE.Box3();
       surface.growBox(own);
-      if (!size || own.getSize(new THREE.Vector3()).length() < 2.5 * size) box.union(own);
+      if (isInView(cloth, own)) box.union(own);
     }
     return box;
   }

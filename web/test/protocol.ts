@@ -1,6 +1,8 @@
 // Unit tests of the messages, of what is kept and asked for, of links, and of the place of a cursor in YAML.
 import assert from 'node:assert/strict';
 import test from 'node:test';
+import * as THREE from 'three';
+import { isInView } from '../src/in_view.ts';
 import { findPath } from '../src/path.ts';
 import { Fetcher, FrameStore, type FrameRequest } from '../src/frames.ts';
 import { readLink, writeLink } from '../src/link.ts';
@@ -324,4 +326,18 @@ obstacles:
   assert.deepEqual(at('      pre'), { path: ['cloth', 'material'], isValue: false, key: '' });
   assert.deepEqual(at('preset: co'), { path: ['cloth', 'material'], isValue: true, key: 'preset' });
   assert.deepEqual(at('  mot'), { path: ['obstacles'], isValue: false, key: '' });
+});
+
+// ---- what a view frames ----
+
+test('a view frames the cloth and what is near it and of its size, not the floor', () => {
+  const box = (...numbers: number[]) => new THREE.Box3(new THREE.Vector3(...numbers.slice(0, 3)), new THREE.Vector3(...numbers.slice(3)));
+  const cloth = box(-0.5, -0.5, 0, 0.5, 0.5, 1); // its diagonal is 1.73 m
+  assert.ok(isInView(cloth, cloth));
+  assert.ok(isInView(cloth, box(-0.3, -0.3, -0.5, 0.3, 0.3, 0.5)), 'a ball under it');
+  assert.ok(isInView(cloth, box(0.7, 0, 0, 1.2, 0.1, 0.1)), 'something 0.2 m beside it');
+  assert.ok(!isInView(cloth, box(0.8, 0, 0, 1.2, 0.1, 0.1)), 'something 0.3 m beside it');
+  assert.ok(!isInView(cloth, box(-1, -1, 0, 1, 1, 0)), 'a floor of twice its size');
+  assert.ok(!isInView(cloth, box(-50, -50, -1, 50, 50, 0)), 'ground');
+  assert.ok(isInView(new THREE.Box3(), box(-50, -50, -1, 50, 50, 0)), 'ground without cloth');
 });

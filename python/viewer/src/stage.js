@@ -3,12 +3,12 @@
 import * as THREE from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { chooseColor } from '../../../web/src/color.ts';
+import { isInView } from '../../../web/src/in_view.ts';
 import { Surface } from './surface.js';
 
 const BACKGROUND = 0xf3f5f7;
 const DIRECTION = new THREE.Vector3(0.55, -1, 0.62).normalize(); // from what is looked at to the camera
 const MARGIN = 1.1; // room around what is shown
-const WIDE = 2.5; // obstacles this much larger than the cloth do not count for the view
 
 export function canDraw() {
   return Boolean(document.createElement('canvas').getContext('webgl2'));
@@ -23,11 +23,10 @@ function findBox(bodies) {
   return box;
 }
 
-// The bodies that the view must show: cloth, and the obstacles that are of its size; else all.
+// The bodies that the view must show: cloth, and the obstacles near it that are of its size; else all.
 function chooseShown(bodies) {
-  const cloth = bodies.filter((body) => body.kind !== 'obstacle');
-  const [small, large] = [cloth, bodies].map((some) => findBox(some).getSize(new THREE.Vector3()).length());
-  return cloth.length && large > WIDE * small ? cloth : bodies;
+  const cloth = findBox(bodies.filter((body) => body.kind !== 'obstacle'));
+  return bodies.filter((body) => body.kind !== 'obstacle' || isInView(cloth, findBox([body])));
 }
 
 // Some of the places that bodies take in all their frames.
