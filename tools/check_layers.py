@@ -26,7 +26,7 @@ LAYERS = ENGINE + IO + ["render", "app"]
 PUBLIC = {"tulle": {"tulle"}, "tulle_io": {"tulle", "tulle_io"}}
 # Of which libtulle_io is compiled with a copy, with the headers that have no file of their own: cmake/library.cmake.
 COMMON = {"base/arena.h", "base/error.h", "base/hash.h", "base/memory.h", "base/sort.h", "base/text.h", "base/words.h",
-          "base/integer.h", "geom/mesh_indices.h", "geom/topology.h", "math/quaternion.h", "math/vec3.h"}
+          "base/integer.h", "geom/cut_polygon.h", "geom/mesh_indices.h", "geom/topology.h", "math/quaternion.h", "math/vec3.h"}
 # What else a folder may include.
 PARTS = {"check": ("math/vec3.h", "geom/exact_predicates.h"), "render": ("math/vec3.h",),
          "app": ("scene/scene.h", "scene/picture.h", "scene/units.h", "render/", "io/text/json_quote.h",

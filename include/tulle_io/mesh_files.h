@@ -14,10 +14,13 @@ extern "C" {
 #endif
 
 /* Reads the triangle mesh in the file `path`; release it with tulle_mesh_destroy. The format
- * follows from the contents and the extension (.obj, .ply, .stl). Polygons become fans of
- * triangles, convex or not. STL corners with the same coordinates become one vertex. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
- * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
+ * follows from the contents and the extension (.obj, .ply, .stl). A polygon of n corners becomes n
+ * - 2 triangles that lie within it: a fan around its first corner where that does, as in convex
+ * ones. A polygon that crosses itself becomes a fan and is told in the note of
+ * tulle_mesh_read_source, as one that is not flat is. STL corners with the same coordinates become
+ * one vertex. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT (also for a polygon of more than 10,000 corners that
+ * is not convex). */
 TULLE_API tulle_status tulle_mesh_read(const char *path, tulle_mesh *mesh, tulle_error *error);
 
 /* What names a part of an OBJ file. */
@@ -50,8 +53,9 @@ typedef struct tulle_mesh_source {
     size_t part_count;    /* number of parts */
     char *part_names;     /* the names of the parts, each with a 0 behind it; null as parts */
     size_t part_bytes;    /* [bytes] of part_names */
-    char note[1024];      /* what was passed over: kinds, how many, first lines; or empty */
-    int has_passed_shape; /* 1: not only names, normals, textures and materials were passed over */
+    char note[1024];      /* what was passed over, and polygons that are not flat or cross
+                           * themselves: kinds, how many, first lines; or empty */
+    int has_passed_shape; /* 1: the note tells of more than names, normals, textures, materials */
 } tulle_mesh_source;
 /* Reads the mesh in the file `path`, as tulle_mesh_read does, and fills `source`, which may be null
  * and is empty after an error. Errors as of tulle_mesh_read. */
@@ -67,19 +71,21 @@ TULLE_API void tulle_mesh_source_destroy(tulle_mesh_source *source);
  * cannot hold), TULLE_ERROR_UNSUPPORTED (another extension), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_write(const char *path, tulle_mesh_view mesh, tulle_error *error);
 
-/* What a VTP file holds beside the mesh. */
+/* What a reader tells of a VTP file beside the mesh. */
 typedef struct tulle_vtp_passed_over {
     uint64_t vertex_cells; /* points drawn as dots */
     uint64_t lines;        /* lines and polylines */
+    char polygons[256];    /* how many are not flat or cross themselves, and the first; or empty */
 } tulle_vtp_passed_over;
 
 /* Reads the polygons of the VTK XML PolyData file `path` (.vtp), as ParaView and VTK write them;
- * release the mesh with tulle_mesh_destroy. The points and polygons of all pieces are read;
- * polygons become fans around their first corner. Vertices, lines, and point, cell and field data
- * are passed over. `passed_over` counts the first two; null is fine. Errors name the line:
- * TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_UNSUPPORTED
- * (triangle strips), TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT (over 2^31 - 1 points or
- * triangles, or zlib data that expand too much). */
+ * release the mesh with tulle_mesh_destroy. The points and polygons of all pieces are read, and
+ * polygons are cut as by tulle_mesh_read. Vertices, lines, and point, cell and field data are
+ * passed over. `passed_over` tells of the first two, and of polygons; null is fine. Errors name the
+ * line: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
+ * TULLE_ERROR_UNSUPPORTED (triangle strips), TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT (over
+ * 2^31 - 1 points or triangles, a polygon as of tulle_mesh_read, or zlib data that expand too
+ * much). */
 TULLE_API tulle_status tulle_vtp_read(const char *path, tulle_mesh *mesh,
                                       tulle_vtp_passed_over *passed_over, tulle_error *error);
 

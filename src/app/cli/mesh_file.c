@@ -17,12 +17,17 @@ tulle_status mesh_file_read(const char *path, tulle_mesh *mesh, tulle_mesh_sourc
     if (!source) return status;
     *source = (tulle_mesh_source){0};
     unsigned long long const cells = passed.vertex_cells, lines = passed.lines;
+    size_t length = 0;
     if (cells > 0 && lines > 0)
-        snprintf(source->note, sizeof source->note, "passed over: %llu vertex cells, %llu lines",
-                 cells, lines);
+        length = (size_t)snprintf(source->note, sizeof source->note,
+                                  "passed over: %llu vertex cells, %llu lines", cells, lines);
     else if (cells > 0 || lines > 0)
-        snprintf(source->note, sizeof source->note, "passed over: %llu %s", cells + lines,
-                 cells > 0 ? "vertex cells" : "lines");
+        length = (size_t)snprintf(source->note, sizeof source->note, "passed over: %llu %s",
+                                  cells + lines, cells > 0 ? "vertex cells" : "lines");
+    if (passed.polygons[0])
+        snprintf(source->note + length, sizeof source->note - length, "%s%s",
+                 length > 0 ? "; " : "", passed.polygons);
+    source->has_passed_shape = passed.polygons[0] != '\0';
     return status;
 }
 

@@ -6,6 +6,7 @@
  * way out and in. The format says nothing of axes and units; its users take y to point up. */
 extern "C" {
 #include "base/error.h"
+#include "geom/cut_polygon.h"
 #include "io/animation/animation.h"
 #include "io/animation/animation_read.h"
 }
@@ -234,6 +235,7 @@ struct found_mesh {
     geom::IPolyMesh mesh;
     std::vector<geom::IXform> xforms;
     size_t vertex_begin, vertex_count;
+    size_t triangle_begin, triangle_count;
 };
 
 struct alembic_file {
@@ -243,6 +245,11 @@ struct alembic_file {
     std::vector<uint32_t> triangles;
     std::vector<double> times;
     bool has_other_objects = false; /* curves, points, subdivided surfaces that are not read */
+    memory heap = memory_default();
+    polygon_cutter cutter = {};
+    ~alembic_file() {
+        if (cutter.heap) polygon_cutter_destroy(&cutter);
+    }
 };
 
 struct alembic_state {
@@ -256,7 +263,7 @@ void find_meshes(alembic_file *file, const abc::IObject &object, std::vector<geo
         if (!xform.getSchema().getInheritsXforms()) xforms.clear();
         xforms.push_back(xform);
     } else if (geom::IPolyMesh::matches(about)) {
-        file->meshes.push_back({geom::IPolyMesh(object, abc::kWrapExisting), xforms, 0, 0});
+        file->meshes.push_back({geom::IPolyMesh(object, abc::kWrapExisting), xforms, 0, 0, 0, 0});
     } else if (!about.get("schema").empty() && !geom::IFaceSet::matches(about)) {
         file->has_other_objects = true;
     }
@@ -270,7 +277,7 @@ void add_times(std::set<double> *times, const abc::TimeSamplingPtr &sampling, si
         times->insert(sampling->getSampleTime((abc::index_t)i));
 }
 
-/* Fans of the polygons, turned over. */
+/* The polygons, cut within themselves. */
 void add_triangles(alembic_file *file, found_mesh *found, size_t vertex_begin) {
     geom::IPolyMeshSchema &schema = found->mesh.getSchema();
     std::string const name = found->mesh.getFullName();
@@ -279,8 +286,13 @@ void add_triangles(alembic_file *file, found_mesh *found, size_t vertex_begin) {
     geom::IPolyMeshSchema::Sample const sample = schema.getValue();
     const abc::Int32ArraySamplePtr corners = sample.getFaceIndices(),
                                    counts = sample.getFaceCounts();
+    const abc::P3fArraySamplePtr points = sample.getPositions();
     found->vertex_begin = vertex_begin;
-    found->vertex_count = sample.getPositions() ? sample.getPositions()->size() : 0;
+    found->vertex_count = points ? points->size() : 0;
+    found->triangle_begin = file->triangles.size() / 3;
+    std::vector<double> positions;
+    for (size_t i = 0; i < found->vertex_count; i++)
+        for (int k = 0; k < 3; k++) positions.push_back((double)(*points)[i][k]);
     size_t begin = 0;
     for (size_t face = 0; counts && corners && face < counts->size(); face++) {
         int32_t const corner_count = (*counts)[face];
@@ -290,10 +302,36 @@ void add_triangles(alembic_file *file, found_mesh *found, size_t vertex_begin) {
         for (int32_t k = 0; k < corner_count; k++)
             if (around[k] < 0 || (size_t)around[k] >= found->vertex_count)
                 throw std::runtime_error("a face of " + name + " uses a vertex that is not there");
+        std::vector<uint32_t> fan;
         for (int32_t k = 2; k < corner_count; k++)
-            for (int32_t const corner : {k, k - 1, 0})
-                file->triangles.push_back((uint32_t)vertex_begin + (uint32_t)around[corner]);
+            for (int32_t const corner : {0, k - 1, k}) fan.push_back((uint32_t)around[corner]);
+        file->cutter.number = face;
+        tulle_error error = {};
+        if (!fan.empty() && polygon_cut(&file->cutter, positions.data(), fan.data(), fan.size() / 3,
+                                        &error) != TULLE_OK)
+            throw std::runtime_error(name + ": " + error.message);
+        for (uint32_t const vertex : fan)
+            file->triangles.push_back((uint32_t)vertex_begin + vertex);
         begin += (size_t)corner_count;
+    }
+    found->triangle_count = file->triangles.size() / 3 - found->triangle_begin;
+}
+
+abc::M44d read_matrix(geom::IXform &xform, double time);
+
+/* Turns over triangles that go around clockwise as seen from outside: all but those that a mirror
+ * shows, in the first frame in which it does not flatten them. */
+void turn_triangles(alembic_file *file, found_mesh *found) {
+    double side = 0.0;
+    for (size_t i = 0; i < file->times.size() && side == 0.0; i++) {
+        abc::M44d matrix;
+        for (geom::IXform &xform : found->xforms)
+            matrix = read_matrix(xform, file->times[i]) * matrix;
+        side = matrix.determinant();
+    }
+    for (size_t i = 0; i < found->triangle_count && !(side < 0.0); i++) {
+        uint32_t *const corners = file->triangles.data() + 3 * (found->triangle_begin + i);
+        std::swap(corners[0], corners[2]);
     }
 }
 
@@ -301,6 +339,9 @@ void open_archive(alembic_file *file, animation_content *content) {
     Alembic::AbcCoreOgawa::ReadArchive const reader;
     file->archive = abc::IArchive(reader, file->path, abc::ErrorHandler::kThrowPolicy);
     find_meshes(file, file->archive.getTop(), {});
+    file->cutter.heap = &file->heap;
+    file->cutter.path = file->path.c_str();
+    file->cutter.place = "face";
     std::set<double> times;
     size_t vertex_count = 0;
     for (found_mesh &found : file->meshes) {
@@ -317,6 +358,7 @@ void open_archive(alembic_file *file, animation_content *content) {
     if (vertex_count == 0) throw std::runtime_error("it holds no polygon mesh");
     file->times.assign(times.begin(), times.end());
     if (file->times.empty()) file->times.push_back(0.0);
+    for (found_mesh &found : file->meshes) turn_triangles(file, &found);
     content->info.vertex_count = vertex_count;
     content->info.triangle_count = file->triangles.size() / 3;
     content->info.frame_count = (uint32_t)file->times.size();
@@ -325,9 +367,12 @@ void open_archive(alembic_file *file, animation_content *content) {
     content->info.meters_per_unit = 1.0;
     content->triangles = file->triangles.data();
     content->times = file->times.data();
-    if (file->has_other_objects)
-        (void)snprintf(content->info.note, sizeof content->info.note,
-                       "all but polygon meshes is passed over");
+    char polygons[200];
+    polygon_cutter_describe(&file->cutter, polygons, sizeof polygons);
+    bool const has_others = file->has_other_objects;
+    (void)snprintf(content->info.note, sizeof content->info.note, "%s%s%s",
+                   has_others ? "all but polygon meshes is passed over" : "",
+                   has_others && polygons[0] ? "; " : "", polygons);
 }
 
 /* The samples around a time, and how far it lies between them. */

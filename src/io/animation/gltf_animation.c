@@ -397,6 +397,40 @@ static tulle_status apply_skin(gltf_scene *scene, const gltf_piece *piece, doubl
     return status;
 }
 
+/* The determinant of what moves a piece: its node, or the first joint of its skin. */
+static tulle_status measure_side(gltf_scene *scene, const gltf_piece *piece, double *side,
+                                 tulle_error *error) {
+    const gltf_node *const node = &scene->nodes.data[piece->node];
+    *side = matrix_get_determinant(node->global);
+    if (node->skin == GLTF_NONE) return TULLE_OK;
+    skin bound = {.piece = piece};
+    tulle_status const status = make_skin(scene, node->skin, &bound, error);
+    if (status == TULLE_OK && bound.joint_count > 0) *side = matrix_get_determinant(bound.matrices);
+    memory_release(scene->file->heap, bound.matrices, 16 * bound.joint_count * sizeof(double));
+    return status;
+}
+
+tulle_status gltf_scene_turn(gltf_scene *scene, tulle_error *error) {
+    size_t left = scene->pieces.count;
+    for (size_t frame = 0; frame < scene->frames.count && left > 0; frame++) {
+        tulle_status status = pose_nodes(scene, scene->frames.data[frame], error);
+        for (size_t i = 0; i < scene->pieces.count && status == TULLE_OK; i++) {
+            gltf_piece *const piece = &scene->pieces.data[i];
+            if (piece->has_side) continue;
+            double side;
+            status = measure_side(scene, piece, &side, error);
+            if (status || side == 0.0) continue;
+            piece->has_side = true;
+            left--;
+            if (side < 0.0)
+                turn_triangles(scene->triangles.data + 3 * piece->first_triangle,
+                               piece->triangle_count);
+        }
+        if (status) return status;
+    }
+    return TULLE_OK;
+}
+
 static tulle_status pose_piece(gltf_scene *scene, const gltf_piece *piece, double time,
                                double *positions, tulle_error *error) {
     const gltf_node *const node = &scene->nodes.data[piece->node];

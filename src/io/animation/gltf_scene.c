@@ -190,7 +190,11 @@ static tulle_status add_triangles(gltf_scene *scene, const gltf_piece *piece, ui
         double const corners[3] = {mode == MODE_FAN ? first_corner : read[0],
                                    mode == MODE_STRIP && first % 2 ? read[2] : read[1],
                                    mode == MODE_STRIP && first % 2 ? read[1] : read[2]};
-        if (status == TULLE_OK) status = add_triangle(scene, piece, corners, error);
+        /* A strip goes from one row to the next over triangles that use a vertex twice. */
+        bool const is_link =
+            mode == MODE_STRIP &&
+            (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]);
+        if (status == TULLE_OK && !is_link) status = add_triangle(scene, piece, corners, error);
         if (status == TULLE_OK) status = gltf_scene_check_size(scene, 0, error);
         if (status) return status;
         if (scene->triangles.count / 3 > VERTEX_LIMIT)
@@ -262,8 +266,10 @@ static tulle_status add_piece(gltf_scene *scene, uint32_t node, const json_value
     piece.vertex_count = (size_t)positions->count;
     scene->vertex_count += piece.vertex_count;
     status = read_targets(scene, &piece, error);
+    piece.first_triangle = scene->triangles.count / 3;
     if (status == TULLE_OK && mode != MODE_POINTS)
         status = add_triangles(scene, &piece, mode, indices, error);
+    piece.triangle_count = scene->triangles.count / 3 - piece.first_triangle;
     if (status) return status;
     if (!ARRAY_RESERVE(file->heap, &scene->pieces, 1)) return fail_memory(scene, error);
     scene->pieces.data[scene->pieces.count++] = piece;
@@ -330,6 +336,7 @@ tulle_status gltf_scene_read(gltf_file *file, gltf_scene *scene, tulle_error *er
     if (status == TULLE_OK) status = order_nodes(scene, error);
     if (status == TULLE_OK) status = read_meshes(scene, error);
     if (status == TULLE_OK) status = gltf_animation_read(scene, error);
+    if (status == TULLE_OK) status = gltf_scene_turn(scene, error);
     return status;
 }
 

@@ -47,6 +47,8 @@ typedef struct gltf_piece {
     const json_value *primitive;
     size_t vertex_count, first_vertex;
     size_t first_target, target_count; /* in gltf_scene.targets */
+    size_t first_triangle, triangle_count;
+    bool has_side; /* it is known whether a mirror shows it */
 } gltf_piece;
 
 typedef struct gltf_scene {
@@ -73,6 +75,9 @@ void gltf_scene_destroy(gltf_scene *scene);
 tulle_status gltf_scene_check_size(const gltf_scene *scene, uint64_t more, tulle_error *error);
 /* Reads the animation of nodes that have been read: gltf_animation.c. */
 tulle_status gltf_animation_read(gltf_scene *scene, tulle_error *error);
+/* Turns round the triangles of pieces whose transform mirrors, in the first frame in which it does
+ * not flatten them. */
+tulle_status gltf_scene_turn(gltf_scene *scene, tulle_error *error);
 /* Positions of all vertices at a time [s]: 3 * vertex_count. */
 tulle_status gltf_scene_pose(gltf_scene *scene, double time, double *positions, tulle_error *error);
 

@@ -1,9 +1,11 @@
 /* io/animation/matrix.h - matrices of 4 x 4, columns one behind the other, as glTF has them; USD
- * writes its rows, which act from the right, in the same order. */
+ * writes its rows, which act from the right, in the same order. And what a mirror does. */
 #ifndef TULLE_IO_ANIMATION_MATRIX_H
 #define TULLE_IO_ANIMATION_MATRIX_H
 
 #include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 #include <string.h>
 
 static const double MATRIX_IDENTITY[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
@@ -31,6 +33,22 @@ static inline void matrix_transform(const double *matrix, const double *point, d
     double const x = point[0], y = point[1], z = point[2];
     for (int row = 0; row < 3; row++)
         moved[row] = matrix[row] * x + matrix[4 + row] * y + matrix[8 + row] * z + matrix[12 + row];
+}
+
+/* Below 0 where the matrix mirrors. */
+static inline double matrix_get_determinant(const double *matrix) {
+    const double *const a = matrix, *const b = matrix + 4, *const c = matrix + 8;
+    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+           a[2] * (b[0] * c[1] - b[1] * c[0]);
+}
+
+/* Turns triangles round: what faced outwards in a mirror does so again. */
+static inline void turn_triangles(uint32_t *triangles, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        uint32_t const second = triangles[3 * i + 1];
+        triangles[3 * i + 1] = triangles[3 * i + 2];
+        triangles[3 * i + 2] = second;
+    }
 }
 
 /* Translation t, after the rotation of the unit quaternion q = x, y, z, w, after the scale s. */

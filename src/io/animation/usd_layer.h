@@ -80,7 +80,8 @@ typedef struct usd_prim {
 /* What is passed over, for the note. */
 typedef struct usd_passed {
     size_t variant_sets, other_files, shapes, hidden, smooth, skins, changing;
-    uint32_t first_file; /* in texts, of other_files */
+    size_t classes;                   /* that are not there */
+    uint32_t first_file, first_class; /* in texts, of other_files and classes */
 } usd_passed;
 
 typedef struct usd_layer {

@@ -242,6 +242,25 @@ static tulle_status pose_nodes(usd_scene *scene, double code, tulle_error *error
     return status;
 }
 
+tulle_status usd_scene_turn(usd_scene *scene, tulle_error *error) {
+    size_t left = scene->pieces.count;
+    for (size_t frame = 0; frame < scene->codes.count && left > 0; frame++) {
+        tulle_status const status = pose_nodes(scene, scene->codes.data[frame], error);
+        if (status) return status;
+        for (size_t i = 0; i < scene->pieces.count; i++) {
+            usd_piece *const piece = &scene->pieces.data[i];
+            double const side = matrix_get_determinant(scene->nodes.data[piece->node].global);
+            if (piece->has_side || side == 0.0) continue;
+            piece->has_side = true;
+            left--;
+            if (side < 0.0)
+                turn_triangles(scene->triangles.data + 3 * piece->first_triangle,
+                               piece->triangle_count);
+        }
+    }
+    return TULLE_OK;
+}
+
 /* ---- vertices ---- */
 
 static tulle_status pose_piece(usd_scene *scene, const usd_piece *piece, double code,

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 typedef struct usd_state {
     usd_layer layer;
@@ -40,6 +41,9 @@ static void describe(const usd_state *usd, tulle_animation_info *info) {
     if (passed->other_files > 0)
         add_note(info, "%zu other files, as @%.60s@", passed->other_files,
                  usd_layer_get_text(&usd->layer, passed->first_file));
+    if (passed->classes > 0)
+        add_note(info, "what prims inherit from %zu that are not there, as <%.60s>",
+                 passed->classes, usd_layer_get_text(&usd->layer, passed->first_class));
     if (passed->variant_sets > 0) add_note(info, "%zu variant sets", passed->variant_sets);
     if (passed->shapes > 0) add_note(info, "%zu spheres, curves and the like", passed->shapes);
     if (passed->hidden > 0) add_note(info, "%zu that are hidden", passed->hidden);
@@ -47,6 +51,12 @@ static void describe(const usd_state *usd, tulle_animation_info *info) {
         add_note(info, "when %zu are visible, so they always are", passed->changing);
     if (passed->skins > 0) add_note(info, "skins of %zu meshes", passed->skins);
     if (passed->smooth > 0) add_note(info, "the subdivision of %zu meshes", passed->smooth);
+    char polygons[200];
+    polygon_cutter_describe(&usd->scene.cutter, polygons, sizeof polygons);
+    size_t const length = strlen(info->note);
+    if (polygons[0])
+        (void)snprintf(info->note + length, sizeof info->note - length, "%s%s",
+                       length > 0 ? "; " : "", polygons);
 }
 
 static tulle_status open_usd(memory *heap, const char *path, void *state,

@@ -64,11 +64,15 @@ static tulle_status add_spec(usd_scene *scene, size_t first, uint32_t prim, int 
             if (arc->is_inherited != (pass == 0)) continue;
             uint32_t const target =
                 usd_layer_find_prim(layer, usd_layer_get_text(layer, arc->path));
-            status = target != USD_NONE && target != 0
-                         ? add_spec(scene, first, target, depth + 1, error)
-                         : usd_text_fail(&layer->text, arc->place, error,
-                                         "there is no prim <%.100s> in this file",
-                                         usd_layer_get_text(layer, arc->path));
+            bool const is_there = target != USD_NONE && target != 0;
+            if (is_there)
+                status = add_spec(scene, first, target, depth + 1, error);
+            else if (arc->is_inherited && layer->passed.classes++ == 0)
+                layer->passed.first_class = arc->path;
+            else if (!arc->is_inherited)
+                status = usd_text_fail(&layer->text, arc->place, error,
+                                       "there is no prim <%.100s> in this file",
+                                       usd_layer_get_text(layer, arc->path));
         }
     return status;
 }
@@ -246,30 +250,29 @@ typedef struct face_arrays {
     double *counts, *indices, *holes;
     size_t count, index_count, hole_count;
     usd_place count_place, index_place;
-    bool is_left_handed;
+    const double *points; /* of the first frame */
 } face_arrays;
 
-static tulle_status read_faces(usd_scene *scene, spec_range specs, const usd_piece *piece,
-                               face_arrays *faces, tulle_error *error) {
+static tulle_status read_faces(usd_scene *scene, const usd_piece *piece, face_arrays *faces,
+                               tulle_error *error) {
     tulle_status status =
         read_constant(scene, piece->face_counts, &faces->counts, &faces->count, error);
     if (status == TULLE_OK)
         status =
             read_constant(scene, piece->face_indices, &faces->indices, &faces->index_count, error);
-    uint32_t const holes = find_attribute(scene, specs, USD_HOLES, NULL);
-    if (status == TULLE_OK && holes != USD_NONE)
-        status = read_constant(scene, holes, &faces->holes, &faces->hole_count, error);
-    if (status == TULLE_OK)
-        status =
-            is_token(scene, specs, USD_ORIENTATION, "leftHanded", &faces->is_left_handed, error);
+    if (status == TULLE_OK && piece->holes != USD_NONE)
+        status = read_constant(scene, piece->holes, &faces->holes, &faces->hole_count, error);
+    if (faces->holes)
+        sort_in_place(faces->holes, faces->hole_count, sizeof *faces->holes, compare_doubles);
     usd_find_value(scene->layer, piece->face_counts, &faces->count_place);
     usd_find_value(scene->layer, piece->face_indices, &faces->index_place);
     return status;
 }
 
-/* A fan of triangles around the first corner of a face. */
-static tulle_status add_fan(usd_scene *scene, const usd_piece *piece, const face_arrays *faces,
-                            size_t first, size_t corner_count, tulle_error *error) {
+/* Adds the triangles of a face as if the mesh were right-handed: they are numbered from its first
+ * vertex on until all are cut. */
+static tulle_status add_face(usd_scene *scene, const usd_piece *piece, const face_arrays *faces,
+                             size_t first, size_t corner_count, tulle_error *error) {
     usd_text *const text = &scene->layer->text;
     if (!ARRAY_RESERVE(text->heap, &scene->triangles, 3 * (corner_count - 2)))
         return fail_memory(scene, error);
@@ -280,14 +283,13 @@ static tulle_status add_fan(usd_scene *scene, const usd_piece *piece, const face
                                  "corner %zu is vertex %g, but there are only %zu", first + i,
                                  vertex, piece->vertex_count);
     }
+    uint32_t *const fan = scene->triangles.data + scene->triangles.count;
     for (size_t i = 2; i < corner_count; i++) {
-        size_t const corners[3] = {first, first + i - !faces->is_left_handed,
-                                   first + i - faces->is_left_handed};
+        size_t const corners[3] = {first, first + i - 1, first + i};
         for (int k = 0; k < 3; k++)
-            scene->triangles.data[scene->triangles.count++] =
-                (uint32_t)(piece->first_vertex + (size_t)faces->indices[corners[k]]);
+            scene->triangles.data[scene->triangles.count++] = (uint32_t)faces->indices[corners[k]];
     }
-    return TULLE_OK;
+    return polygon_cut(&scene->cutter, faces->points, fan, corner_count - 2, error);
 }
 
 static tulle_status make_triangles(usd_scene *scene, const usd_piece *piece,
@@ -302,19 +304,25 @@ static tulle_status make_triangles(usd_scene *scene, const usd_piece *piece,
                                  "face %zu has %g corners, of %zu that are left: at least 3 make a "
                                  "face",
                                  i, count, faces->index_count - first);
-        /* Holes rise, as the standard wants them. */
         while (next_hole < faces->hole_count && faces->holes[next_hole] < (double)i) next_hole++;
         bool const is_hole = next_hole < faces->hole_count && faces->holes[next_hole] == (double)i;
         tulle_status status = TULLE_OK;
-        if (!is_hole) status = add_fan(scene, piece, faces, first, (size_t)count, error);
+        scene->cutter.number = i;
+        if (!is_hole) status = add_face(scene, piece, faces, first, (size_t)count, error);
         if (status == TULLE_OK) status = check_size(scene, 0, error);
         if (status) return status;
         first += (size_t)count;
     }
-    if (first == faces->index_count && scene->triangles.count / 3 <= COUNT_LIMIT) return TULLE_OK;
-    return usd_text_fail(text, faces->index_place, error,
-                         "there are %zu corners, but the faces have %zu, or all are too many",
-                         faces->index_count, first);
+    if (first != faces->index_count || scene->triangles.count / 3 > COUNT_LIMIT)
+        return usd_text_fail(text, faces->index_place, error,
+                             "there are %zu corners, but the faces have %zu, or all are too many",
+                             faces->index_count, first);
+    for (size_t i = 3 * piece->first_triangle; i < scene->triangles.count; i++)
+        scene->triangles.data[i] += (uint32_t)piece->first_vertex;
+    if (piece->is_left_handed)
+        turn_triangles(scene->triangles.data + 3 * piece->first_triangle,
+                       scene->triangles.count / 3 - piece->first_triangle);
+    return TULLE_OK;
 }
 
 /* The faces of points that another piece shows already. */
@@ -332,22 +340,36 @@ static tulle_status copy_triangles(usd_scene *scene, usd_piece *piece, const usd
     return TULLE_OK;
 }
 
-static tulle_status read_triangles(usd_scene *scene, spec_range specs, usd_piece *piece,
-                                   const usd_piece *other, tulle_error *error) {
+static tulle_status cut_faces(usd_scene *scene, const usd_piece *piece, tulle_error *error) {
     memory *const heap = scene->layer->text.heap;
+    size_t const size = 3 * piece->vertex_count * sizeof(double);
+    bool const is_kept = piece->first_kept != SIZE_MAX;
+    double *const points =
+        is_kept ? scene->kept.data + piece->first_kept : memory_allocate(heap, size);
+    face_arrays faces = {.points = points};
+    tulle_status status = points ? TULLE_OK : fail_memory(scene, error);
+    if (status == TULLE_OK && !is_kept) /* the value before all samples is the first one */
+        status = usd_attribute_read(scene, piece->points, -INFINITY,
+                                    (usd_numbers){3, points, piece->vertex_count}, error);
+    if (status == TULLE_OK) status = read_faces(scene, piece, &faces, error);
+    if (status == TULLE_OK) status = make_triangles(scene, piece, &faces, error);
+    memory_release(heap, faces.counts, faces.counts ? faces.count * sizeof(double) : 0);
+    memory_release(heap, faces.indices, faces.indices ? faces.index_count * sizeof(double) : 0);
+    memory_release(heap, faces.holes, faces.holes ? faces.hole_count * sizeof(double) : 0);
+    if (!is_kept) memory_release(heap, points, points ? size : 0);
+    return status;
+}
+
+static tulle_status read_triangles(usd_scene *scene, usd_piece *piece, const usd_piece *other,
+                                   tulle_error *error) {
     piece->first_triangle = scene->triangles.count / 3;
     tulle_status status = TULLE_OK;
     if (other && other->face_counts == piece->face_counts &&
-        other->face_indices == piece->face_indices) {
+        other->face_indices == piece->face_indices && other->holes == piece->holes &&
+        other->is_left_handed == piece->is_left_handed)
         status = copy_triangles(scene, piece, other, error);
-    } else if (piece->face_counts != USD_NONE && piece->face_indices != USD_NONE) {
-        face_arrays faces = {0};
-        status = read_faces(scene, specs, piece, &faces, error);
-        if (status == TULLE_OK) status = make_triangles(scene, piece, &faces, error);
-        memory_release(heap, faces.counts, faces.counts ? faces.count * sizeof(double) : 0);
-        memory_release(heap, faces.indices, faces.indices ? faces.index_count * sizeof(double) : 0);
-        memory_release(heap, faces.holes, faces.holes ? faces.hole_count * sizeof(double) : 0);
-    }
+    else if (piece->face_counts != USD_NONE && piece->face_indices != USD_NONE)
+        status = cut_faces(scene, piece, error);
     piece->triangle_count = scene->triangles.count / 3 - piece->first_triangle;
     return status;
 }
@@ -384,6 +406,7 @@ static tulle_status add_piece(usd_scene *scene, uint32_t node, spec_range specs,
                        .points = find_attribute(scene, specs, USD_POINTS, NULL),
                        .face_counts = USD_NONE,
                        .face_indices = USD_NONE,
+                       .holes = USD_NONE,
                        .first_vertex = scene->vertex_count};
     usd_place place;
     if (!usd_find_value(layer, piece.points, &place)) return TULLE_OK;
@@ -402,12 +425,15 @@ static tulle_status add_piece(usd_scene *scene, uint32_t node, spec_range specs,
     if (is_mesh) {
         piece.face_counts = find_attribute(scene, specs, USD_FACE_COUNTS, NULL);
         piece.face_indices = find_attribute(scene, specs, USD_FACE_INDICES, NULL);
-        status = note_mesh(scene, specs, error);
+        piece.holes = find_attribute(scene, specs, USD_HOLES, NULL);
+        status =
+            is_token(scene, specs, USD_ORIENTATION, "leftHanded", &piece.is_left_handed, error);
+        if (status == TULLE_OK) status = note_mesh(scene, specs, error);
     }
-    if (status == TULLE_OK)
-        status = read_triangles(scene, specs, &piece, first == USD_NONE ? NULL : &other, error);
     if (status == TULLE_OK && first == USD_NONE) status = keep_points(scene, &piece, error);
     if (first != USD_NONE) piece.first_kept = other.first_kept;
+    if (status == TULLE_OK)
+        status = read_triangles(scene, &piece, first == USD_NONE ? NULL : &other, error);
     if (status) return status;
     if (!ARRAY_RESERVE(layer->text.heap, &scene->pieces, 1)) return fail_memory(scene, error);
     if (first == USD_NONE)
@@ -696,7 +722,9 @@ static tulle_status make_frames(usd_scene *scene, tulle_error *error) {
 /* ---- the scene ---- */
 
 tulle_status usd_scene_read(usd_layer *layer, usd_scene *scene, tulle_error *error) {
-    *scene = (usd_scene){.layer = layer};
+    *scene = (usd_scene){
+        .layer = layer,
+        .cutter = {.heap = layer->text.heap, .path = layer->text.path, .place = "face"}};
     tulle_status status = TULLE_OK;
     uint32_t prim = layer->prims.data[0].first_child;
     for (; prim != USD_NONE && status == TULLE_OK; prim = layer->prims.data[prim].next)
@@ -710,7 +738,8 @@ tulle_status usd_scene_read(usd_layer *layer, usd_scene *scene, tulle_error *err
     if (scene->vertex_count == 0)
         return error_set_at(error, TULLE_ERROR_PARSE, layer->text.path, 0, 0, "shows no meshes");
     mark_used(scene);
-    return make_frames(scene, error);
+    status = make_frames(scene, error);
+    return status == TULLE_OK ? usd_scene_turn(scene, error) : status;
 }
 
 void usd_scene_destroy(usd_scene *scene) {
@@ -727,5 +756,6 @@ void usd_scene_destroy(usd_scene *scene) {
     ARRAY_FREE(heap, &scene->codes);
     ARRAY_FREE(heap, &scene->frames);
     ARRAY_FREE(heap, &scene->scratch);
+    polygon_cutter_destroy(&scene->cutter);
     *scene = (usd_scene){0};
 }

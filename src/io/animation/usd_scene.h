@@ -3,6 +3,7 @@
 #ifndef TULLE_IO_ANIMATION_USD_SCENE_H
 #define TULLE_IO_ANIMATION_USD_SCENE_H
 
+#include "geom/cut_polygon.h"
 #include "io/animation/usd_layer.h"
 
 typedef enum usd_op_kind {
@@ -36,6 +37,9 @@ typedef struct usd_piece {
     uint32_t node, points;
     uint32_t face_counts;  /* attribute; USD_NONE: there are no faces */
     uint32_t face_indices; /* the same */
+    uint32_t holes;        /* the same, of faces that are left out */
+    bool is_left_handed;
+    bool has_side; /* it is known whether a mirror shows it */
     size_t vertex_count, first_vertex;
     size_t first_triangle, triangle_count;
     size_t first_kept; /* of its numbers in usd_scene.kept; SIZE_MAX: they move */
@@ -60,6 +64,7 @@ typedef struct usd_scene {
     ARRAY(double) codes;  /* of each frame */
     ARRAY(double) frames; /* [s] the same; at least 1 */
     ARRAY(double) scratch;
+    polygon_cutter cutter;
     size_t vertex_count;
 } usd_scene;
 
@@ -67,6 +72,9 @@ typedef struct usd_scene {
  * failure. */
 tulle_status usd_scene_read(usd_layer *layer, usd_scene *scene, tulle_error *error);
 void usd_scene_destroy(usd_scene *scene);
+/* Turns round the triangles of pieces whose transform mirrors, in the first frame in which it does
+ * not flatten them. */
+tulle_status usd_scene_turn(usd_scene *scene, tulle_error *error);
 /* Positions of all vertices in a frame: 3 * vertex_count. */
 tulle_status usd_scene_pose(usd_scene *scene, uint32_t frame, double *positions,
                             tulle_error *error);

@@ -11,6 +11,7 @@ mesh_builder mesh_builder_make(memory *heap) { return (mesh_builder){.heap = hea
 void mesh_builder_destroy(mesh_builder *builder) {
     ARRAY_FREE(builder->heap, &builder->positions);
     ARRAY_FREE(builder->heap, &builder->triangles);
+    ARRAY_FREE(builder->heap, &builder->fans);
     ARRAY_FREE(builder->heap, &builder->uvs);
     ARRAY_FREE(builder->heap, &builder->corner_uvs);
     ARRAY_FREE(builder->heap, &builder->parts);
@@ -18,6 +19,7 @@ void mesh_builder_destroy(mesh_builder *builder) {
     ARRAY_FREE(builder->heap, &builder->part_names);
     ARRAY_FREE(builder->heap, &builder->vertex_lines);
     ARRAY_FREE(builder->heap, &builder->triangle_lines);
+    if (builder->cutter.heap) polygon_cutter_destroy(&builder->cutter);
 }
 
 bool mesh_builder_add_vertex(mesh_builder *builder, const double position[3]) {
@@ -46,6 +48,12 @@ bool mesh_builder_add_uv(mesh_builder *builder, double u, double v) {
 
 bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex, uint32_t uv) {
     if (builder->fan_count == 0) builder->fan_first = vertex, builder->fan_first_uv = uv;
+    if (builder->fan_count == 3) {
+        if (!ARRAY_RESERVE(builder->heap, &builder->fans, 1)) return false;
+        builder->fans.data[builder->fans.count++] =
+            (polygon_fan){builder->triangles.count / 3 - 1, 1, builder->line};
+    }
+    if (builder->fan_count >= 3) builder->fans.data[builder->fans.count - 1].count++;
     if (builder->fan_count >= 2) {
         if (!ARRAY_RESERVE(builder->heap, &builder->triangles, 3)) return false;
         if (builder->keeps_uvs) {
@@ -109,8 +117,42 @@ bool mesh_builder_extend_name(mesh_builder *builder, const char *word, size_t le
     return true;
 }
 
-tulle_status mesh_builder_finish(const mesh_builder *builder, const char *path, tulle_mesh *mesh,
+/* Texture coordinates of a polygon go to the corners of its triangles as they are cut now. */
+static bool move_uvs(mesh_builder *builder, const polygon_fan *fan) {
+    size_t const size = 3 * (size_t)fan->count * sizeof(uint32_t);
+    uint32_t *const uvs = builder->corner_uvs.data + 3 * fan->first;
+    uint32_t *const before = memory_allocate(builder->heap, size);
+    if (!before) return false;
+    memcpy(before, uvs, size);
+    for (size_t i = 0; i < 3 * (size_t)fan->count; i++) {
+        size_t const corner = builder->cutter.corners[i];
+        uvs[i] = corner == 0            ? before[0]
+                 : corner <= fan->count ? before[3 * (corner - 1) + 1]
+                                        : before[3 * (size_t)fan->count - 1];
+    }
+    memory_release(builder->heap, before, size);
+    return true;
+}
+
+static tulle_status cut_polygons(mesh_builder *builder, const char *path, const char *place,
                                  tulle_error *error) {
+    polygon_cutter *const cutter = &builder->cutter;
+    *cutter = (polygon_cutter){.heap = builder->heap, .path = path, .place = place};
+    for (size_t i = 0; i < builder->fans.count; i++) {
+        const polygon_fan *const fan = &builder->fans.data[i];
+        cutter->number = fan->line;
+        tulle_status const status =
+            polygon_cut(cutter, builder->positions.data, builder->triangles.data + 3 * fan->first,
+                        fan->count, error);
+        if (status) return status;
+        if (cutter->corners && builder->keeps_uvs && !move_uvs(builder, fan))
+            return file_fail_memory(error, path);
+    }
+    return TULLE_OK;
+}
+
+tulle_status mesh_builder_finish(mesh_builder *builder, const char *path, const char *place,
+                                 tulle_mesh *mesh, tulle_error *error) {
     size_t const vertex_count = mesh_builder_get_vertex_count(builder);
     size_t const index_count = builder->triangles.count;
     if (vertex_count == 0)
@@ -128,7 +170,8 @@ tulle_status mesh_builder_finish(const mesh_builder *builder, const char *path, 
                                 i / 3, builder->triangles.data[i], vertex_count);
     }
     tulle_mesh made = {0};
-    tulle_status const status = tulle_mesh_create(vertex_count, index_count / 3, &made, error);
+    tulle_status status = cut_polygons(builder, path, place, error);
+    if (status == TULLE_OK) status = tulle_mesh_create(vertex_count, index_count / 3, &made, error);
     if (status) return status;
     memcpy(made.positions, builder->positions.data, 3 * vertex_count * sizeof(double));
     if (index_count > 0)

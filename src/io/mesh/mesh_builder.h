@@ -3,6 +3,7 @@
 #define TULLE_IO_MESH_MESH_BUILDER_H
 
 #include "base/memory.h"
+#include "geom/cut_polygon.h"
 #include "io/file_data.h"
 
 #include "tulle_io/mesh_files.h"
@@ -15,12 +16,21 @@ typedef struct named_part {
     size_t first, count; /* triangles; the count is known at the end */
 } named_part;
 
+/* A polygon of more than three corners. */
+typedef struct polygon_fan {
+    size_t first;   /* triangle */
+    uint32_t count; /* triangles */
+    uint32_t line;
+} polygon_fan;
+
 typedef struct mesh_builder {
     memory *heap;
     ARRAY(double) positions;
     ARRAY(uint32_t) triangles;
     uint32_t fan_first, fan_last; /* of the polygon at hand */
     size_t fan_count;
+    ARRAY(polygon_fan) fans; /* of more than one triangle, to be cut when all vertices are known */
+    polygon_cutter cutter;
     /* Texture coordinates that corners may name, and those of the corners of triangles: numbers
      * from 0, or MESH_NO_UV. */
     bool keeps_uvs;
@@ -33,7 +43,7 @@ typedef struct mesh_builder {
     ARRAY(named_part) open_parts[PART_KIND_COUNT];
     ARRAY(char) part_names;
     bool keeps_lines; /* of vertices and triangles, for messages */
-    uint32_t line;    /* of the file, set by the reader */
+    uint32_t line;    /* of the file, or number of the polygon, set by the reader */
     ARRAY(uint32_t) vertex_lines;
     ARRAY(uint32_t) triangle_lines;
 } mesh_builder;
@@ -45,7 +55,7 @@ void mesh_builder_destroy(mesh_builder *builder);
 bool mesh_builder_add_vertex(mesh_builder *builder, const double position[3]);
 size_t mesh_builder_get_vertex_count(const mesh_builder *builder);
 
-/* A polygon becomes a fan of triangles around its first corner. */
+/* A polygon is a fan of triangles around its first corner until the mesh is finished. */
 void mesh_builder_begin_polygon(mesh_builder *builder);
 bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex, uint32_t uv);
 
@@ -64,10 +74,10 @@ bool mesh_builder_begin_part(mesh_builder *builder, part_kind kind, const char *
 /* Adds a blank and a word to the name begun last. */
 bool mesh_builder_extend_name(mesh_builder *builder, const char *word, size_t length);
 
-/* Makes the mesh; checks that there are vertices and that all indices are below their number.
- * Leaves the builder as it is. */
-tulle_status mesh_builder_finish(const mesh_builder *builder, const char *path, tulle_mesh *mesh,
-                                 tulle_error *error);
+/* Makes the mesh: checks that there are vertices and that all indices are below their number, and
+ * cuts the polygons within themselves, once. `place`: what the line of the builder counts. */
+tulle_status mesh_builder_finish(mesh_builder *builder, const char *path, const char *place,
+                                 tulle_mesh *mesh, tulle_error *error);
 
 /* Copies the texture coordinates of corners, the parts, and the lines of vertices and triangles
  * where they are kept; ends all parts. TULLE_ERROR_OUT_OF_MEMORY leaves the source empty. */

@@ -68,8 +68,15 @@ static void write_note(const obj_reader *reader, char *note, size_t size) {
                                    k == 0 && kind->count > 1 ? "the first in " : "", kind->line);
     }
     if (reader->unnamed.count > 0 && length < size)
-        (void)snprintf(note + length, size - length, ", %zu of other kinds (line %d)",
-                       reader->unnamed.count, reader->unnamed.line);
+        length += (size_t)snprintf(note + length, size - length, ", %zu of other kinds (line %d)",
+                                   reader->unnamed.count, reader->unnamed.line);
+    if (length + 2 >= size) return;
+    polygon_cutter_describe(&reader->builder.cutter, note + length + 2, size - length - 2);
+    if (note[length + 2] == '\0') return;
+    if (length > 0)
+        memcpy(note + length, "; ", 2);
+    else
+        memmove(note, note + 2, strlen(note + 2) + 1);
 }
 
 /* v x y z, then perhaps w or a colour. */
@@ -236,7 +243,7 @@ tulle_status obj_read(memory *heap, const char *path, const file_data *data, tul
     reader.builder.keeps_lines = reader.builder.keeps_uvs = source != NULL;
     reader.builder.keeps_parts = source != NULL;
     tulle_status status = read_statements(&reader, error);
-    if (!status) status = mesh_builder_finish(&reader.builder, path, mesh, error);
+    if (!status) status = mesh_builder_finish(&reader.builder, path, "line", mesh, error);
     if (!status && source) {
         status = mesh_builder_take_source(&reader.builder, source);
         if (status) {
@@ -244,7 +251,9 @@ tulle_status obj_read(memory *heap, const char *path, const file_data *data, tul
             status = file_fail_memory(error, path);
         }
         write_note(&reader, source->note, sizeof source->note);
-        source->has_passed_shape = reader.has_passed_shape;
+        const polygon_cutter *const cutter = &reader.builder.cutter;
+        source->has_passed_shape =
+            reader.has_passed_shape || cutter->bent_count + cutter->crossed_count > 0;
     }
     mesh_builder_destroy(&reader.builder);
     return status;

@@ -103,6 +103,8 @@ static tulle_status read_list(ply_reader *reader, const ply_property *property,
         return fail_value(reader, reader->text.at, property->name,
                           "a face needs at least 3 corners", error);
     mesh_builder_begin_polygon(&reader->builder);
+    reader->builder.line =
+        reader->header.format == PLY_TEXT ? (uint32_t)reader->text.line : (uint32_t)reader->index;
     for (uint32_t i = 0; i < count && !status; i++) {
         double passed_over;
         uint32_t vertex = 0;
@@ -240,10 +242,15 @@ tulle_status ply_read(memory *heap, const char *path, const file_data *data, tul
     reader->begin = data->bytes;
     reader->builder = mesh_builder_make(heap);
     tulle_status status = read_all(reader, source != NULL, error);
-    if (!status) status = mesh_builder_finish(&reader->builder, path, mesh, error);
+    const char *const place = reader->header.format == PLY_TEXT ? "line" : "face";
+    if (!status) status = mesh_builder_finish(&reader->builder, path, place, mesh, error);
     if (!status && source && mesh_builder_take_source(&reader->builder, source) != TULLE_OK) {
         tulle_mesh_destroy(mesh);
         status = file_fail_memory(error, path);
+    }
+    if (!status && source) {
+        polygon_cutter_describe(&reader->builder.cutter, source->note, sizeof source->note);
+        source->has_passed_shape = source->note[0] != '\0';
     }
     mesh_builder_destroy(&reader->builder);
     memory_release(heap, reader, sizeof *reader);

@@ -112,7 +112,7 @@ tulle_status stl_read_binary(memory *heap, const char *path, const file_data *da
             data->byte_count);
     corner_merger merger = {.builder = mesh_builder_make(heap)};
     tulle_status status = read_binary_facets(&merger, path, data, error);
-    if (!status) status = mesh_builder_finish(&merger.builder, path, mesh, error);
+    if (!status) status = mesh_builder_finish(&merger.builder, path, "facet", mesh, error);
     merger_destroy(&merger);
     return status;
 }
@@ -201,7 +201,7 @@ tulle_status stl_read_text(memory *heap, const char *path, const file_data *data
     text_cursor text = text_cursor_make(path, data->bytes, data->byte_count);
     corner_merger merger = {.builder = mesh_builder_make(heap)};
     tulle_status status = read_solids(&merger, &text, error);
-    if (!status) status = mesh_builder_finish(&merger.builder, path, mesh, error);
+    if (!status) status = mesh_builder_finish(&merger.builder, path, "facet", mesh, error);
     merger_destroy(&merger);
     return status;
 }

@@ -3,6 +3,7 @@
 #include "io/vtk/vtp_read.h"
 
 #include "base/error.h"
+#include "geom/cut_polygon.h"
 #include "io/file_data.h"
 #include "io/vtk/vtp_document.h"
 #include "io/vtk/vtp_values.h"
@@ -16,6 +17,7 @@ typedef struct mesh_parts {
     vtp_document *document;
     ARRAY(double) positions;
     ARRAY(uint32_t) triangles;
+    polygon_cutter cutter;
     tulle_error *error;
 } mesh_parts;
 
@@ -111,9 +113,9 @@ static tulle_status read_polygons(const mesh_parts *parts, const vtp_piece *piec
     return status == TULLE_OK ? check_corners(parts, piece, polygons) : status;
 }
 
-/* Adds the fans of the polygons; their points begin at `first_point`. */
-static tulle_status add_fans(mesh_parts *parts, const vtp_piece *piece,
-                             const piece_polygons *polygons, size_t first_point) {
+/* Adds the polygons, cut within themselves; their points begin at `first_point`. */
+static tulle_status cut_polygons(mesh_parts *parts, const vtp_piece *piece,
+                                 const piece_polygons *polygons, size_t first_point) {
     uint64_t const triangle_count = polygons->corner_count - 2 * piece->polygon_count;
     if (parts->triangles.count / 3 + triangle_count > COUNT_LIMIT)
         return fail(parts, TULLE_ERROR_LIMIT, piece->line, "has more than 2^31 - 1 triangles");
@@ -122,6 +124,7 @@ static tulle_status add_fans(mesh_parts *parts, const vtp_piece *piece,
     uint64_t begin = 0;
     for (uint64_t i = 0; i < piece->polygon_count; i++) {
         const uint64_t *const corners = polygons->corners + begin;
+        uint32_t *const fan = parts->triangles.data + parts->triangles.count;
         for (uint64_t k = 2; k < polygons->ends[i] - begin; k++) {
             uint32_t *const triangle = parts->triangles.data + parts->triangles.count;
             triangle[0] = (uint32_t)(first_point + corners[0]);
@@ -129,6 +132,11 @@ static tulle_status add_fans(mesh_parts *parts, const vtp_piece *piece,
             triangle[2] = (uint32_t)(first_point + corners[k]);
             parts->triangles.count += 3;
         }
+        tulle_status const status =
+            polygon_cut(&parts->cutter, parts->positions.data, fan,
+                        (size_t)(polygons->ends[i] - begin) - 2, parts->error);
+        if (status != TULLE_OK) return status;
+        parts->cutter.number++;
         begin = polygons->ends[i];
     }
     return TULLE_OK;
@@ -137,7 +145,7 @@ static tulle_status add_fans(mesh_parts *parts, const vtp_piece *piece,
 static tulle_status add_polygons(mesh_parts *parts, const vtp_piece *piece, size_t first_point) {
     piece_polygons polygons = {0};
     tulle_status status = read_polygons(parts, piece, &polygons);
-    if (status == TULLE_OK) status = add_fans(parts, piece, &polygons, first_point);
+    if (status == TULLE_OK) status = cut_polygons(parts, piece, &polygons, first_point);
     memory *const heap = &parts->document->heap;
     memory_release(heap, polygons.ends, (size_t)piece->polygon_count * sizeof(uint64_t));
     memory_release(heap, polygons.corners, (size_t)polygons.corner_count * sizeof(uint64_t));
@@ -172,7 +180,9 @@ tulle_status vtp_read_memory(const char *path, const char *bytes, size_t byte_co
                              tulle_error *error) {
     vtp_document document;
     tulle_status status = vtp_document_read(path, bytes, byte_count, &document, error);
-    mesh_parts parts = {.document = &document, .error = error};
+    mesh_parts parts = {.document = &document,
+                        .cutter = {.heap = &document.heap, .path = path, .place = "polygon"},
+                        .error = error};
     tulle_vtp_passed_over passed = {0};
     for (size_t i = 0; i < document.pieces.count && status == TULLE_OK; i++) {
         status = add_piece(&parts, &document.pieces.data[i]);
@@ -180,7 +190,9 @@ tulle_status vtp_read_memory(const char *path, const char *bytes, size_t byte_co
         passed.lines += document.pieces.data[i].line_count;
     }
     if (status == TULLE_OK) status = make_mesh(&parts, mesh);
+    polygon_cutter_describe(&parts.cutter, passed.polygons, sizeof passed.polygons);
     if (status == TULLE_OK && passed_over) *passed_over = passed;
+    polygon_cutter_destroy(&parts.cutter);
     ARRAY_FREE(&document.heap, &parts.positions);
     ARRAY_FREE(&document.heap, &parts.triangles);
     vtp_document_destroy(&document);

@@ -44,6 +44,55 @@ static void obj_in_many_dresses(void **state) {
     assert_square("f.obj", "v 0 \\\n 0 0\nv 1 0 0\\\r\n\nv 1 1 0\nv 0 1 0\nf 1 2\\\n 3 4\\");
 }
 
+/* An L with a corner on a straight side, before its vertices; its texture coordinates go along. A
+ * polygon that crosses itself and one that is not flat keep their fans, and are told. */
+static void polygons_are_cut_within(void **state) {
+    (void)state;
+    static const char *const heads[2] = {
+        "f 5/5 6/6 7/7 1/1 2/2 3/3 4/4\nf 1 6 2 4\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\n"
+        "v 0 2 0\nv 0 0.7 0\nv 1 1 1\nvt 0 0\nvt 2 0\nvt 2 1\nvt 1 1\nvt 1 2\nvt 0 2\n"
+        "vt 0 0.7\nf 1 2 8 6\n",
+        "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty "
+        "float "
+        "z\nproperty float s\nproperty float t\nelement face 3\nproperty list uchar int "
+        "vertex_index\nend_header\n0 0 0 0 0\n2 0 0 2 0\n2 1 0 2 1\n1 1 0 1 1\n1 2 0 1 2\n"
+        "0 2 0 0 2\n0 0.7 0 0 0.7\n1 1 1 nan nan\n7 4 5 6 0 1 2 3\n4 0 5 1 3\n4 0 1 7 5\n"};
+    static const char *const notes[2] = {
+        "1 polygon is not flat (line 18), 1 polygon crosses itself "
+        "or has no area (line 2)",
+        "1 polygon is not flat (line 22), 1 polygon crosses itself "
+        "or has no area (line 21)"};
+    for (int i = 0; i < 2; i++) {
+        const char *const path = test_path(i == 0 ? "l.obj" : "l.ply");
+        put_text(path, heads[i]);
+        tulle_mesh mesh = {0};
+        tulle_mesh_source source;
+        tulle_error error = {0};
+        if (tulle_mesh_read_source(path, &mesh, &source, &error))
+            fail_msg("%d: %s", error.line, error.message);
+        assert_int_equal(mesh.triangle_count, 9);
+        assert_string_equal(source.note, notes[i]);
+        assert_true(source.has_passed_shape);
+        double area = 0.0;
+        for (size_t t = 0; t < 5; t++) {
+            const double *x[3];
+            for (size_t k = 0; k < 3; k++) {
+                x[k] = mesh.positions + 3 * mesh.triangles[3 * t + k];
+                double const u = source.corner_uvs[6 * t + 2 * k];
+                double const v = source.corner_uvs[6 * t + 2 * k + 1];
+                assert_true((float)u == (float)x[k][0] && (float)v == (float)x[k][1]);
+            }
+            double const part = (x[1][0] - x[0][0]) * (x[2][1] - x[0][1]) -
+                                (x[1][1] - x[0][1]) * (x[2][0] - x[0][0]);
+            assert_true(part > 0.1);
+            area += 0.5 * part;
+        }
+        assert_true(fabs(area - 3.0) < 1e-6);
+        tulle_mesh_source_destroy(&source);
+        tulle_mesh_destroy(&mesh);
+    }
+}
+
 /* As modellers and garment programs write them: kinds, numbers and first lines are noted. */
 static void obj_statements_of_other_tools_are_noted(void **state) {
     (void)state;
@@ -201,14 +250,14 @@ static void obj_lines_are_kept_for_messages(void **state) {
     tulle_mesh_destroy(&mesh);
 }
 
-/* One face with very many corners on one very long line, and numbers of very many digits. */
+/* One convex face with very many corners on one very long line, and numbers of very many digits. */
 static void long_lines_are_read_in_linear_time(void **state) {
     (void)state;
     size_t const corner_count = 100000;
     char *const text = malloc(corner_count * 64);
     size_t length = 0;
     for (size_t i = 0; i < corner_count; i++)
-        length += (size_t)sprintf(text + length, "v %zu 0.%025zu 0\n", i, i);
+        length += (size_t)sprintf(text + length, "v %zu 0.%025zu 0\n", i, i * i);
     text[length++] = 'f';
     for (size_t i = 1; i <= corner_count; i++) length += (size_t)sprintf(text + length, " %zu", i);
     put_file(test_path("long.obj"), text, length);
@@ -534,6 +583,7 @@ static void what_is_no_file_is_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(obj_in_many_dresses),
+        cmocka_unit_test(polygons_are_cut_within),
         cmocka_unit_test(obj_statements_of_other_tools_are_noted),
         cmocka_unit_test(obj_parts_have_names),
         cmocka_unit_test(obj_parts_cost_no_more_than_their_text),

@@ -25,7 +25,7 @@ enum { FILE_MAX = 1 << 16, POINT_COUNT = 6, CORNER_COUNT = 10, POLYGON_COUNT = 3
 
 /* A quadrilateral and two triangles: four triangles once they are fans. */
 static const double points[3 * POINT_COUNT] = {
-    0, 0, 0, 1, 0, -0.0, 1.1, 1e-300, 0, 0.1, 1, 0.3333333333333333, -2, 0.5, 7e200, 3, 3, 3};
+    0, 0, 0, 1, 0, -0.0, 1.1, 1, 1e-300, 0.1, 1, 0.3333333333333333, -2, 0.5, 7e200, 3, 3, 3};
 static const uint64_t corners[CORNER_COUNT] = {0, 1, 2, 3, 1, 4, 2, 5, 3, 0};
 static const uint64_t ends[POLYGON_COUNT] = {4, 7, 10};
 static const uint32_t fans[12] = {0, 1, 2, 0, 2, 3, 1, 4, 2, 5, 3, 0};
@@ -221,6 +221,35 @@ static void expect_mesh(const file_form *form) {
     }
     for (size_t i = 0; i < 3 * mesh.triangle_count; i++)
         assert_int_equal(mesh.triangles[i], fans[i % 12] + POINT_COUNT * (i / 12));
+    tulle_mesh_destroy(&mesh);
+}
+
+/* An L, and a polygon that crosses itself, which is told. */
+static void polygons_are_cut_within(void **unused) {
+    (void)unused;
+    tulle_mesh mesh;
+    tulle_error error = {0};
+    tulle_vtp_passed_over passed;
+    static const char text[] =
+        "<VTKFile type=\"PolyData\" version=\"1.0\"><PolyData><Piece NumberOfPoints=\"6\" "
+        "NumberOfPolys=\"2\"><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" "
+        "format=\"ascii\">0 0 0 2 0 0 2 1 0 1 1 0 1 2 0 0 2 0</DataArray></Points><Polys>"
+        "<DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">1 2 3 4 5 0 0 2 1 5"
+        "</DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">6 10</DataArray>"
+        "</Polys></Piece></PolyData></VTKFile>";
+    if (vtp_read_memory("l.vtp", text, strlen(text), &mesh, &passed, &error) != TULLE_OK)
+        fail_msg("%d: %s", error.line, error.message);
+    double area = 0.0;
+    for (size_t i = 0; i < 4; i++) {
+        const double *const a = mesh.positions + 3 * mesh.triangles[3 * i],
+                            *const b = mesh.positions + 3 * mesh.triangles[3 * i + 1],
+                            *const c = mesh.positions + 3 * mesh.triangles[3 * i + 2];
+        double const part = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        assert_true(part > 0.1);
+        area += 0.5 * part;
+    }
+    assert_true(area == 3.0);
+    assert_string_equal(passed.polygons, "1 polygon crosses itself or has no area (polygon 1)");
     tulle_mesh_destroy(&mesh);
 }
 
@@ -489,6 +518,7 @@ static void little_files_take_little_memory(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_form_gives_the_mesh),
+        cmocka_unit_test(polygons_are_cut_within),
         cmocka_unit_test(a_decimal_comma_changes_nothing),
         cmocka_unit_test(floats_are_read),
         cmocka_unit_test(own_files_come_back),
