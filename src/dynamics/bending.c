@@ -10,32 +10,55 @@
 
 #include "base/parallel.h"
 
-/* Sides that are folded onto each other have no hinge normal. Where the sum of their unit
- * normals is shorter than this (a fold angle above 174 degrees), the rest curvature has no
- * effect. */
+/* Sides that are folded onto each other have no sum of normals to tell the hinge's normal by. Where
+ * the sum is shorter than this (a fold angle above 174 degrees), the hinge's vector helps. */
 static const double FOLDED_LIMIT = 0.1;
 
-/* The hinge's normal is along a x m, with a the edge and m the difference of the corners' offsets
- * over twice the rest areas: the sum of the sides' unit normals where they keep their areas. */
-typedef struct hinge_frame {
-    vec3 edge, across; /* a [m], m [1/m] */
-    double length;     /* |a x m| */
-    vec3 normal;       /* zero where the sides are folded onto each other */
-} hinge_frame;
-
-static hinge_frame compute_frame(const cloth_hinge *hinge, const cloth_hinge_rest *rest,
-                                 const double *positions) {
+/* The hinge's vector c, too, is along the normal, up or down, and is longest where the sum s of the
+ * normals vanishes. So n is the direction of
+ *     v = s + (FOLDED_LIMIT - |s|) c / |c|
+ * there, with c turned to the side of s. Two sides cannot pass through each other, so they stay on
+ * that side. */
+hinge_frame bend_compute_frame(const cloth_hinge *hinge, const double inv_double_areas[2],
+                               const double *positions) {
     vec3 const x0 = vec3_load(positions, hinge->vertices[0]);
     vec3 const left = vec3_sub(vec3_load(positions, hinge->vertices[2]), x0);
     vec3 const right = vec3_sub(vec3_load(positions, hinge->vertices[3]), x0);
     hinge_frame frame = {.edge = vec3_sub(vec3_load(positions, hinge->vertices[1]), x0)};
-    frame.across = vec3_sub(vec3_scale(left, rest->inv_double_areas[0]),
-                            vec3_scale(right, rest->inv_double_areas[1]));
-    vec3 const sum = vec3_cross(frame.edge, frame.across);
-    frame.length = vec3_norm(sum);
-    bool const is_folded = !(frame.length > FOLDED_LIMIT);
-    frame.normal = is_folded ? (vec3){0.0, 0.0, 0.0} : vec3_scale(sum, 1.0 / frame.length);
+    frame.across =
+        vec3_sub(vec3_scale(left, inv_double_areas[0]), vec3_scale(right, inv_double_areas[1]));
+    vec3 along = vec3_cross(frame.edge, frame.across);
+    frame.length = vec3_norm(along);
+    if (!(frame.length > FOLDED_LIMIT)) {
+        vec3 const c = bend_sum_corners(hinge, positions);
+        double const size = vec3_norm(c), more = FOLDED_LIMIT - frame.length;
+        if (!(size > 0.0)) return frame;
+        double const turn = (vec3_dot(along, c) < 0.0 ? -1.0 : 1.0) / size;
+        frame.sum = vec3_normalize(along);
+        frame.fold = vec3_scale(c, turn);
+        frame.fold_turn = more * turn;
+        along = vec3_add_scaled(along, frame.fold, more);
+        frame.length = vec3_norm(along);
+    }
+    frame.normal = vec3_scale(along, 1.0 / frame.length);
     return frame;
+}
+
+void bend_turn_normal(const cloth_hinge *hinge, const double inv_double_areas[2],
+                      const hinge_frame *frame, vec3 tangential, vec3 turning[4]) {
+    vec3 const by_sum =
+        frame->fold_turn == 0.0
+            ? tangential
+            : vec3_add_scaled(tangential, frame->sum, -vec3_dot(frame->fold, tangential));
+    vec3 const by_across = vec3_cross(by_sum, frame->edge);
+    turning[1] = vec3_cross(frame->across, by_sum);
+    turning[2] = vec3_scale(by_across, inv_double_areas[0]);
+    turning[3] = vec3_scale(by_across, -inv_double_areas[1]);
+    turning[0] = vec3_neg(vec3_add(turning[1], vec3_add(turning[2], turning[3])));
+    if (frame->fold_turn == 0.0) return;
+    vec3 const by_fold = vec3_scale(vec3_reject(tangential, frame->fold), frame->fold_turn);
+    for (int k = 0; k < 4; k++)
+        turning[k] = vec3_add_scaled(turning[k], by_fold, hinge->weights[k]);
 }
 
 void bend_compute_deviations(void *context, size_t begin, size_t end, size_t chunk, int worker) {
@@ -46,7 +69,8 @@ void bend_compute_deviations(void *context, size_t begin, size_t end, size_t chu
         const cloth_hinge_rest *const rests = task->model->hinge_rests;
         task->deviations[h] = bend_sum_corners(hinge, task->positions);
         if (!rests || rests[h].curvature == 0.0) continue;
-        vec3 const normal = compute_frame(hinge, &rests[h], task->positions).normal;
+        vec3 const normal =
+            bend_compute_frame(hinge, rests[h].inv_double_areas, task->positions).normal;
         task->deviations[h] = vec3_add_scaled(task->deviations[h], normal, -rests[h].curvature);
     }
 }
@@ -69,20 +93,15 @@ static void fill_forces(void *context, size_t begin, size_t end, size_t chunk, i
         for (size_t k = 0; k < 4; k++) forces[k] = vec3_scale(y, -hinge->weights[k]);
         const cloth_hinge_rest *const rest = &model->hinge_rests[h];
         if (rest->curvature == 0.0) continue;
-        hinge_frame const frame = compute_frame(hinge, rest, task->work->state->positions);
-        vec3 const n = frame.normal;
-        if (vec3_norm2(n) == 0.0) continue;
+        const double *const inverses = rest->inv_double_areas;
+        hinge_frame const frame = bend_compute_frame(hinge, inverses, task->work->state->positions);
+        if (vec3_norm2(frame.normal) == 0.0) continue;
         /* r (dn/dx_k)^T y: the gradient of r n . y at fixed y, the elastic moment. */
         vec3 const tangential =
-            vec3_scale(vec3_add_scaled(y, n, -vec3_dot(n, y)), rest->curvature / frame.length);
-        vec3 const by_edge = vec3_cross(frame.across, tangential);
-        vec3 const by_across = vec3_cross(tangential, frame.edge);
-        vec3 const by_left = vec3_scale(by_across, rest->inv_double_areas[0]);
-        vec3 const by_right = vec3_scale(by_across, -rest->inv_double_areas[1]);
-        forces[1] = vec3_add(forces[1], by_edge);
-        forces[2] = vec3_add(forces[2], by_left);
-        forces[3] = vec3_add(forces[3], by_right);
-        forces[0] = vec3_sub(forces[0], vec3_add(by_edge, vec3_add(by_left, by_right)));
+            vec3_scale(vec3_reject(y, frame.normal), rest->curvature / frame.length);
+        vec3 turning[4];
+        bend_turn_normal(hinge, inverses, &frame, tangential, turning);
+        for (size_t k = 0; k < 4; k++) forces[k] = vec3_add(forces[k], turning[k]);
     }
 }
 

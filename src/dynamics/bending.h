@@ -62,8 +62,25 @@ static inline vec3 bend_compute_moment(const cloth_model *model, size_t hinge,
     return moment;
 }
 
-/* A body of parallel_for that computes d = c - curvature * normal [m] of a range of hinges. Where
- * the sides of a hinge are folded onto each other, d is c. */
+/* The frame of a hinge, with a the edge, m the difference of the corners' offsets over twice the
+ * rest areas, and c the hinge's vector. Where the sides keep their areas, a x m is the sum of their
+ * unit normals. */
+typedef struct hinge_frame {
+    vec3 edge, across; /* a [m], m [1/m] */
+    double length;     /* |v| of the vector v along the normal */
+    vec3 normal;       /* unit; zero where there is none */
+    /* of sides that are nearly folded onto each other; else zero */
+    vec3 sum;         /* unit vector of a x m */
+    vec3 fold;        /* that of c, turned to the side of a x m */
+    double fold_turn; /* [1/m] how c turns v */
+} hinge_frame;
+hinge_frame bend_compute_frame(const cloth_hinge *hinge, const double inv_double_areas[2],
+                               const double *positions);
+/* (dn/dx)^T y of the corners, from the part of y at right angles to n over `length`. */
+void bend_turn_normal(const cloth_hinge *hinge, const double inv_double_areas[2],
+                      const hinge_frame *frame, vec3 tangential, vec3 turning[4]);
+
+/* A body of parallel_for that computes d = c - curvature * normal [m] of a range of hinges. */
 typedef struct deviation_task {
     const cloth_model *model;
     const double *positions;

@@ -437,13 +437,6 @@ static bool build_rows(coupling_work *work, cloth_model *model) {
 
 /* ---- curvatures ---- */
 
-/* Where a hinge stands in a list; at its end if it is new. */
-static size_t find_part(const curvature_part *parts, size_t count, uint32_t hinge) {
-    size_t place = 0;
-    while (place < count && parts[place].hinge != hinge) place++;
-    return place;
-}
-
 /* The curvature of a triangle along warp and weft, by the hinges whose kinks count in it. Returns
  * how many do. */
 static size_t list_curvature(const coupling_work *work, size_t triangle,
@@ -460,7 +453,8 @@ static size_t list_curvature(const coupling_work *work, size_t triangle,
         for (size_t h = 0; h < PATCH_HINGES; h++) {
             double const part = get_part(split, h, side);
             if (split->hinges[h] == TULLE_NONE || part == 0.0) continue;
-            size_t const place = find_part(parts, count, split->hinges[h]);
+            size_t place = 0;
+            while (place < count && parts[place].hinge != split->hinges[h]) place++;
             if (place == count)
                 parts[count++] = (curvature_part){split->hinges[h], (uint32_t)triangle, {0.0}};
             for (int yarn = 0; yarn < YARN_COUNT; yarn++)

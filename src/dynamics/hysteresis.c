@@ -195,37 +195,21 @@ void hysteresis_destroy(memory *heap, cloth_model *model) {
 
 /* ---- strains ---- */
 
-/* Sides folded onto each other have no normal, see bending.c. */
-static const double FOLDED_LIMIT = 0.1;
-
 hinge_kink hysteresis_measure_kink(const cloth_model *model, size_t index,
                                    const double *positions) {
     const cloth_hinge *const hinge = &model->hinges[index];
-    /* The normal is along a x m, with a the edge and m the difference of the corners' offsets over
-     * twice the rest areas: the sum of the sides' unit normals where they keep their areas. */
     double const inverses[2] = {model->sliders->inv_double_areas[hinge->sides[0] / 3],
                                 model->sliders->inv_double_areas[hinge->sides[1] / 3]};
-    vec3 const origin = vec3_load(positions, hinge->vertices[0]);
-    vec3 const left = vec3_sub(vec3_load(positions, hinge->vertices[2]), origin);
-    vec3 const right = vec3_sub(vec3_load(positions, hinge->vertices[3]), origin);
-    vec3 const edge = vec3_sub(vec3_load(positions, hinge->vertices[1]), origin);
-    vec3 const across = vec3_sub(vec3_scale(left, inverses[0]), vec3_scale(right, inverses[1]));
-    vec3 const sum = vec3_cross(edge, across);
-    double const length = vec3_norm(sum);
+    hinge_frame const frame = bend_compute_frame(hinge, inverses, positions);
     hinge_kink kink = {0};
-    if (!(length > FOLDED_LIMIT)) return kink;
+    if (vec3_norm2(frame.normal) == 0.0) return kink;
     vec3 const c = bend_sum_corners(hinge, positions);
     double const sign = bend_find_sign(model->surface, hinge);
-    kink.normal = vec3_scale(sum, sign / length);
+    kink.normal = vec3_scale(frame.normal, sign);
     kink.value = vec3_dot(kink.normal, c);
     /* (dn/dx)^T c */
-    vec3 const tangential = vec3_scale(vec3_reject(c, kink.normal), sign / length);
-    vec3 const by_across = vec3_cross(tangential, edge);
-    kink.turning[1] = vec3_cross(across, tangential);
-    kink.turning[2] = vec3_scale(by_across, inverses[0]);
-    kink.turning[3] = vec3_scale(by_across, -inverses[1]);
-    kink.turning[0] =
-        vec3_neg(vec3_add(kink.turning[1], vec3_add(kink.turning[2], kink.turning[3])));
+    vec3 const tangential = vec3_scale(vec3_reject(c, kink.normal), sign / frame.length);
+    bend_turn_normal(hinge, inverses, &frame, tangential, kink.turning);
     return kink;
 }
 

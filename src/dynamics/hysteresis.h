@@ -118,7 +118,7 @@ typedef struct slider_slots {
 
 /* The kink of a hinge and its gradient: normal times weight plus turning, by corner. */
 typedef struct hinge_kink {
-    double value; /* [m]; 0 where the sides are folded onto each other */
+    double value; /* [m] */
     vec3 normal, turning[4];
 } hinge_kink;
 hinge_kink hysteresis_measure_kink(const cloth_model *model, size_t hinge, const double *positions);

@@ -170,6 +170,27 @@ static fixture *make_curved(tulle_material material) {
     return f;
 }
 
+/* Folded about a line of vertices, by [degrees]. */
+static fixture *make_folded(double angle, tulle_material material) {
+    grid g = grid_make(COLUMNS, ROWS, 0.4, 0.3, 0);
+    double const turn = angle * acos(-1.0) / 180.0;
+    for (size_t v = 0; v < g.vertex_count; v++) {
+        double *const p = g.positions + 3 * v;
+        double const beyond = p[0] - 0.2;
+        if (!(beyond > 0.01)) continue;
+        p[0] = 0.2 + beyond * cos(turn);
+        p[1] = beyond * sin(turn);
+    }
+    fixture *const f =
+        fixture_make(g.positions, g.vertex_count, g.triangles, g.triangle_count, material);
+    grid_free(&g);
+    return f;
+}
+
+/* About these angles at rest, one of which needs no help and one only a little. */
+static double const folds[] = {150.0, 173.0, 175.0, 178.5, 179.9, -178.5};
+enum { FOLDS = sizeof folds / sizeof *folds };
+
 static void force_is_gradient_of_energy(void **state) {
     (void)state;
     tulle_material bending = plain_material();
@@ -191,6 +212,12 @@ static void force_is_gradient_of_energy(void **state) {
     shake(f->x, 3 * f->vertex_count, 0.01, 4);
     check_gradient(f, 1e-5);
     fixture_free(f);
+    for (int k = 0; k < FOLDS; k++) {
+        fixture *const folded = make_folded(folds[k], bending);
+        shake(folded->x, 3 * folded->vertex_count, 1e-4, 5);
+        check_gradient(folded, 1e-4);
+        fixture_free(folded);
+    }
 }
 
 /* A curved rest shape is at rest, and a flat one too. */
@@ -208,6 +235,19 @@ static void rest_shape_has_no_forces(void **state) {
     fixture_assemble(flat, TULLE_INTEGRATOR_IMPLICIT_EULER, 0.01);
     assert_true(largest(flat->system.forces, 3 * flat->vertex_count) < 1e-12);
     fixture_free(flat);
+    for (int k = 0; k < FOLDS; k++) {
+        fixture *const folded = make_folded(folds[k], plain_material());
+        cloth_energies energies;
+        assert_true(folded->model.has_curved_rest);
+        fixture_assemble(folded, TULLE_INTEGRATOR_IMPLICIT_EULER, 0.01);
+        assert_true(largest(folded->system.forces, 3 * folded->vertex_count) < 1e-12);
+        assert_int_equal(compute_energies(&folded->model, folded->x, folded->v,
+                                          (energy_options){.threads = 1}, &folded->scratch,
+                                          &energies),
+                         TULLE_OK);
+        assert_true(energies.elastic.bend < 1e-20);
+        fixture_free(folded);
+    }
 }
 
 /* In tension nothing is clamped: the matrix is M - h D - h^2 K of the exact derivatives. */

@@ -412,6 +412,35 @@ static void sliders_begin_at_the_rest_shape(void **state) {
     free_slid(&cloth);
 }
 
+/* A sheet that is folded at rest, hardly short of flat, has the kink of its fold. What creases it
+ * further or opens it a little changes that kink by little. */
+static void folds_keep_their_kink(void **state) {
+    (void)state;
+    double const degree = acos(-1.0) / 180.0;
+    slid cloth = make_slid(grid_make(12, 8, 0.06, 0.04, 0), make_cotton(), 0.0);
+    fixture *const f = cloth.f;
+    size_t folded = 0;
+    for (double angle = 170.0; angle < 179.95; angle += 0.5) {
+        for (size_t v = 0; v < f->vertex_count; v++) {
+            double const beyond = f->rest[3 * v] - 0.03;
+            f->x[3 * v] = beyond > 1e-3 ? 0.03 + beyond * cos(angle * degree) : f->rest[3 * v];
+            f->x[3 * v + 1] = beyond > 1e-3 ? beyond * sin(angle * degree) : 0.0;
+        }
+        for (size_t h = 0; h < f->model.hinge_count; h++) {
+            const cloth_hinge *const hinge = &f->model.hinges[h];
+            const double *const a = f->rest + 3 * (size_t)hinge->vertices[0];
+            const double *const b = f->rest + 3 * (size_t)hinge->vertices[1];
+            double const kink = hysteresis_measure_kink(&f->model, h, f->x).value;
+            bool const is_folded = fabs(a[0] - 0.03) < 1e-9 && fabs(b[0] - 0.03) < 1e-9;
+            double const wanted = is_folded ? 2.0 * sin(0.5 * angle * degree) * 0.005 : 0.0;
+            assert_true(fabs(fabs(kink) - wanted) < 1e-12);
+            folded += is_folded;
+        }
+    }
+    assert_int_equal(folded, 8 * 20);
+    free_slid(&cloth);
+}
+
 /* The same bits for any number of threads. */
 static void threads_change_nothing(void **state) {
     (void)state;
@@ -466,6 +495,7 @@ int main(void) {
         cmocka_unit_test(turning_feels_no_slider),
         cmocka_unit_test(closed_paths_take_energy),
         cmocka_unit_test(sliders_begin_at_the_rest_shape),
+        cmocka_unit_test(folds_keep_their_kink),
         cmocka_unit_test(threads_change_nothing),
         cmocka_unit_test(nothing_is_made_without_it),
     };
