@@ -170,6 +170,14 @@ def check_time_travel(page):
     ask_well(page, "move", object=BALL, position=[0, 0, 0.2], rotation=[1, 0, 0, 0])
     step(page, 40)
     expect(page.state["hash"] == second, "another state when the move is done again")
+    session = os.path.join(FOLDER, "sheet.session")
+    if os.path.exists(session):
+        os.remove(session)
+    os.symlink("elsewhere.txt", session)  # whoever gave the folder may have put it there
+    answer = page.ask("save_session")
+    expect(answer["type"] == "error" and "symbolic link" in answer["message"], f"a session through a link: {answer}")
+    expect(not os.path.exists(os.path.join(FOLDER, "elsewhere.txt")), "a session was written through a link")
+    os.remove(session)
     ask_well(page, "save_session")
     page.ask("reset")
     page.wait_for(lambda: page.state["step"] == 0 and page.state.get("hash"))

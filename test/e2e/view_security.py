@@ -299,6 +299,48 @@ def check_idle_clients(server):
     expect(is_well(server), "after 40 pages")
 
 
+def check_half_open(server):
+    """300 connections that never finish a request keep no page out."""
+    idle = [server.open_socket() for _ in range(300)]
+    for connection in idle[::2]:
+        connection.sendall(b"GET / HTTP/1.1\r\nHost:")
+    begin = time.monotonic()
+    expect(server.get("")[0] == 200, "the page beside 300 half-open connections")
+    expect(is_well(server), "beside 300 half-open connections")
+    expect(time.monotonic() - begin < 5.0, f"a page took {time.monotonic() - begin:.1f} s beside 300 half-open connections")
+    for connection in idle:
+        connection.close()
+
+
+def check_greedy_pages(server):
+    """30 pages that ask for much and never read: the thread of the network has time for another page."""
+    def get_seconds():
+        with open(f"/proc/{server.process.pid}/task/{server.process.pid}/stat", encoding="ascii") as file:
+            return sum(int(word) for word in file.read().rsplit(")", 1)[1].split()[11:13]) / os.sysconf("SC_CLK_TCK")
+    with Page(server) as page:
+        page.ask("step", count=500)
+        page.wait_for(lambda: page.state and page.state["step"] >= 500)
+        greedy = [Page(server, receive_buffer=4096) for _ in range(30)]
+        for each in greedy:
+            each.socket.settimeout(0.01)
+        begin, seconds, answers = time.monotonic(), get_seconds(), 0
+        while time.monotonic() - begin < 4.0:
+            for each in greedy:
+                try:
+                    for _ in range(6):
+                        each.send("series", id=1, names=["contacts", "smallest_gap", "kinetic_energy"], buckets=2000)
+                except OSError:
+                    pass
+            answers += page.ask("pick", object=0, triangle=0, weights=[1, 0, 0])["type"] == "picked"
+        seconds = get_seconds() - seconds
+        expect(seconds < 1.3, f"30 greedy pages took {seconds:.2f} of {time.monotonic() - begin:.1f} s of the network's thread")
+        expect(answers >= 4, f"{answers} answers in 4 s beside 30 greedy pages")
+        print(f"30 greedy pages: {seconds:.2f} s of the network's thread, {answers} answers", flush=True)
+        for each in greedy:
+            each.socket.close()
+    expect(is_well(server), "after greedy pages")
+
+
 def check_slow_reader(server):
     """A page that never reads: the simulation and another page go on at full rate; memory stays."""
     def get_memory():
@@ -339,7 +381,7 @@ def check_slow_reader(server):
 def main():
     with Server(SCENE, "--threads", "1", folder=FOLDER) as server:
         for check in (check_headers, check_tokens, check_paths, check_hosts, check_frames, check_messages, check_random_bytes, check_editing,
-                      check_idle_clients, check_slow_reader):
+                      check_idle_clients, check_half_open, check_greedy_pages, check_slow_reader):
             begin = time.monotonic()
             check(server)
             expect(is_well(server), f"the server after {check.__name__}")

@@ -35,6 +35,14 @@ static tulle_status name_output(const picture_options *options, bool is_film,
     return written > 0 && written < NUMBERED_PATH_SIZE ? TULLE_OK : fail_length(error);
 }
 
+/* Nobody named these places. So what others put there leads nowhere else. */
+static tulle_status refuse_link(const char *path, tulle_error *error) {
+    struct stat facts;
+    if (lstat(path, &facts) != 0 || !S_ISLNK(facts.st_mode)) return TULLE_OK;
+    return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                        "is a symbolic link; remove it, or name another place by -o");
+}
+
 /* Whether a file can be made at the path: tries another name in the same folder. */
 static tulle_status check_place(const char *path, tulle_error *error) {
     struct stat facts;
@@ -82,6 +90,7 @@ static tulle_status check_film(const picture_options *options, const picture_run
     tulle_status status = choose_rate(options, run, target, error);
     if (status == TULLE_OK) status = name_folder(target, error);
     struct stat facts;
+    if (status == TULLE_OK) status = refuse_link(target->folder, error);
     if (status == TULLE_OK && stat(target->folder, &facts) == 0 && !S_ISDIR(facts.st_mode))
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, target->folder, 0, 0,
                             "is there and no folder; the film's frames go there until it is whole");
@@ -108,6 +117,7 @@ tulle_status picture_target_choose(const picture_options *options, const picture
     else if (snprintf(target->path, NUMBERED_PATH_SIZE, "%s", options->output) >=
              NUMBERED_PATH_SIZE - 60)
         status = fail_length(error);
+    if (status == TULLE_OK && !options->output) status = refuse_link(target->path, error);
     if (status == TULLE_OK) status = picture_find_kind(target->path, &target->kind, error);
     if (status != TULLE_OK) return status;
     if (target->kind == PICTURE_SERIES) return check_series(target, error);

@@ -3,9 +3,13 @@
 
 #include "base/memory.h"
 
+#include <math.h>
 #include <string.h>
 
 static const double RATE_DEFAULT = 60.0; /* [1/s] */
+/* Of the network's thread requests of all clients together get this share. */
+static const double REQUEST_SHARE = 0.25;
+static const double CREDIT_MAX = 0.01; /* [s] saved up by a client that asks seldom */
 
 view_client *client_create(struct lws *wsi, uint32_t number) {
     memory heap = memory_default();
@@ -14,6 +18,7 @@ view_client *client_create(struct lws *wsi, uint32_t number) {
     client->wsi = wsi;
     client->number = number;
     client->rate = RATE_DEFAULT;
+    client->credit = CREDIT_MAX;
     return client;
 }
 
@@ -24,6 +29,13 @@ void client_destroy(view_client *client) {
     buffer_release(&client->incoming);
     frame_coder_release(&client->coder);
     memory_release(&heap, client, sizeof *client);
+}
+
+bool client_may_ask(view_client *client, size_t client_count, double now) {
+    double const share = REQUEST_SHARE / (double)(client_count > 0 ? client_count : 1);
+    client->credit = fmin(CREDIT_MAX, client->credit + (now - client->credited) * share);
+    client->credited = now;
+    return client->credit > 0.0 && client->queue_count < CLIENT_QUEUE_FULL;
 }
 
 bool client_begin_document(view_client *client, const view_document *document) {

@@ -8,7 +8,7 @@
 
 enum {
     CLIENT_QUEUE_MAX = 256, /* messages that wait */
-    CLIENT_QUEUE_FULL = 64, /* from here on nothing more is read from the client */
+    CLIENT_QUEUE_FULL = 8,  /* from here on nothing more is read from the client */
     CLIENT_MESSAGES_A_SECOND = 200,
     CLIENT_RUN_UNDER_WAY = 4, /* frames of a run that are not acknowledged */
     CLIENT_LIVE_UNDER_WAY = 2 /* the same of a live scene */
@@ -32,6 +32,8 @@ typedef struct view_client {
     client_message queue[CLIENT_QUEUE_MAX];
     size_t queue_begin, queue_count;
     bool is_paused;  /* nothing is read from it */
+    double credit;   /* [s] of the network's thread that its requests may take; negative: a debt */
+    double credited; /* [s] of the clock: when the credit was last counted */
     bool is_overrun; /* a message found no room: the connection ends */
     bool needs_document, needs_state;
     size_t next_mesh; /* to be sent; from object_count on: all are */
@@ -56,6 +58,9 @@ typedef struct view_client {
 
 view_client *client_create(struct lws *wsi, uint32_t number);
 void client_destroy(view_client *client);
+/* Counts the credit of a client among `client_count`; whether it may ask now: it has credit, and
+ * reads its answers. */
+bool client_may_ask(view_client *client, size_t client_count, double now);
 /* Begins a document anew: its message, its meshes, its first frame. False without memory. */
 bool client_begin_document(view_client *client, const view_document *document);
 

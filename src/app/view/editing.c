@@ -301,21 +301,30 @@ static void answer_text(view_session *session, view_client *client, const view_r
     file_release(&heap, &file);
 }
 
-static void answer_schema(view_client *client, const view_request *request) {
-    view_buffer buffer = {0};
-    FILE *const file = tmpfile();
-    if (!file) {
-        client_push_error(client, request, "there is no room for a temporary file");
-        return;
-    }
+/* The keys are those of the program, so they are written down once. */
+static const view_buffer *get_schema(void) {
+    static view_buffer schema; /* lives as long as the program */
+    FILE *const file = schema.count == 0 ? tmpfile() : NULL;
+    if (!file) return &schema;
     scene_print_schema(file);
     long const size = ftell(file);
     rewind(file);
+    unsigned char *const place = size > 0 ? buffer_extend(&schema, (size_t)size) : NULL;
+    if (!place || fread(place, 1, (size_t)size, file) != (size_t)size) buffer_release(&schema);
+    fclose(file);
+    return &schema;
+}
+
+static void answer_schema(view_client *client, const view_request *request) {
+    view_buffer buffer = {0};
+    const view_buffer *const schema = get_schema();
+    if (schema->count == 0) {
+        client_push_error(client, request, "there is no room for a temporary file");
+        return;
+    }
     client_begin_answer(request, "schema", &buffer);
     buffer_print(&buffer, ",\"keys\":");
-    unsigned char *const place = size > 0 ? buffer_extend(&buffer, (size_t)size) : NULL;
-    if (!place || fread(place, 1, (size_t)size, file) != (size_t)size) buffer.is_failed = true;
-    fclose(file);
+    buffer_put_bytes(&buffer, buffer_get(schema), schema->count);
     buffer_print(&buffer, "}");
     client_push(client, &buffer, false);
 }

@@ -1,6 +1,8 @@
 /* app/view/series.c - see series.h. */
 #include "app/view/series.h"
 
+#include "io/text/number.h"
+
 #include "app/view/document.h"
 
 #include <math.h>
@@ -131,6 +133,15 @@ static double find_extreme(const series_row *rows, size_t count, int column, boo
     return extreme;
 }
 
+/* Rows hold floats, so a value has the digits that give the same float again. */
+static void put_value(view_buffer *buffer, double value) {
+    char text[NUMBER_TEXT_SIZE];
+    if (isfinite(value))
+        buffer_put_bytes(buffer, text, number_format_float((float)value, text));
+    else
+        buffer_print(buffer, "null");
+}
+
 void series_write(const series_table *table, series_request request, view_buffer *buffer) {
     size_t const first = find_row(table, request.from);
     size_t const end =
@@ -162,7 +173,7 @@ void series_write(const series_table *table, series_request request, view_buffer
             for (size_t b = 0; b < buckets; b++) {
                 size_t const begin = b * count / buckets, stop = (b + 1) * count / buckets;
                 if (b > 0) buffer_put_u8(buffer, ',');
-                buffer_json_double(buffer, NULL, find_extreme(rows + begin, stop - begin, c, high));
+                put_value(buffer, find_extreme(rows + begin, stop - begin, c, high));
             }
             buffer_put_u8(buffer, ']');
         }

@@ -11,6 +11,7 @@
 #include "app/view/assets.h"
 #include "app/view/guard.h"
 #include "base/error.h"
+#include "base/timer.h"
 
 #include <libwebsockets.h>
 #include <math.h>
@@ -18,12 +19,15 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 extern char **environ;
 
 enum {
     CONNECTIONS_MAX = 192,    /* of all kinds, before they are known to be clients */
+    HALF_OPEN_MAX = 64,       /* of these without a whole request; the oldest makes room */
+    UNREAD_BYTES = 1 << 18,   /* that the system keeps for a connection that does not read them */
     HEADER_BYTES_MAX = 4096,  /* of a request */
     HEADER_SECONDS_MAX = 10,  /* in which a request must be whole */
     PIECE_BYTES = 1 << 14,    /* of a download, of a message that comes in */
@@ -40,6 +44,9 @@ struct view_server {
     view_guard guard;
     const view_options *options;
     lws_sorted_usec_list_t tick;
+    struct lws
+        *half_open[HALF_OPEN_MAX]; /* connections without a whole request, the oldest first */
+    size_t half_open_count;
 };
 
 /* Of an HTTP connection: what is being sent. Of a WebSocket: the client. */
@@ -179,6 +186,29 @@ static int go_on_with_answer(struct lws *wsi, connection *answer) {
     return lws_http_transaction_completed(wsi) ? -1 : 0;
 }
 
+/* Forgets a connection whose request is whole, or that is gone. */
+static void settle(struct lws *wsi) {
+    view_server *const server = get_server(wsi);
+    size_t at = 0;
+    while (at < server->half_open_count && server->half_open[at] != wsi) at++;
+    if (at == server->half_open_count) return;
+    server->half_open_count--;
+    memmove(server->half_open + at, server->half_open + at + 1,
+            (server->half_open_count - at) * sizeof *server->half_open);
+}
+
+/* Those who never finish a request keep nobody out: a page asks at once, and the oldest goes. */
+static void await_request(struct lws *wsi) {
+    view_server *const server = get_server(wsi);
+    int const unread = UNREAD_BYTES;
+    (void)setsockopt(lws_get_socket_fd(wsi), SOL_SOCKET, SO_SNDBUF, &unread, sizeof unread);
+    if (server->half_open_count == HALF_OPEN_MAX) {
+        lws_set_timeout(server->half_open[0], PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
+        settle(server->half_open[0]);
+    }
+    server->half_open[server->half_open_count++] = wsi;
+}
+
 /* 0: the WebSocket may begin. */
 static int check_upgrade(struct lws *wsi) {
     char path[256], protocol[64];
@@ -202,11 +232,15 @@ static int handle_http(struct lws *wsi, enum lws_callback_reasons reason, void *
                        size_t length) {
     connection *const answer = user;
     switch (reason) {
+    case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED: await_request(wsi); break;
+    case LWS_CALLBACK_CLOSED_HTTP:
+    case LWS_CALLBACK_WSI_DESTROY: settle(wsi); break;
     case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
+        settle(wsi);
         /* Nothing but the WebSocket is upgraded to. */
         return in && strcmp(in, "websocket") == 0 ? check_upgrade(wsi) : -1;
     case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION: return -1; /* without the protocol */
-    case LWS_CALLBACK_HTTP: return begin_answer(wsi, answer, in);
+    case LWS_CALLBACK_HTTP: settle(wsi); return begin_answer(wsi, answer, in);
     case LWS_CALLBACK_RAW_ADOPT: /* what is no HTTP, as CONNECT */
     case LWS_CALLBACK_RAW_RX: return -1;
     case LWS_CALLBACK_HTTP_WRITEABLE: return answer ? go_on_with_answer(wsi, answer) : -1;
@@ -228,8 +262,14 @@ static int close_with(struct lws *wsi, enum lws_close_status status, const char 
     return -1;
 }
 
-/* Asks for the client's turn where there is something for it. */
+/* Asks for the client's turn where there is something for it. A client that does not read its
+ * answers, or asks for more than its share, is not listened to. */
 static void look_after(view_server *server, view_client *client) {
+    bool const is_paused = !client_may_ask(client, server->session.client_count, timer_now());
+    if (is_paused != client->is_paused) {
+        client->is_paused = is_paused;
+        lws_rx_flow_control(client->wsi, !is_paused);
+    }
     double const seconds = session_supply(&server->session, client);
     if (seconds <= 0.0 || client->end_reason || client->is_overrun)
         lws_callback_on_writable(client->wsi);
@@ -243,7 +283,7 @@ static void look_after_all(view_server *server) {
         look_after(server, server->session.clients[i]);
 }
 
-/* Sends one message; a client whose queue is full is not listened to. */
+/* Sends one message. */
 static int send_next(struct lws *wsi, view_client *client) {
     view_server *const server = get_server(wsi);
     if (client->end_reason)
@@ -258,10 +298,6 @@ static int send_next(struct lws *wsi, view_client *client) {
                                    message->is_binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT);
         if (sent < (int)count) return -1;
         client_drop_first(client);
-    }
-    if (client->is_paused && client->queue_count < CLIENT_QUEUE_FULL) {
-        client->is_paused = false;
-        lws_rx_flow_control(wsi, 1);
     }
     look_after(server, client);
     return 0;
@@ -284,10 +320,6 @@ static int receive(struct lws *wsi, view_client *client, const void *bytes, size
     buffer_release(&(view_buffer){message.bytes, message.count, message.capacity, false});
     if (client->end_reason)
         return close_with(wsi, LWS_CLOSE_STATUS_POLICY_VIOLATION, client->end_reason);
-    if (!client->is_paused && client->queue_count >= CLIENT_QUEUE_FULL) {
-        client->is_paused = true;
-        lws_rx_flow_control(wsi, 0);
-    }
     look_after(server, client);
     return 0;
 }

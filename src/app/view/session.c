@@ -149,7 +149,8 @@ void session_take_message(view_session *session, view_client *client, const char
                           size_t length) {
     view_request request;
     char reason[REASON_SIZE];
-    if (!client_count_message(client, timer_now())) {
+    double const begin = timer_now();
+    if (!client_count_message(client, begin)) {
         client->end_reason = "too many messages in a second";
         return;
     }
@@ -165,6 +166,7 @@ void session_take_message(view_session *session, view_client *client, const char
         client->end_reason = client->reason;
         break;
     }
+    client->credit -= timer_now() - begin;
 }
 
 /* ---- coming round ---- */
