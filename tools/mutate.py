@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Changes the engine's code in one small place after the other, and asks whether a test notices.
 
-usage: mutate.py [--count N] [--seed N] [--file PART] [--operator NAME] [--trust-kills] [--list] [--summary] [--build DIR]
+usage: mutate.py [--count N] [--seed N] [--file PART] [--operator NAME] [--since COMMIT] [--trust-kills] [--list] [--summary]
+                 [--build DIR]
 
 Mutants (tools/mutation_operators.py) are drawn by the seed: so many a folder (FOLDERS in tools/mutation_judge.py), in turn from
 each operator. A mutant that does not compile, or compiles to the same code, does not count; the next one takes its place.
@@ -25,6 +26,7 @@ import glob
 import hashlib
 import os
 import signal
+import subprocess
 import sys
 import time
 from collections import Counter, defaultdict
@@ -176,11 +178,26 @@ def read_options(arguments):
     parser.add_argument("--seed", type=int, default=1, help="which mutants")
     parser.add_argument("--file", default="", help="only files whose path holds this")
     parser.add_argument("--operator", choices=list(OPERATORS), help="only this operator")
+    parser.add_argument("--since", metavar="COMMIT", help="only lines that no C file of src/ had at this commit")
     parser.add_argument("--trust-kills", action="store_true", help="a kill holds although its test has changed since")
     parser.add_argument("--list", action="store_true", help="lists mutants and what is known of them, judges none")
     parser.add_argument("--summary", action="store_true", help="counts all verdicts on today's code, judges none")
     parser.add_argument("--build", default="build/mutate", help="where the copy of the tree and results are")
     return parser.parse_args(arguments)
+
+
+def read_older_lines(commit):
+    """The lines of all C files of src/ at a commit, without the spaces around them."""
+    done = subprocess.run(["git", "grep", "-h", "", commit, "--", "src/*.c"], capture_output=True, text=True,
+                          cwd=os.path.dirname(os.path.abspath(__file__)) + "/..")
+    if done.returncode != 0:
+        fail(2, f"git knows no C files of src/ at {commit}: {done.stderr.strip()}")
+    return {line.strip() for line in done.stdout.splitlines()}
+
+
+def find_newer(mutants, older):
+    """Those on lines that are not among the older ones. A line that moved to another place or file is not new."""
+    return [mutant for mutant in mutants if mutant.line not in older]
 
 
 def read_mutants(root, options):
@@ -193,6 +210,8 @@ def read_mutants(root, options):
             mutants += find_mutants(path, code)
     equivalent = read_equivalent(f"{root}/{EQUIVALENT}", mutants)
     mutants = [m for m in mutants if options.file in m.file and options.operator in (None, m.operator)]
+    if options.since:
+        mutants = find_newer(mutants, read_older_lines(options.since))
     if not mutants:
         fail(2, f"no mutant of operator {options.operator or 'any'} in files with \"{options.file}\" in their path")
     return mutants, digests, equivalent

@@ -85,6 +85,14 @@ def check_ids():
     check(len(set(ids)) == len(ids), "equal lines of one function share ids")
 
 
+def check_newer():
+    mutants = find_mutants("src/world/made_up.c", CODE)
+    line = "if (!text || sum >= 2.5) return COUNT;"
+    newer = mutate.find_newer(mutants, {each.strip() for each in CODE.split("\n")} - {line})
+    check(newer and newer == [m for m in mutants if m.line == line], "lines that are not new are mutated, or new ones are not")
+    check(mutate.find_newer(mutants, set()) == mutants, "without older lines not all are new")
+
+
 def make_test(name, command="", digest="11111111", room="world"):
     return Test(name, ["sh", "-c", command], {"TULLE_GIVEN": "1"}, "/", digest, name.split(".")[0], room, name.split(".")[1])
 
@@ -182,6 +190,7 @@ def check_draw_and_summary(directory):
 def main():
     check_operators()
     check_ids()
+    check_newer()
     check_verdicts()
     check_order()
     with tempfile.TemporaryDirectory() as directory:

@@ -216,6 +216,44 @@ static void only_the_same_scene_is_resumed(void **state) {
 
 /* Runs of older format versions can be read, but not gone on with. Nothing in them can be verified.
  */
+/* Gives a run the checkpoint of another one, which differs in nothing but the hash of its scene. */
+static void plant_checkpoint(const char *from, const char *to, const char *name) {
+    char path[1024];
+    size_t size;
+    snprintf(path, sizeof path, "%s/checkpoint.bin", from);
+    char *const bytes = get_file(path, &size);
+    snprintf(path, sizeof path, "%s/%s", to, name);
+    put_file(path, bytes, size);
+    free(bytes);
+}
+
+/* The one before takes its place; where there is none, nothing of the other scene is handed out. */
+static void a_checkpoint_of_another_scene_is_passed_over(void **state) {
+    (void)state;
+    const char *const own = test_path("own"), *const other = test_path("other_scene");
+    run_whole(own, FRAME_COUNT);
+    tulle_run_def def = make_def(other, FRAME_COUNT);
+    def.scene_hash++;
+    tulle_run_writer *writer = NULL;
+    tulle_run_checkpoint checkpoint = {0};
+    tulle_error error = {0};
+    assert_int_equal(tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error), TULLE_OK);
+    assert_int_equal(go_on(writer, &checkpoint, FRAME_COUNT, &error), TULLE_OK);
+    assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, "all is well", &error), TULLE_OK);
+    plant_checkpoint(other, own, "checkpoint.bin");
+    def = make_def(own, FRAME_COUNT);
+    assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error), TULLE_OK);
+    assert_non_null(strstr(tulle_run_get_notes(writer), "the checkpoint is of another scene; the "
+                                                        "run goes on from the checkpoint before"));
+    assert_int_equal(go_on(writer, &checkpoint, FRAME_COUNT, &error), TULLE_OK);
+    assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, "all is well", &error), TULLE_OK);
+    assert_same_run(own, test_path("whole"));
+    plant_checkpoint(other, own, "checkpoint.bin");
+    plant_checkpoint(other, own, "checkpoint.previous.bin");
+    assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error), TULLE_ERROR_PARSE);
+    assert_non_null(strstr(error.message, "the checkpoint is of another scene; neither"));
+}
+
 static void older_runs_are_read_but_not_resumed(void **state) {
     (void)state;
     for (char version = '1'; version <= '2'; version++) {
@@ -465,6 +503,7 @@ int main(void) {
         cmocka_unit_test(a_second_writer_is_kept_out),
         cmocka_unit_test(bad_defs_and_places_create_nothing),
         cmocka_unit_test(only_the_same_scene_is_resumed),
+        cmocka_unit_test(a_checkpoint_of_another_scene_is_passed_over),
         cmocka_unit_test(older_runs_are_read_but_not_resumed),
         cmocka_unit_test(paraview_files),
         cmocka_unit_test(report_lines_fit_their_heading),

@@ -101,15 +101,16 @@ static tulle_world_def make_def(tulle_on_pinch choice, int threads) {
     return def;
 }
 
-/* A sheet that hangs in the plane y = 0, or half a metre aside, pinned along its upper edge. */
-static void add_hanging_sheet(room_world *made, where place) {
+/* A sheet that hangs in a plane of y, pinned along its upper edge. */
+static void add_sheet_at(room_world *made, double y) {
+    tulle_mesh_destroy(&made->sheet);
     made->sheet = small_sheet(0.2, 17, 0.0);
     uint32_t upper[32];
     size_t count = 0;
     for (uint32_t v = 0; v < made->sheet.vertex_count; v++) {
         double *const x = made->sheet.positions + 3 * v;
         x[2] = x[1];
-        x[1] = place == BETWEEN ? 0.0 : 0.5;
+        x[1] = y;
         if (x[2] > 0.0999) upper[count++] = v;
     }
     assert_int_equal(count, 17);
@@ -119,6 +120,10 @@ static void add_hanging_sheet(room_world *made, where place) {
     def.pins = &pin;
     def.pin_count = 1;
     assert_int_equal(tulle_world_add_cloth(made->world, &def, &made->cloth, NULL), TULLE_OK);
+}
+
+static void add_hanging_sheet(room_world *made, where place) {
+    add_sheet_at(made, place == BETWEEN ? 0.0 : 0.5);
 }
 
 static void add_body(room_world *made, bool is_given) {
@@ -283,6 +288,30 @@ static void cloth_between_parts_keeps_its_room(void **state) {
     free_world(&made);
 }
 
+/* Each layer on the way across has its room: three thicknesses for two layers, where one has two.
+ */
+static void two_layers_have_more_room(void **state) {
+    (void)state;
+    room_world made = {.blocks = make_blocks()};
+    tulle_world_def const def = make_def(TULLE_ON_PINCH_LAG, 1);
+    assert_int_equal(tulle_world_create(&def, &made.world, NULL), TULLE_OK);
+    add_sheet_at(&made, -0.6 * CONTACT_DISTANCE);
+    add_sheet_at(&made, 0.6 * CONTACT_DISTANCE);
+    add_body(&made, false);
+    double *const felt = allocate_positions(&made);
+    double narrowest = 1.0;
+    for (int i = 1; i < (int)(HELD / STEP); i++) {
+        step_world(&made, NULL);
+        copy_values(&made, TULLE_VALUES_POSITIONS, felt);
+        narrowest = fmin(narrowest, measure_gap(&made, felt));
+    }
+    double const room = 2.7 * CONTACT_DISTANCE;
+    if (!(narrowest > 0.8 * room && narrowest < 1.2 * room))
+        fail_msg("the blocks come as near as %g m, not %g m", narrowest, room);
+    free(felt);
+    free_world(&made);
+}
+
 /* Where no cloth is between, a world that may lag has the bits of one that stops. */
 static void without_cloth_between_nothing_lags(void **state) {
     (void)state;
@@ -430,11 +459,7 @@ static tulle_status read_press(void *context, uint32_t frame, double *positions,
     return TULLE_OK;
 }
 
-static void add_press(tulle_world *world, press *made, double height) {
-    tulle_shape_def box = tulle_shape_def_default(TULLE_SHAPE_BOX);
-    for (int k = 0; k < 3; k++) box.size[k] = SIDE;
-    box.resolution[0] = box.resolution[1] = 7;
-    made->block = small_shape(box, 0.0, 0.0, height + 0.5 * SIDE);
+static void add_pressed(tulle_world *world, press *made) {
     tulle_obstacle_def def = tulle_obstacle_def_default();
     def.mesh = tulle_mesh_get_view(&made->block);
     def.name = "press";
@@ -443,6 +468,14 @@ static void add_press(tulle_world *world, press *made, double height) {
     def.frame_count = FRAMES;
     def.frame_interval = STEP;
     assert_int_equal(tulle_world_add_obstacle(world, &def, NULL, NULL), TULLE_OK);
+}
+
+static void add_press(tulle_world *world, press *made, double height) {
+    tulle_shape_def box = tulle_shape_def_default(TULLE_SHAPE_BOX);
+    for (int k = 0; k < 3; k++) box.size[k] = SIDE;
+    box.resolution[0] = box.resolution[1] = 7;
+    made->block = small_shape(box, 0.0, 0.0, height + 0.5 * SIDE);
+    add_pressed(world, made);
 }
 
 static double find_lowest(const tulle_world *world, tulle_obstacle_id id) {
@@ -522,6 +555,40 @@ static void pins_are_kept_clear(void **state) {
     assert_true(find_lowest(world, id) == 0.03);
     tulle_world_destroy(world);
     tulle_mesh_destroy(&sheet);
+    tulle_mesh_destroy(&made.block);
+}
+
+/* A plate that rises past a pin, 6 mm beside its edge: the pin is not on its way, so nothing lags
+ * although the plate comes level with it. */
+static void what_passes_beside_a_pin_goes_on(void **state) {
+    (void)state;
+    tulle_world_def const def = make_def(TULLE_ON_PINCH_LAG, 1);
+    tulle_world *world = NULL;
+    assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
+    static const double corners[9] = {0.036, 0.0, 0.0, 0.05, -0.01, 0.0, 0.05, 0.01, 0.0};
+    static const uint32_t all[3] = {0, 1, 2};
+    tulle_pin const pin = {all, 3, {0}, (double)INFINITY};
+    tulle_cloth_def cloth = tulle_cloth_def_default();
+    cloth.mesh = (tulle_mesh_view){corners, 3, all, 1};
+    cloth.pins = &pin;
+    cloth.pin_count = 1;
+    assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
+    tulle_shape_def plane = tulle_shape_def_default(TULLE_SHAPE_RECTANGLE);
+    plane.size[0] = plane.size[1] = SIDE;
+    plane.resolution[0] = plane.resolution[1] = 7;
+    press made = {.block = small_shape(plane, 0.0, 0.0, -0.006), .way = -0.012};
+    add_pressed(world, &made);
+    double highest = -1.0;
+    for (int i = 1; i < FRAMES; i++) {
+        tulle_step_report report = {0};
+        tulle_error error = {0};
+        if (tulle_world_step(world, STEP, &report, &error) != TULLE_OK)
+            fail_msg("%s", error.message);
+        if (report.largest_lag != 0.0) fail_msg("step %d: lags by %g m", i, report.largest_lag);
+        highest = fmax(highest, find_lowest(world, (tulle_obstacle_id){0, 1}));
+    }
+    assert_true(fabs(highest - 0.006) < 1e-12);
+    tulle_world_destroy(world);
     tulle_mesh_destroy(&made.block);
 }
 
@@ -620,12 +687,14 @@ static void events_tell_of_a_lag(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cloth_between_parts_keeps_its_room),
+        cmocka_unit_test(two_layers_have_more_room),
         cmocka_unit_test(without_cloth_between_nothing_lags),
         cmocka_unit_test(threads_and_saved_states_have_the_same_bits),
         cmocka_unit_test(given_positions_lag_alike),
         cmocka_unit_test(what_is_given_nothing_more_comes_back),
         cmocka_unit_test(a_table_does_not_lag),
         cmocka_unit_test(pins_are_kept_clear),
+        cmocka_unit_test(what_passes_beside_a_pin_goes_on),
         cmocka_unit_test(what_is_rigid_stops),
         cmocka_unit_test(what_is_far_changes_no_try),
         cmocka_unit_test(events_tell_of_a_lag),
