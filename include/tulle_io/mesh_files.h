@@ -50,9 +50,12 @@ typedef struct tulle_mesh_source {
     /* part_count parts of an OBJ file, in the order of their ends; a name may have several, and
      * they overlap. Null where no triangle has a name */
     tulle_mesh_part *parts;
-    size_t part_count;    /* number of parts */
-    char *part_names;     /* the names of the parts, each with a 0 behind it; null as parts */
-    size_t part_bytes;    /* [bytes] of part_names */
+    size_t part_count; /* number of parts */
+    char *part_names;  /* the names of the parts, each with a 0 behind it; null as parts */
+    size_t part_bytes; /* [bytes] of part_names */
+    /* Of the polygons of an OBJ or PLY file before they were cut: files with the same one have the
+     * same faces, though their cuts may differ; else 0 */
+    uint64_t polygons_hash;
     char note[1024];      /* what was passed over, and polygons that are not flat or cross
                            * themselves: kinds, how many, first lines; or empty */
     int has_passed_shape; /* 1: the note tells of more than names, normals, textures, materials */

@@ -206,6 +206,7 @@ tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role
                               ? read_first_frame(work, path, role, made, error)
                               : tulle_mesh_read_source(path, mesh, &source, error);
     if (status != TULLE_OK) return status;
+    made->polygons_hash = source.polygons_hash;
     if (source.has_passed_shape) note_add(work, "%s: %s", path, source.note);
     if (role != TULLE_MESH_ROLE_CLOTH) status = drop_duplicates(work, path, mesh, &source, error);
     if (status == TULLE_OK && role == TULLE_MESH_ROLE_OBSTACLE)

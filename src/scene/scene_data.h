@@ -121,6 +121,7 @@ typedef struct source_mesh {
     tulle_mesh *mesh;
     file_axes axes;
     bool is_of_file;
+    uint64_t polygons_hash; /* as of tulle_mesh_source */
 } source_mesh;
 /* Reads a mesh file, or the first frame of an animation; drops what an obstacle has twice, and what
  * has no area unless it deforms; validates the mesh for its role unless it deforms (sequence_open

@@ -77,15 +77,18 @@ static bool write_file_name(const char *pattern, uint64_t number, char *path, si
     return length > 0 && (size_t)length < capacity;
 }
 
-/* Reads the mesh file of a frame. */
+/* Reads the mesh file of a frame. *polygons_hash: as of tulle_mesh_source. */
 static tulle_status read_file(const scene_sequence *sequence, uint32_t frame, tulle_mesh *mesh,
-                              tulle_error *error) {
+                              uint64_t *polygons_hash, tulle_error *error) {
     char path[SCENE_PATH_LIMIT];
     if (!write_file_name(sequence->files, sequence->first + frame, path, sizeof path))
         return error_set(error, TULLE_ERROR_LIMIT, "the path of frame %u is too long",
                          (unsigned)frame);
-    tulle_status status = tulle_mesh_read(path, mesh, error);
+    tulle_mesh_source source;
+    tulle_status status = tulle_mesh_read_source(path, mesh, &source, error);
     if (status != TULLE_OK) return status;
+    *polygons_hash = source.polygons_hash;
+    tulle_mesh_source_destroy(&source);
     for (size_t i = 0; i < 3 * mesh->vertex_count; i++)
         if (!isfinite(mesh->positions[i]))
             status = error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
@@ -126,7 +129,8 @@ static tulle_status read_frame(const scene_sequence *sequence, frame_cache *cach
                                double *positions, tulle_error *error) {
     if (sequence->cache) return read_cached(sequence, cache, frame, positions, error);
     tulle_mesh mesh = {0};
-    tulle_status const status = read_file(sequence, frame, &mesh, error);
+    uint64_t polygons_hash;
+    tulle_status const status = read_file(sequence, frame, &mesh, &polygons_hash, error);
     if (status != TULLE_OK) return status;
     memcpy(positions, mesh.positions, 3 * sequence->vertex_count * sizeof(double));
     tulle_mesh_destroy(&mesh);
@@ -400,23 +404,30 @@ static tulle_status unmark_guards(tulle_mesh_view frame, uint8_t *marks, tulle_e
     return status;
 }
 
-/* Reads all files, compares their triangles with the mesh's, adds them to the hash. */
-static tulle_status check_files(const scene_work *work, scene_sequence *sequence, tulle_mesh *mesh,
-                                uint8_t *marks, tulle_error *error) {
+/* Reads all files, compares their triangles or polygons with the mesh's, adds them to the hash. The
+ * cut of polygons is that of the mesh in all frames. */
+static tulle_status check_files(const scene_work *work, scene_sequence *sequence,
+                                const source_mesh *made, uint8_t *marks, tulle_error *error) {
     tulle_scene *const loaded = work->scene;
+    tulle_mesh *const mesh = made->mesh;
     sequence->vertex_count = mesh->vertex_count;
     for (uint32_t frame = 0; frame < sequence->frame_count; frame++) {
         tulle_mesh read = {0};
-        tulle_status status = read_file(sequence, frame, &read, error);
+        uint64_t polygons_hash;
+        tulle_status status = read_file(sequence, frame, &read, &polygons_hash, error);
         if (status != TULLE_OK) return status;
         loaded->content_hash = hash_bytes(loaded->content_hash, read.positions,
                                           3 * read.vertex_count * sizeof(double));
         bool is_same = read.triangle_count == mesh->triangle_count &&
                        memcmp(read.triangles, mesh->triangles,
                               3 * read.triangle_count * sizeof(uint32_t)) == 0;
+        is_same = is_same || (polygons_hash != 0 && polygons_hash == made->polygons_hash &&
+                              read.vertex_count == mesh->vertex_count);
+        tulle_mesh_view const view = {read.positions, read.vertex_count, mesh->triangles,
+                                      mesh->triangle_count};
         if (frame == 0 && is_same)
             memcpy(mesh->positions, read.positions, 3 * read.vertex_count * sizeof(double));
-        if (is_same) status = unmark_guards(tulle_mesh_get_view(&read), marks, error);
+        if (is_same) status = unmark_guards(view, marks, error);
         tulle_mesh_destroy(&read);
         if (status != TULLE_OK) return status;
         char path[SCENE_PATH_LIMIT];
@@ -446,8 +457,9 @@ static tulle_status check_cache(tulle_scene *loaded, scene_sequence *sequence, t
 
 /* Reads all frames. Triangles that have no area in any of them are left out; those that have one in
  * some of them guard there. */
-static tulle_status check_frames(const scene_work *work, scene_sequence *sequence, tulle_mesh *mesh,
-                                 tulle_error *error) {
+static tulle_status check_frames(const scene_work *work, scene_sequence *sequence,
+                                 const source_mesh *made, tulle_error *error) {
+    tulle_mesh *const mesh = made->mesh;
     memory *const heap = &work->scene->heap;
     size_t const count = mesh->triangle_count;
     uint8_t *const marks = memory_allocate(heap, 2 * count);
@@ -456,7 +468,7 @@ static tulle_status check_frames(const scene_work *work, scene_sequence *sequenc
                          count);
     if (count > 0) memset(marks, 1, count);
     tulle_status status = sequence->cache ? check_cache(work->scene, sequence, mesh, marks, error)
-                                          : check_files(work, sequence, mesh, marks, error);
+                                          : check_files(work, sequence, made, marks, error);
     flat_triangles const flat = {marks, " in any frame", NULL};
     if (status == TULLE_OK)
         status = drop_flat(work, sequence->cache ? sequence->cache : sequence->files, mesh, &flat,
@@ -635,7 +647,7 @@ scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys,
                                     : begin_cache(work, from, made, sequence);
     if (!is_begun) return NULL;
     tulle_error error = {0};
-    tulle_status status = check_frames(work, sequence, made->mesh, &error);
+    tulle_status status = check_frames(work, sequence, made, &error);
     bool const is_whole = status == TULLE_OK && set_loop(work, from, sequence);
     sequence_close(sequence);
     if (status == TULLE_OK) return is_whole ? sequence : NULL;

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "io/bytes.h"
 #include "io/file_data.h"
+#include "io/text/text_cursor.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -153,13 +154,29 @@ static bool leads_up(const char *path) {
     return false;
 }
 
-/* The path of a file beside the .gltf. False where the URI leads elsewhere. */
-static bool make_path(const gltf_file *file, const char *uri, char path[PATH_SIZE]) {
+/* Whether a part of a path behind its first `begin` bytes is a symbolic link. */
+static bool leads_through_link(char *path, size_t begin) {
+    for (char *at = path + begin;; at++) {
+        char const end = *at;
+        if (end != '/' && end != '\0') continue;
+        struct stat facts;
+        *at = '\0';
+        bool const is_link = lstat(path, &facts) == 0 && S_ISLNK(facts.st_mode);
+        *at = end;
+        if (is_link || end == '\0') return is_link;
+    }
+}
+
+/* The path of a file beside the .gltf, whose name begins at *name_begin. False where the URI leads
+ * elsewhere. */
+static bool make_path(const gltf_file *file, const char *uri, char path[PATH_SIZE],
+                      size_t *name_begin) {
     const char *const slash = strrchr(file->path, '/');
     size_t length = slash ? (size_t)(slash + 1 - file->path) : 0;
     if (length >= PATH_SIZE || *uri == '\0' || strchr(uri, ':')) return false;
     memcpy(path, file->path, length);
     char *const name = path + length;
+    *name_begin = length;
     for (; *uri; uri++) {
         if (length + 1 >= PATH_SIZE) return false;
         path[length] = *uri;
@@ -186,9 +203,15 @@ static tulle_status open_buffer(gltf_file *file, const json_value *item, gltf_bu
         return data ? open_data(file, item, data + 8, buffer, error)
                     : json_fail(&file->json, item, error, "its data are not in base64");
     }
-    if (!make_path(file, uri, path))
+    size_t name_begin = 0;
+    if (!make_path(file, uri, path, &name_begin))
         return json_fail(&file->json, item, error,
                          "the buffer is not in the folder of the file, where it must be");
+    if (leads_through_link(path, name_begin))
+        return json_fail(&file->json, item, error,
+                         "the buffer %.200s is reached through a symbolic link, which may lead "
+                         "out of the folder of the file: put the buffer itself there",
+                         path + name_begin);
     const gltf_source *source = NULL;
     status = open_source(file, path, &source, error);
     if (status) return status;
@@ -467,6 +490,8 @@ static tulle_status load_text(gltf_file *file, int source, uint64_t offset, uint
         return error_set_at(error, TULLE_ERROR_PARSE, file->path, 0, 0,
                             "byte %llu: the file ends within its JSON text",
                             (unsigned long long)offset + (unsigned long long)count);
+    if (text_is_utf16(file->text, file->text_size))
+        return error_set_at(error, TULLE_ERROR_UNSUPPORTED, file->path, 0, 0, TEXT_UTF16_MESSAGE);
     return json_read(file->heap, file->path, file->text, file->text_size, &file->json, error);
 }
 

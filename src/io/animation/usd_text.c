@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "io/file_data.h"
 #include "io/text/number.h"
+#include "io/text/text_cursor.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -436,6 +437,8 @@ tulle_status usd_text_open(memory *heap, const char *path, usd_text *text, tulle
     if (memcmp(magic, "PXR-USDC", 8) == 0)
         return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
                             "is in USD's binary form; write it in the text form (usda)");
+    if (text_is_utf16(magic, sizeof magic))
+        return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0, TEXT_UTF16_MESSAGE);
     if (memcmp(magic, "#usda 1.", 8) != 0)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 1, 1,
                             "should begin with \"#usda 1.0\"");

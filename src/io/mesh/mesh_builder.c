@@ -2,6 +2,7 @@
 #include "io/mesh/mesh_builder.h"
 
 #include "base/error.h"
+#include "base/hash.h"
 
 #include <math.h>
 #include <string.h>
@@ -137,6 +138,8 @@ static bool move_uvs(mesh_builder *builder, const polygon_fan *fan) {
 static tulle_status cut_polygons(mesh_builder *builder, const char *path, const char *place,
                                  tulle_error *error) {
     polygon_cutter *const cutter = &builder->cutter;
+    builder->polygons_hash =
+        hash_bytes(HASH_SEED, builder->triangles.data, builder->triangles.count * sizeof(uint32_t));
     *cutter = (polygon_cutter){.heap = builder->heap, .path = path, .place = place};
     for (size_t i = 0; i < builder->fans.count; i++) {
         const polygon_fan *const fan = &builder->fans.data[i];
@@ -223,7 +226,8 @@ static bool take_parts(memory *heap, mesh_builder *builder, tulle_mesh_source *m
 tulle_status mesh_builder_take_source(mesh_builder *builder, tulle_mesh_source *source) {
     memory heap = memory_default();
     tulle_mesh_source made = {.vertex_count = builder->positions.count / 3,
-                              .triangle_count = builder->triangles.count / 3};
+                              .triangle_count = builder->triangles.count / 3,
+                              .polygons_hash = builder->polygons_hash};
     size_t const vertex_bytes = made.vertex_count * sizeof(uint32_t);
     size_t const triangle_bytes = made.triangle_count * sizeof(uint32_t);
     bool const is_dressed = has_uvs(builder);

@@ -31,6 +31,7 @@ typedef struct mesh_builder {
     size_t fan_count;
     ARRAY(polygon_fan) fans; /* of more than one triangle, to be cut when all vertices are known */
     polygon_cutter cutter;
+    uint64_t polygons_hash; /* of the fans, from mesh_builder_finish on */
     /* Texture coordinates that corners may name, and those of the corners of triangles: numbers
      * from 0, or MESH_NO_UV. */
     bool keeps_uvs;

@@ -5,6 +5,7 @@
 #include "io/bytes.h"
 #include "io/mesh/mesh_builder.h"
 #include "io/output_file.h"
+#include "io/text/text_cursor.h"
 #include "io/unflushed.h"
 
 #include "tulle_io/mesh_files.h"
@@ -42,6 +43,8 @@ static tulle_status read_format(memory *heap, const char *path, const file_data 
     mesh_format const format = find_format(path);
     if (data->byte_count == 0)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0, "is empty, not a mesh");
+    if (!stl_has_binary_size(data) && text_is_utf16(data->bytes, data->byte_count))
+        return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0, TEXT_UTF16_MESSAGE);
     if (begins_with(data, "ply\n") || begins_with(data, "ply\r") || format == FORMAT_PLY)
         return ply_read(heap, path, data, mesh, source, error);
     if (format == FORMAT_OBJ) return obj_read(heap, path, data, mesh, source, error);

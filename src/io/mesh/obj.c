@@ -12,6 +12,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 /* Statements of one kind that were passed over. */
 typedef struct passed_kind {
@@ -37,8 +38,8 @@ typedef struct obj_reader {
 /* Names, normals, materials and pictures: the triangles are the same without them. */
 static bool is_dress(text_word word) {
     static const char *const names[] = {
-        "vn",     "g",   "o",     "s",        "mg",       "usemtl",     "mtllib",   "usemap",
-        "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+        "vn",     "g",   "o",     "s",        "mg",       "usemtl",     "mtllib",    "usemap",
+        "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "color of v"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
         if (text_word_is(word, names[i])) return true;
     return false;
@@ -79,10 +80,24 @@ static void write_note(const obj_reader *reader, char *note, size_t size) {
         memmove(note, note + 2, strlen(note + 2) + 1);
 }
 
-/* v x y z, then perhaps w or a colour. */
+/* Whether a word is a number, as any program writes one that is not finite: nan, -nan(ind), 1.#IND.
+ */
+static bool is_any_number(text_word word) {
+    double ignored;
+    if (number_parse_double(word.text, word.length, &ignored) != NUMBER_MALFORMED) return true;
+    bool const has_sign = *word.text == '-' || *word.text == '+';
+    const char *const text = word.text + has_sign;
+    size_t const length = word.length - has_sign;
+    return (length >= 3 &&
+            (strncasecmp(text, "nan", 3) == 0 || strncasecmp(text, "inf", 3) == 0)) ||
+           (length >= 3 && strncmp(text, "1.#", 3) == 0);
+}
+
+/* v x y z, then perhaps w, or a colour, which is noted. */
 static tulle_status read_vertex(obj_reader *reader, tulle_error *error) {
-    static const char *const names[3] = {"x", "y", "z"};
+    static const char *const names[3] = {"x", "y", "z"}, color[] = "color of v";
     double position[3];
+    int more = 0;
     for (int axis = 0; axis < 3; axis++) {
         tulle_status const status =
             text_take_double(&reader->text, names[axis], &position[axis], error);
@@ -90,10 +105,10 @@ static tulle_status read_vertex(obj_reader *reader, tulle_error *error) {
     }
     for (text_word word = text_take_word(&reader->text); word.length > 0 && word.text[0] != '#';
          word = text_take_word(&reader->text)) {
-        double ignored;
-        if (number_parse_double(word.text, word.length, &ignored) != NUMBER_READ)
+        if (!is_any_number(word))
             return text_fail(&reader->text, word.text, error,
                              "only numbers may follow the position of a vertex");
+        if (++more == 3) note_passed_over(reader, (text_word){color, strlen(color)});
     }
     return mesh_builder_add_vertex(&reader->builder, position)
                ? TULLE_OK

@@ -108,6 +108,11 @@ static tulle_status read_list(ply_reader *reader, const ply_property *property,
     for (uint32_t i = 0; i < count && !status; i++) {
         double passed_over;
         uint32_t vertex = 0;
+        if (property->role != PLY_CORNERS && reader->header.format == PLY_TEXT) {
+            if (text_take_word(&reader->text).length == 0)
+                status = fail_value(reader, NULL, property->name, "is missing", error);
+            continue;
+        }
         if (property->role != PLY_CORNERS) {
             status = take_real(reader, property->type, property->name, &passed_over, error);
             continue;

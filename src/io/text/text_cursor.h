@@ -21,6 +21,16 @@ typedef struct text_word {
     size_t length; /* 0: there is no more word on the line */
 } text_word;
 
+/* Whether a file is text in UTF-16, by its mark or by the zeros of its first two letters. */
+static inline bool text_is_utf16(const char *bytes, size_t count) {
+    if (count < 4) return false;
+    unsigned char const first = (unsigned char)bytes[0], second = (unsigned char)bytes[1];
+    if ((first == 0xff && second == 0xfe) || (first == 0xfe && second == 0xff)) return true;
+    return (first == 0) != (second == 0) && (bytes[2] == 0) == (first == 0) &&
+           (bytes[3] == 0) == (second == 0);
+}
+#define TEXT_UTF16_MESSAGE "is text in UTF-16, which is not read: save it as UTF-8"
+
 text_cursor text_cursor_make(const char *path, const char *text, size_t length);
 
 /* The next word of this line; stays at the end of the line when there is none. */

@@ -237,6 +237,49 @@ static void mirrors_of_gltf_turn_surfaces_round(void **state) {
     }
 }
 
+/* A buffer may lie in a folder beside the file, and nowhere behind a link. */
+static void buffers_behind_links_are_refused(void **state) {
+    (void)state;
+    char text[4096];
+    tulle_animation *animation = NULL;
+    tulle_error error = {0};
+    assert_int_equal(mkdir(test_path("sub"), 0777), 0);
+    write_buffer(test_path("sub/b.bin"));
+    assert_int_equal(symlink("sub/b.bin", test_path("link.bin")), 0);
+    assert_int_equal(symlink("sub", test_path("other")), 0);
+    static const char *const names[] = {"sub/b.bin", "link.bin", "other/b.bin", "./sub//b.bin"};
+    for (int i = 0; i < 4; i++) {
+        write_gltf("{\"mesh\":0}", "", names[i], text, sizeof text);
+        put_text(test_path("l.gltf"), text);
+        tulle_status const status =
+            tulle_animation_open(test_path("l.gltf"), &animation, NULL, &error);
+        assert_int_equal(status, i == 1 || i == 2 ? TULLE_ERROR_PARSE : TULLE_OK);
+        if (status) assert_non_null(strstr(error.message, "symbolic link"));
+        tulle_animation_close(animation);
+    }
+    /* The file itself may be behind one. */
+    assert_int_equal(symlink("l.gltf", test_path("k.gltf")), 0);
+    assert_int_equal(tulle_animation_open(test_path("k.gltf"), &animation, NULL, &error), 0);
+    tulle_animation_close(animation);
+}
+
+static void utf16_is_told(void **state) {
+    (void)state;
+    tulle_animation *animation = NULL;
+    static const char *const names[] = {"u.gltf", "u.usda"};
+    static const char *const starts[] = {"{\"asset\":{}}", "#usda 1.0\n"};
+    for (int i = 0; i < 2; i++) {
+        char wide[64] = "";
+        size_t const count = strlen(starts[i]);
+        for (size_t k = 0; k < count; k++) wide[2 * k] = starts[i][k];
+        put_file(test_path(names[i]), wide, 2 * count);
+        tulle_error error = {0};
+        assert_int_equal(tulle_animation_open(test_path(names[i]), &animation, NULL, &error),
+                         TULLE_ERROR_UNSUPPORTED);
+        assert_non_null(strstr(error.message, "UTF-16"));
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(mirrors_of_usd_turn_surfaces_round),
@@ -244,6 +287,8 @@ int main(void) {
         cmocka_unit_test(polygons_of_usd_are_cut_within),
         cmocka_unit_test(classes_may_be_missing),
         cmocka_unit_test(mirrors_of_gltf_turn_surfaces_round),
+        cmocka_unit_test(buffers_behind_links_are_refused),
+        cmocka_unit_test(utf16_is_told),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
 }

@@ -133,6 +133,49 @@ static void obj_statements_of_other_tools_are_noted(void **state) {
     }
 }
 
+/* Colors say nothing of the shape, whatever they are. */
+static void colors_need_not_be_finite(void **state) {
+    (void)state;
+    assert_square("nan.obj", "v 0 0 0 nan nan nan\nv 1 0 0 -nan(ind) NaN +inf\n"
+                             "v 1 1 0 1.#QNAN -1.#IND 1e999 1\nv 0 1 0 1\nf 1 2 3 4\n");
+    tulle_mesh mesh = {0};
+    tulle_mesh_source source;
+    tulle_error error = {0};
+    assert_int_equal(tulle_mesh_read_source(test_path("nan.obj"), &mesh, &source, &error), 0);
+    assert_string_equal(source.note, "passed over: 3 'color of v' (the first in line 1)");
+    assert_false(source.has_passed_shape);
+    tulle_mesh_source_destroy(&source);
+    tulle_mesh_destroy(&mesh);
+    put_text(test_path("nan.obj"), "v 0 0 0 red\n");
+    assert_int_equal(tulle_mesh_read(test_path("nan.obj"), &mesh, &error), TULLE_ERROR_PARSE);
+    put_text(test_path("nan.obj"), "v 0 nan 0 1 1 1\n");
+    assert_int_equal(tulle_mesh_read(test_path("nan.obj"), &mesh, &error), TULLE_ERROR_PARSE);
+    assert_square("nan.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
+                             "property float y\nproperty float z\nproperty float red\n"
+                             "element face 1\nproperty list uchar float uv\n"
+                             "property list uchar int vertex_index\nend_header\n"
+                             "0 0 0 nan\n1 0 0 nan\n1 1 0 inf\n0 1 0 0\n2 nan nan 4 0 1 2 3\n");
+}
+
+/* With a mark or without, either byte first. */
+static void utf16_is_told(void **state) {
+    (void)state;
+    static const char text[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n";
+    static const char *const names[] = {"u.obj", "u.ply", "u.stl"};
+    for (int i = 0; i < 12; i++) {
+        char wide[2 * sizeof text + 2] = {0};
+        size_t const begin = i % 2 ? 2 : 0, last = i / 2 % 2 ? 1 : 0;
+        if (begin) memcpy(wide, last ? "\xfe\xff" : "\xff\xfe", 2);
+        for (size_t k = 0; k + 1 < sizeof text; k++) wide[begin + 2 * k + last] = text[k];
+        put_file(test_path(names[i / 4]), wide, begin + 2 * (sizeof text - 1));
+        tulle_mesh mesh = {0};
+        tulle_error error = {0};
+        assert_int_equal(tulle_mesh_read(test_path(names[i / 4]), &mesh, &error),
+                         TULLE_ERROR_UNSUPPORTED);
+        assert_non_null(strstr(error.message, "UTF-16"));
+    }
+}
+
 /* Which triangles have a name by g, o and usemtl: a g has several names, an o and a usemtl one of
  * several words; each ends those of its kind. */
 static void obj_parts_have_names(void **state) {
@@ -583,6 +626,8 @@ static void what_is_no_file_is_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(obj_in_many_dresses),
+        cmocka_unit_test(colors_need_not_be_finite),
+        cmocka_unit_test(utf16_is_told),
         cmocka_unit_test(polygons_are_cut_within),
         cmocka_unit_test(obj_statements_of_other_tools_are_noted),
         cmocka_unit_test(obj_parts_have_names),
