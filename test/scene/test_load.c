@@ -385,6 +385,29 @@ static void test_notes(void **state) {
     free(problems);
 }
 
+/* Each of these files by itself would be cut in another way. All have the cut of the first one, or
+ * of the mesh that goes before them. */
+static void test_polygons_of_sequences(void **state) {
+    (void)state;
+    write_text_file("p_0.obj", "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 0.6 0\nv 0 2 0\nf 2 3 4 5 1\n");
+    write_text_file("p_1.obj",
+                    "v 0 0 0\nv 2 0 0\nv 1.4 1.5 0\nv 1.5 1.3 0\nv 0 2 0\nf 2 3 4 5 1\n");
+    write_text_file("p_2.obj", "v 0 0 0\nv 2 0 0\nv 0.8 1 0\nv 2 2 0\nv 0 2 0\nf 2 3 4 5 1\n");
+    tulle_scene *loaded = load_good(
+        TIME SHEET "obstacles:\n  - {motion: {sequence: {files: p_%d.obj, last: 2, interval: 1}}, "
+                   "translate: [0, 0, -3]}\n"
+                   "  - {mesh: {file: p_2.obj}, motion: {sequence: {files: p_%d.obj, last: 1, "
+                   "interval: 1}}, translate: [0, 0, -4]}\n"
+                   "  - {mesh: {file: p_2.obj}, translate: [0, 0, -5]}\n");
+    tulle_mesh_view const of_files = tulle_scene_get_obstacle_mesh(loaded, 0),
+                          of_mesh = tulle_scene_get_obstacle_mesh(loaded, 1),
+                          alone = tulle_scene_get_obstacle_mesh(loaded, 2);
+    assert_true(of_files.triangle_count == 3 && of_mesh.triangle_count == 3);
+    assert_memory_equal(of_mesh.triangles, alone.triangles, 9 * sizeof(uint32_t));
+    assert_memory_not_equal(of_mesh.triangles, of_files.triangles, 9 * sizeof(uint32_t));
+    tulle_scene_destroy(loaded);
+}
+
 /* Obstacles go without triangles that have no area: in a file, and in all frames of a sequence. One
  * that has an area in some frame guards there, and stays. */
 static void test_triangles_without_area(void **state) {
@@ -535,6 +558,7 @@ int main(void) {
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_notes),
         cmocka_unit_test(test_triangles_without_area),
+        cmocka_unit_test(test_polygons_of_sequences),
         cmocka_unit_test(test_doubled_pair_of_an_override),
         cmocka_unit_test(test_unreadable_files),
         cmocka_unit_test(test_hash_and_canonical_text),
