@@ -94,6 +94,38 @@ TULLE_API tulle_status tulle_mesh_find_degenerate(tulle_mesh_view mesh, uint8_t 
 TULLE_API tulle_status tulle_mesh_drop_marked(tulle_mesh *mesh, const uint8_t *marks,
                                               uint32_t *lines, tulle_error *error);
 
+/* What tulle_mesh_repair does. */
+typedef enum tulle_repair {
+    TULLE_REPAIR_DEGENERATE, /* a triangle without area was dropped, a needle closed */
+    TULLE_REPAIR_DUPLICATE,  /* a triangle with the same corners as another one was dropped */
+    TULLE_REPAIR_JOINED,     /* a boundary vertex was joined with one in the same place */
+    TULLE_REPAIR_T_JUNCTION, /* a boundary edge was split at a vertex that lay on it */
+    TULLE_REPAIR_EDGE,       /* an edge had three triangles or more; two stay joined there */
+    TULLE_REPAIR_CUT,        /* a fan of triangles got a vertex of its own, a little inwards */
+    TULLE_REPAIR_TURNED,     /* a triangle was turned over */
+    TULLE_REPAIR_LOOSE,      /* a vertex that no triangle has was left out */
+    TULLE_REPAIR_COUNT       /* how many kinds there are */
+} tulle_repair;
+/* How often each was done, and where first. */
+typedef struct tulle_mesh_repairs {
+    size_t counts[TULLE_REPAIR_COUNT];     /* by tulle_repair */
+    double places[3 * TULLE_REPAIR_COUNT]; /* [m] of the first of each kind */
+} tulle_mesh_repairs;
+/* Makes a mesh one that can be cloth: drops triangles without area and duplicates, joins boundary
+ * vertices in the same place, splits boundary edges at vertices of other boundaries that lie on
+ * them, cuts where an edge has three triangles or a vertex several fans (bow ties), turns triangles
+ * as the most of their piece, leaves out vertices without a triangle. Then numbers of vertices and
+ * triangles are others. `tolerance`: [m] how far apart boundaries may be that meet, 0 or more; at
+ * an edge at least 1e-9 of its length counts. What is cut off moves inwards by a hundredth of its
+ * shortest edge there, at least twice the tolerance, since what touches intersects. A surface with
+ * one side stays one, and what is moved may come to intersect: ask tulle_mesh_validate and
+ * tulle_check_intersections. A second call does nothing, if edges are far longer than the
+ * tolerance. The result may be empty. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, the tolerance),
+ * TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that is not finite),
+ * TULLE_ERROR_LIMIT, TULLE_ERROR_OUT_OF_MEMORY; the mesh is then as before. */
+TULLE_API tulle_status tulle_mesh_repair(tulle_mesh *mesh, double tolerance,
+                                         tulle_mesh_repairs *repairs, tulle_error *error);
+
 /* Counts and quality of a mesh, for reports. Needs valid indices; otherwise any triangle soup. */
 typedef struct tulle_mesh_info {
     size_t vertex_count;              /* number of vertices */

@@ -51,6 +51,19 @@ def test_meshes_move_and_divide(sheet: tulle.Mesh) -> None:
             sheet.transform(**wrong)
 
 
+def test_a_mesh_is_repaired() -> None:
+    bow = tulle.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [9, 9, 9]], [[0, 1, 2], [0, 3, 4]])
+    with pytest.raises(tulle.InvalidMeshError, match="bow tie"):
+        bow.validate()
+    made, done = bow.repair()
+    made.validate()
+    assert {kind: count for kind, (count, _) in done.items()} == {"cut": 1, "loose": 1}
+    assert done["loose"][1].tolist() == [9, 9, 9] and bow.vertex_count == 6 and made.vertex_count == 6
+    assert made.repair(1e-6)[1] == {}
+    with pytest.raises(tulle.InvalidArgumentError):
+        bow.repair(-1)
+
+
 def test_point_caches(tmp_path: Path, sheet: tulle.Mesh) -> None:
     path = tmp_path / "sheet.pc2"
     with tulle.PointCacheWriter(path, sheet.vertex_count) as writer:

@@ -13,7 +13,7 @@ from tulle import structs
 from tulle._arrays import Doubles, Indices, copy_from, point_to, to_doubles, to_indices, to_vector
 from tulle._library import core, ffi, io
 from tulle._structs import to_enum
-from tulle.errors import InvalidArgumentError, check, make_error_buffer
+from tulle.errors import InvalidArgumentError, InvalidMeshError, check, make_error_buffer
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -96,6 +96,30 @@ class Mesh:
         info, error = ffi.new("tulle_mesh_info *"), make_error_buffer()
         check(core.tulle_mesh_get_info(self._view(), info, error), error)
         return structs.MeshInfo(info)
+
+    def repair(self, tolerance: float = 0.0) -> tuple[Mesh, dict[str, tuple[int, Doubles]]]:
+        """A mesh that can be cloth, and what was done: by kind, how often and where first [m].
+
+        Triangles without area ("degenerate") and "duplicate" ones are dropped, boundary vertices in the same place "joined",
+        boundary edges split at a "t_junction"; at an "edge" with three triangles or more two stay joined, other fans of triangles
+        are "cut" off and moved inwards by a hundredth of an edge; triangles are "turned" alike, "loose" vertices left out.
+        tolerance: [m] how far apart boundaries may be that meet. A surface with one side stays one, and what is moved may come to
+        intersect: ask `validate` and `find_intersections`. Raises InvalidMeshError for an index out of range and a place that is
+        not finite, InvalidArgumentError for the tolerance.
+        """
+        if not self.triangle_count:
+            raise InvalidMeshError("the mesh has no triangles to repair")
+        mesh, repairs, error = ffi.new("tulle_mesh *"), ffi.new("tulle_mesh_repairs *"), make_error_buffer()
+        check(core.tulle_mesh_create(self.vertex_count, self.triangle_count, mesh, error), error)
+        view = self._view()
+        ffi.memmove(mesh.positions, view.positions, self.positions.nbytes)
+        ffi.memmove(mesh.triangles, view.triangles, self.triangles.nbytes)
+        status = core.tulle_mesh_repair(mesh, float(tolerance), repairs, error)
+        made = _take(mesh)
+        check(status, error)
+        places = np.array(list(repairs.places)).reshape(-1, 3)
+        kinds = ("degenerate", "duplicate", "joined", "t_junction", "edge", "cut", "turned", "loose")
+        return made, {kind: (int(repairs.counts[i]), places[i]) for i, kind in enumerate(kinds) if repairs.counts[i]}
 
     def transform(self, scale: Union[float, ArrayLike] = 1.0, rotation: ArrayLike = (1, 0, 0, 0),
                   translation: ArrayLike = (0, 0, 0)) -> Mesh:

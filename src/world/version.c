@@ -54,6 +54,7 @@ static const struct_size SIZES[] = {
     SIZE_OF(tulle_mesh_duplicates),
     SIZE_OF(tulle_mesh_info),
     SIZE_OF(tulle_mesh_lines),
+    SIZE_OF(tulle_mesh_repairs),
     SIZE_OF(tulle_mesh_view),
     SIZE_OF(tulle_moment),
     SIZE_OF(tulle_motion),

@@ -331,6 +331,19 @@ ARGUMENTS_OF(tulle_mesh_drop_marked) {
     assert_int_equal(mesh.triangle_count, 2);
 }
 
+ARGUMENTS_OF(tulle_mesh_repair) {
+    (void)unused;
+    tulle_mesh mesh = {square, 4, corners, 2}, bare = {square, 4, NULL, 2}, empty = {0};
+    tulle_mesh_repairs repairs;
+    REFUSED(tulle_mesh_repair(NULL, 0.0, &repairs, &error));
+    REFUSED(tulle_mesh_repair(&mesh, 0.0, NULL, &error));
+    REFUSED(tulle_mesh_repair(&bare, 0.0, &repairs, &error));
+    REFUSED(tulle_mesh_repair(&mesh, -1.0, &repairs, &error));
+    REFUSED(tulle_mesh_repair(&mesh, (double)NAN, &repairs, &error));
+    FINE(tulle_mesh_repair(&empty, 0.0, &repairs, NULL));
+    tulle_mesh_destroy(&empty);
+}
+
 ARGUMENTS_OF(tulle_mesh_get_info) {
     (void)unused;
     tulle_mesh_info info;
@@ -427,6 +440,7 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_mesh_drop_duplicates),
     TABLE_LINE(tulle_mesh_find_degenerate),
     TABLE_LINE(tulle_mesh_drop_marked),
+    TABLE_LINE(tulle_mesh_repair),
     TABLE_LINE(tulle_mesh_get_info),
     TABLE_LINE(tulle_shape_def_default),
     TABLE_LINE(tulle_shape_name),

@@ -66,6 +66,31 @@ printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 -1 0\nf 1 2 3\nf 1 4 2\n' >flat_1.obj
 cp flat.obj flat_0.obj
 expect 0 '^ +left out there: 1 triangles without area in this frame, unless they have one in others' 'flat_%d.obj'
 
+# What cannot be cloth is repaired: here a bow tie and a loose vertex, three triangles at an edge, a T-junction within a tolerance.
+repair() {
+    local pattern=$1
+    shift
+    "$TULLE" convert "$@" --repair >out 2>&1 || { echo "convert $* --repair: $(cat out)"; faults=1; }
+    grep -Eq -- "$pattern" out && grep -q '^  as cloth    can be used$' out && grep -q '^  judged      0 pairs of triangles intersect, ' out ||
+        { echo "convert $* --repair: no \"$pattern\" in:"; cat out; faults=1; }
+}
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 9 9 9\nf 1 2 3\nf 1 4 5\n' >bow.obj
+printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.00005 0\nv 0.5 -1 0\nf 1 2 3\nf 1 3 4\nf 1 6 5\nf 2 5 6\n' >junction.obj
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 2 3 4\n' >turned.obj
+expect 0 "'tulle convert bow.obj OUT.ply --repair' makes it cloth" bow.obj
+repair '^  repaired    1 vertices doubled .*, first at \(0, 0, 0\)$' bow.obj bow.ply
+grep -q '1 vertices without a triangle left out, first at (9, 9, 9)' out || { echo "a loose vertex is not told"; faults=1; }
+repair '^  repaired    nothing' bow.ply bow_again.ply
+cmp bow.ply bow_again.ply || { echo "a second repair changes something"; faults=1; }
+repair '1 edges with three triangles or more cut' fan.obj fan.ply
+repair '^  repaired    1 triangles turned over' turned.obj turned.ply
+repair '^  repaired    1 T-junctions mended' junction.obj junction.ply --tolerance 0.1mm
+"$TULLE" convert junction.obj junction.ply --repair >out
+grep -q 'T-junctions' out && { echo "a T-junction is mended without a tolerance"; faults=1; }
+"$TULLE" convert bow.obj no.ply --tolerance 1mm 2>out && { echo "a tolerance without a repair passes"; faults=1; }
+"$TULLE" convert 'flat_%d.obj' no.ply --repair 2>out && { echo "two frames are repaired at once"; faults=1; }
+grep -q 'choose it by --frame' out || { echo "two frames: $(cat out)"; faults=1; }
+
 # Names by which a scene chooses triangles.
 printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng left all\nusemtl Red Wool\nf 1 2 3\ng right all\nf 1 3 4\n' >named.obj
 expect 0 '^  groups +left: 1 triangles$' named.obj

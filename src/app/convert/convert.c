@@ -10,9 +10,11 @@
 #include "app/cli/options.h"
 #include "app/commands.h"
 #include "app/convert/judge.h"
+#include "app/convert/repair.h"
 #include "app/convert/scene.h"
 #include "app/convert/target.h"
 #include "base/error.h"
+#include "scene/units.h"
 
 #include "tulle_io/subdivision.h"
 
@@ -30,8 +32,8 @@ enum { FILES_SIZE = 2 * NUMBERED_PATH_SIZE + 64 /* [bytes] of a text that names 
 typedef struct convert_words {
     const char *mesh, *body, *frame, *frames, *pvd;
     const char *from_up, *up, *from_unit, *unit; /* ups null: as FROM and TO have it */
-    const char *fps, *interpolation, *progress;
-    int is_double;
+    const char *fps, *interpolation, *progress, *tolerance;
+    int is_double, repairs;
     long levels;
 } convert_words;
 
@@ -40,11 +42,13 @@ typedef struct convert_session {
     convert_target target;
     axes_change change;
     frame_range frames;
-    long levels;                         /* of subdivision; 0: none */
-    tulle_subdivision *subdivision;      /* null: none */
-    convert_judge judge;                 /* of subdivided frames */
-    uint32_t judged_count;               /* frames that have been judged */
-    convert_scene scene;                 /* where an animation is written */
+    long levels;                    /* of subdivision; 0: none */
+    tulle_subdivision *subdivision; /* null: none */
+    convert_judge judge;            /* of subdivided frames */
+    uint32_t judged_count;          /* frames that have been judged */
+    convert_scene scene;            /* where an animation is written */
+    convert_repair repair;
+    bool repairs;
     bool takes_all;                      /* all bodies of a run are written */
     double *read, *written;              /* positions; the same where there is no subdivision */
     size_t vertex_count, triangle_count; /* of what is written */
@@ -67,6 +71,15 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         {"subdivide", 0, OPTION_INTEGER, &words->levels, "N",
          "smooth by N steps of Loop subdivision; each makes four triangles of one", 0,
          TULLE_SUBDIVISION_LEVELS_MAX, NULL},
+        {"repair", 0, OPTION_FLAG, &words->repairs, NULL,
+         "make of a mesh one that can be cloth, and say what was done: drop triangles without "
+         "area\n"
+         "and duplicates, join boundaries that meet, cut where an edge has three triangles or a\n"
+         "vertex several fans, turn triangles alike, leave out loose vertices",
+         0, 0, NULL},
+        {"tolerance", 0, OPTION_TEXT, &words->tolerance, "LENGTH",
+         "with --repair: how far apart boundaries may be that meet, as 0.1mm (default: 0)", 0, 0,
+         NULL},
         {"up", 0, OPTION_CHOICE, &words->up, "y|z",
          "axis that points up in TO (default: z; of .glb, .gltf and .abc y)", 0, 0,
          axes_up_choices},
@@ -199,6 +212,25 @@ static tulle_status choose_axes(convert_session *session, const convert_words *w
     return TULLE_OK;
 }
 
+static tulle_status repair_source(convert_session *session, const convert_words *words,
+                                  tulle_error *error) {
+    double tolerance = 0.0;
+    session->repairs = words->repairs != 0;
+    if (words->tolerance && !session->repairs)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "--tolerance goes with --repair");
+    if (words->tolerance &&
+        (quantity_read(words->tolerance, UNIT_LENGTH, &tolerance) != QUANTITY_READ ||
+         !(tolerance >= 0.0 && tolerance <= 1.0)))
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "--tolerance is \"%s\"; it should be a length from 0 to 1 m, with its "
+                         "unit, as 0.1mm",
+                         words->tolerance);
+    if (!session->repairs) return TULLE_OK;
+    double const meters = axes_get_meters(session->change.from.unit);
+    return convert_repair_source(&session->source, session->frames, tolerance / meters,
+                                 &session->repair, error);
+}
+
 /* Opens what is read and finds out whether all can be done. */
 static tulle_status open_all(convert_session *session, char **operands, const convert_words *words,
                              tulle_error *error) {
@@ -210,11 +242,13 @@ static tulle_status open_all(convert_session *session, char **operands, const co
     source_options const options = {.path = operands[0],
                                     .mesh_path = words->mesh,
                                     .body = words->body,
-                                    .takes_all = convert_is_scene(format) && words->levels == 0};
+                                    .takes_all = convert_is_scene(format) && words->levels == 0 &&
+                                                 !words->repairs};
     status = convert_source_open(&options, &session->source, error);
     if (status == TULLE_OK) status = choose_axes(session, words, error);
     session->takes_all = options.takes_all && !words->body && session->source.kind == SOURCE_RUN;
     if (status == TULLE_OK) status = choose_frames(session, words, error);
+    if (status == TULLE_OK) status = repair_source(session, words, error);
     return status == TULLE_OK
                ? convert_target_check(&session->target, &session->source, session->frames, error)
                : status;
@@ -459,6 +493,7 @@ static void print_report(const convert_session *session) {
     convert_source_print(&session->source, session->takes_all);
     print_frames(session);
     print_counts(session);
+    if (session->repairs) convert_repair_print(&session->repair);
     axes_print(&session->change);
     print_losses(session);
 }

@@ -298,7 +298,7 @@ static tulle_status read_file(convert_source *source, uint32_t frame, double *po
 
 static tulle_status read_frame(convert_source *source, uint32_t frame, double *positions,
                                tulle_error *error) {
-    switch (source->kind) {
+    switch (source->keeps_mesh ? SOURCE_MESH : source->kind) {
     case SOURCE_ANIMATION:
         return tulle_animation_read_frame(source->animation, frame, positions, error);
     case SOURCE_CACHE: return tulle_pc2_read_frame(source->cache, frame, positions, error);
@@ -306,9 +306,18 @@ static tulle_status read_frame(convert_source *source, uint32_t frame, double *p
         return tulle_run_reader_read_positions(source->run, frame, source->body, positions, error);
     case SOURCE_FILES: return read_file(source, frame, positions, error);
     default:
-        memcpy(positions, source->mesh.positions, 3 * source->mesh.vertex_count * sizeof(double));
+        memmove(positions, source->mesh.positions, 3 * source->mesh.vertex_count * sizeof(double));
         return TULLE_OK;
     }
+}
+
+void convert_source_keep_mesh(convert_source *source) {
+    tulle_mesh_source kept = {0};
+    snprintf(kept.note, sizeof kept.note, "%s", source->described.note);
+    kept.has_passed_shape = source->described.has_passed_shape;
+    tulle_mesh_source_destroy(&source->described);
+    source->described = kept;
+    source->keeps_mesh = true;
 }
 
 tulle_status convert_source_read(convert_source *source, uint32_t frame, double *positions,

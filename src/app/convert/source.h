@@ -49,6 +49,7 @@ typedef struct convert_source {
     tulle_mesh_source described; /* by the mesh file; of numbered files the first */
     file_identity *inputs;       /* all files that are read */
     size_t input_count;
+    bool keeps_mesh; /* every frame is `mesh` */
 } convert_source;
 
 typedef struct source_options {
@@ -69,6 +70,9 @@ tulle_status convert_source_open_body(const convert_source *run, size_t body,
 /* Positions of a frame, 3 * mesh.vertex_count, finite. */
 tulle_status convert_source_read(convert_source *source, uint32_t frame, double *positions,
                                  tulle_error *error);
+/* From now on every frame is `mesh`, which was changed; what the file says of its triangles is
+ * forgotten. */
+void convert_source_keep_mesh(convert_source *source);
 /* [s] of a frame of a run; the frame's number for the others. */
 double convert_source_get_time(const convert_source *source, uint32_t frame);
 /* Gives *time [s] of a frame that has one, in a run or an MDD cache; NaN for the others. */

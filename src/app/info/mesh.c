@@ -87,6 +87,30 @@ static void print_use(tulle_mesh_view mesh, tulle_mesh_role role, const tulle_me
                     status == TULLE_OK ? "can be used" : reason.message);
 }
 
+/* Where the mesh cannot be cloth: whether a repair helps. */
+static void print_remedy(const char *path, tulle_mesh_view mesh) {
+    tulle_mesh copy = {0};
+    tulle_mesh_repairs repairs;
+    tulle_error reason = {0};
+    if (tulle_mesh_validate(mesh, TULLE_MESH_ROLE_CLOTH, NULL) == TULLE_OK ||
+        tulle_mesh_create(mesh.vertex_count, mesh.triangle_count, &copy, NULL) != TULLE_OK)
+        return;
+    if (mesh.vertex_count > 0)
+        memcpy(copy.positions, mesh.positions, 3 * mesh.vertex_count * sizeof(double));
+    if (mesh.triangle_count > 0)
+        memcpy(copy.triangles, mesh.triangles, 3 * mesh.triangle_count * sizeof(uint32_t));
+    tulle_status status = tulle_mesh_repair(&copy, 0.0, &repairs, &reason);
+    if (status == TULLE_OK)
+        status = tulle_mesh_validate(tulle_mesh_get_view(&copy), TULLE_MESH_ROLE_CLOTH, &reason);
+    tulle_mesh_destroy(&copy);
+    if (status == TULLE_OK)
+        app_print_names(stdout, "  %-16s 'tulle convert %s OUT.ply --repair' makes it cloth\n", "",
+                        path);
+    else if (mesh.triangle_count > 0)
+        app_print_names(stdout, "  %-16s and 'tulle convert --repair' does not help: %s\n", "",
+                        reason.message);
+}
+
 tulle_status info_print_use_as_obstacle(tulle_mesh *mesh, const tulle_mesh_source *source,
                                         bool deforms, tulle_error *error) {
     uint32_t *const lines = source->triangle_lines;
@@ -138,6 +162,7 @@ tulle_status info_print_mesh(const char *path, tulle_error *error) {
         print_parts(&source, TULLE_MESH_PART_GROUP, "groups");
         print_parts(&source, TULLE_MESH_PART_MATERIAL, "materials");
         print_use(view, TULLE_MESH_ROLE_CLOTH, &source, "as cloth");
+        print_remedy(path, view);
         status = info_print_use_as_obstacle(&mesh, &source, false, error);
     } else if (error->file[0] == '\0') {
         snprintf(error->file, sizeof error->file, "%s", path);
