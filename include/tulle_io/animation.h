@@ -82,9 +82,10 @@ TULLE_API tulle_status tulle_animation_write(const char *path, const tulle_anima
 typedef struct tulle_animation tulle_animation;
 /* What the file says. */
 typedef struct tulle_animation_info {
-    size_t vertex_count;   /* of all surfaces together, at least 1 */
-    size_t triangle_count; /* of all surfaces together */
-    uint32_t frame_count;  /* at least 1 */
+    size_t vertex_count;        /* of all surfaces together, at least 1 */
+    size_t triangle_count;      /* of all surfaces together */
+    uint32_t frame_count;       /* at least 1 */
+    uint32_t added_frame_count; /* of these, not at keys: see tulle_animation_open */
     int has_times;     /* 1: frames have times; 0: the file has none, and they are 1/24 s apart */
     double start_time; /* [s] of the file's time line, startTimeCode of USD; 0: it does not say */
     int is_y_up;       /* 1: y points up; 0: z */
@@ -96,10 +97,13 @@ typedef struct tulle_animation_info {
  * is null after an error, and fills `info`, which may be null. Of the scene all surfaces are read,
  * one behind the other, as one mesh in the scene's coordinates. Frames are all times of keys of the
  * first animation, of samples of what is shown, or of the archive's frames; there is one where
- * nothing moves. Of glTF morph targets, transforms of nodes and skins move vertices, of USD points
- * and transforms. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
- * TULLE_ERROR_UNSUPPORTED (another extension of the name; an extension of glTF that is needed;
- * USD in its binary form),
+ * nothing moves. Where something turns, or goes along a cubic spline, frames are added evenly
+ * between two keys, so that vertices that go along lines from frame to frame stay within a
+ * thousandth of a surface's size of their paths; before a key at which a step of glTF changes a
+ * value, one is added a float earlier, with what is held until then. Of glTF morph targets,
+ * transforms of nodes and skins move vertices, of USD points and transforms. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_UNSUPPORTED
+ * (another extension of the name; an extension of glTF that is needed; USD in its binary form),
  * TULLE_ERROR_LIMIT, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_animation_open(const char *path, tulle_animation **animation,
                                             tulle_animation_info *info, tulle_error *error);

@@ -34,13 +34,14 @@ class Animation:
     (1.0, (812, 3))
 
     All surfaces of the file are one mesh, in the coordinates of the file: `is_y_up` and `meters_per_unit` tell which they are.
-    Point caches have no triangles; those of PC2 have no times, so theirs are NaN. `note` tells what was passed over.
+    Point caches have no triangles; those of PC2 have no times, so theirs are NaN. `note` tells what was passed over. Frames are not
+    evenly apart where the file's keys are not, and `added_frame_count` of them lie between keys, where something turns.
     """
 
     def __init__(self, path: PathLike) -> None:
         """Opens the file. Raises FileError, ParseError, LimitError, UnsupportedError."""
         self.path = os.fspath(path)
-        self.is_y_up, self.meters_per_unit, self.note = False, 1.0, ""
+        self.is_y_up, self.meters_per_unit, self.note, self.added_frame_count = False, 1.0, "", 0
         self.triangles: Indices = np.empty((0, 3), np.uint32)
         self._handle: Any = None
         self._cache: Optional[PointCache] = None
@@ -61,6 +62,7 @@ class Animation:
         self._handle = _Handle(made[0], io.tulle_animation_close, "the animation")
         self.vertex_count, self.frame_count = int(info.vertex_count), int(info.frame_count)
         self.is_y_up, self.meters_per_unit = bool(info.is_y_up), float(info.meters_per_unit)
+        self.added_frame_count = int(info.added_frame_count)
         self.note = ffi.string(info.note).decode(errors="replace")
         if info.triangle_count:
             self.triangles = copy_from(io.tulle_animation_get_triangles(made[0]), info.triangle_count, np.uint32, 3)

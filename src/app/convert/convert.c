@@ -384,6 +384,12 @@ static void print_frames(const convert_session *session) {
     else
         printf("  %-11s %u to %u in steps of %u: %u\n", "frames", frames.first, frames.last,
                frames.step, count);
+    if (session->source.kind == SOURCE_ANIMATION &&
+        session->source.animation_info.added_frame_count > 0)
+        printf("  %-11s %u of the file's %u are between keys, along the arcs of turns and curves, "
+               "and before jumps\n",
+               "", session->source.animation_info.added_frame_count,
+               session->source.animation_info.frame_count);
     if (count > TARGETS_MANY && !session->target.is_numbered &&
         (session->target.format == CONVERT_GLB || session->target.format == CONVERT_GLTF))
         printf("  %-11s a morph target each, more than most viewers show; --frames A:B:STEP takes "

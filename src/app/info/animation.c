@@ -34,6 +34,10 @@ static void print_frames(const convert_source *source, double first, double last
     else if (isfinite(first) && isfinite(last))
         printf(", from %.6g s to %.6g s", first, last);
     putchar('\n');
+    if (source->kind == SOURCE_ANIMATION && source->animation_info.added_frame_count > 0)
+        printf("  %-16s %u of them between keys, along the arcs of turns and curves, and before "
+               "jumps\n",
+               "", source->animation_info.added_frame_count);
     if (source->needs_frames_named) printf("  %-16s no file of number %u\n", "", source->gap);
 }
 

@@ -7,6 +7,9 @@
 
 #include "tulle_io/animation.h"
 
+/* What was passed over where turns are too many to follow. */
+#define ANIMATION_TOO_FAST "the arcs of turns that need more than 65536 frames"
+
 /* What a reader found. Its arrays live as long as its state. */
 typedef struct animation_content {
     tulle_animation_info info;

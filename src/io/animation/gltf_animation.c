@@ -4,6 +4,7 @@
  * Based on: Khronos Group, glTF 2.0 Specification, 2021, sections 3.7 and 3.11, appendix C. */
 #include "base/error.h"
 #include "base/sort.h"
+#include "io/animation/fine_frames.h"
 #include "io/animation/gltf_scene.h"
 #include "io/animation/matrix.h"
 #include "io/animation/rotation.h"
@@ -16,6 +17,10 @@ enum {
     VERTEX_CHUNK = 256, /* vertices of a skin at a time */
     JOINT_SETS = 4      /* of 4 joints each that are read */
 };
+
+/* [rad] As a turn that needs to be looked at: a cubic spline, and scales, which bend the paths of
+ * what turns or moves below them. */
+static const double CURVE_TURN = 2.0, SCALE_TURN = 1e-3;
 
 static tulle_status fail_memory(const gltf_scene *scene, tulle_error *error) {
     return file_fail_memory(error, scene->file->path);
@@ -150,11 +155,133 @@ static tulle_status make_frames(gltf_scene *scene, tulle_error *error) {
     double *const frames = scene->frames.data;
     frames[0] = 0.0;
     if (count > 0) memcpy(frames, scene->times.data, count * sizeof *frames);
-    if (scene->keys.count > 1) sort_in_place(frames, count, sizeof *frames, compare_times);
+    if (scene->keys.count > 1 || scene->jump_count > 0)
+        sort_in_place(frames, count, sizeof *frames, compare_times);
     scene->frames.count = 1;
     for (size_t i = 1; i < count; i++)
         if (frames[i] > frames[scene->frames.count - 1]) frames[scene->frames.count++] = frames[i];
     return TULLE_OK;
+}
+
+static tulle_status sample(gltf_scene *scene, const gltf_channel *channel, double time,
+                           double *values, tulle_error *error);
+
+/* Frames just before the keys at which steps change a value, so that vertices jump there. */
+static tulle_status add_jumps(gltf_scene *scene, const gltf_channel *channel, tulle_error *error) {
+    const gltf_keys keys = scene->keys.data[channel->keys];
+    memory *const heap = scene->file->heap;
+    size_t const width = channel->width, size = 6 * width * sizeof(double);
+    double *const values = memory_allocate(heap, size);
+    if (!values) return fail_memory(scene, error);
+    double *now = values, *before = values + 3 * width;
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; i < keys.count && status == TULLE_OK; i++) {
+        double const key = scene->times.data[keys.first + i];
+        status = sample(scene, channel, key, now, error);
+        float time = nextafterf((float)key, -INFINITY);
+        if ((double)time >= key) time = nextafterf(time, -INFINITY);
+        bool const jumps = status == TULLE_OK && i > 0 &&
+                           memcmp(now, before, width * sizeof *now) != 0 &&
+                           (double)time > scene->times.data[keys.first + i - 1];
+        if (jumps && !ARRAY_RESERVE(heap, &scene->times, 1)) status = fail_memory(scene, error);
+        if (jumps && status == TULLE_OK) {
+            scene->times.data[scene->times.count++] = (double)time;
+            scene->jump_count++;
+        }
+        double *const spare = now;
+        now = before;
+        before = spare;
+    }
+    memory_release(heap, values, size);
+    return status;
+}
+
+static tulle_status add_all_jumps(gltf_scene *scene, tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; i < scene->nodes.count; i++)
+        for (int path = 0; path < GLTF_PATH_COUNT && status == TULLE_OK; path++) {
+            const gltf_channel *const channel = &scene->nodes.data[i].channels[path];
+            if (channel->keys != GLTF_NONE && channel->interpolation == GLTF_STEP)
+                status = add_jumps(scene, channel, error);
+        }
+    return status;
+}
+
+/* What turns the vertices of a channel's node, or leads them along a curve. */
+static tulle_status find_channel_turn(gltf_scene *scene, const gltf_channel *channel,
+                                      const double moments[2], double *turn, tulle_error *error) {
+    const gltf_keys *const keys = &scene->keys.data[channel->keys];
+    const double *const times = scene->times.data + keys->first;
+    bool const is_cubic = channel->interpolation == GLTF_CUBIC;
+    if (channel->interpolation == GLTF_STEP || moments[1] <= times[0] ||
+        moments[0] >= times[keys->count - 1])
+        return TULLE_OK;
+    if (is_cubic) *turn += CURVE_TURN;
+    if (is_cubic || channel->path == GLTF_TRANSLATION || channel->path == GLTF_WEIGHTS)
+        return TULLE_OK;
+    double values[2][12];
+    for (int i = 0; i < 2; i++) {
+        tulle_status const status = sample(scene, channel, moments[i], values[i], error);
+        if (status) return status;
+    }
+    if (channel->path == GLTF_ROTATION)
+        *turn += rotation_find_angle(values[0], values[1]);
+    else if (memcmp(values[0], values[1], 3 * sizeof(double)) != 0)
+        *turn += SCALE_TURN;
+    return TULLE_OK;
+}
+
+static tulle_status find_turn(void *context, double from, double to, double *turn,
+                              tulle_error *error) {
+    gltf_scene *const scene = context;
+    double const moments[2] = {from, to};
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; i < scene->nodes.count; i++)
+        for (int path = 0; path < GLTF_PATH_COUNT && status == TULLE_OK; path++) {
+            const gltf_node *const node = &scene->nodes.data[i];
+            if (node->channels[path].keys != GLTF_NONE && !node->has_matrix)
+                status = find_channel_turn(scene, &node->channels[path], moments, turn, error);
+        }
+    return status;
+}
+
+static tulle_status pose(void *scene, double time, double *positions, tulle_error *error) {
+    return gltf_scene_pose(scene, time, positions, error);
+}
+
+/* Adds frames where vertices turn. */
+static tulle_status add_frames(gltf_scene *scene, tulle_error *error) {
+    memory *const heap = scene->file->heap;
+    size_t const key_count = scene->frames.count, part_count = scene->pieces.count;
+    size_t const part_size = (part_count + 1) * sizeof(size_t);
+    size_t const cut_size = key_count * sizeof(uint32_t);
+    size_t *const firsts = memory_allocate(heap, part_size);
+    uint32_t *const parts = memory_allocate(heap, cut_size);
+    fine_frames fine = {.heap = heap,
+                        .path = scene->file->path,
+                        .scene = scene,
+                        .pose = pose,
+                        .find_turn = find_turn,
+                        .first_vertices = firsts,
+                        .part_count = part_count,
+                        .keys = scene->frames.data,
+                        .key_count = key_count};
+    for (size_t i = 0; i < part_count && firsts; i++)
+        firsts[i] = scene->pieces.data[i].first_vertex;
+    if (firsts) firsts[part_count] = scene->vertex_count;
+    tulle_status status =
+        firsts && parts ? fine_frames_find(&fine, parts, error) : fail_memory(scene, error);
+    if (status == TULLE_OK && !ARRAY_RESERVE(heap, &scene->frames, fine.added_count))
+        status = fail_memory(scene, error);
+    if (status == TULLE_OK) {
+        fine_frames_spread(scene->frames.data, key_count, parts);
+        scene->frames.count += fine.added_count;
+        scene->turn_count = fine.added_count;
+        scene->is_turning_too_fast = fine.is_cut;
+    }
+    memory_release(heap, firsts, firsts ? part_size : 0);
+    memory_release(heap, parts, parts ? cut_size : 0);
+    return status;
 }
 
 tulle_status gltf_animation_read(gltf_scene *scene, tulle_error *error) {
@@ -172,6 +299,7 @@ tulle_status gltf_animation_read(gltf_scene *scene, tulle_error *error) {
         if (status) return status;
         status = read_channels(scene, channels, samplers, error);
     }
+    if (status == TULLE_OK) status = add_all_jumps(scene, error);
     if (status == TULLE_OK) status = make_frames(scene, error);
     if (status) return status;
     size_t most_vertices = 0;
@@ -183,7 +311,7 @@ tulle_status gltf_animation_read(gltf_scene *scene, tulle_error *error) {
     if (!ARRAY_RESERVE(file->heap, &scene->weights, 3 * most_targets + 1) ||
         !ARRAY_RESERVE(file->heap, &scene->scratch, 3 * most_vertices))
         return fail_memory(scene, error);
-    return TULLE_OK;
+    return scene->frames.count > 1 ? add_frames(scene, error) : TULLE_OK;
 }
 
 /* ---- values at a time ---- */

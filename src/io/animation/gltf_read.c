@@ -14,6 +14,8 @@ static void describe(const gltf_scene *scene, tulle_animation_info *info) {
     *info = (tulle_animation_info){.vertex_count = scene->vertex_count,
                                    .triangle_count = scene->triangles.count / 3,
                                    .frame_count = (uint32_t)scene->frames.count,
+                                   .added_frame_count =
+                                       (uint32_t)(scene->jump_count + scene->turn_count),
                                    .has_times = 1,
                                    .is_y_up = 1,
                                    .meters_per_unit = 1.0};
@@ -23,9 +25,12 @@ static void describe(const gltf_scene *scene, tulle_animation_info *info) {
     if (lines > 0)
         length = snprintf(info->note, sizeof info->note, "passed over: %llu parts of lines", lines);
     if (animations > 0)
-        snprintf(info->note + length, sizeof info->note - (size_t)length,
-                 "%sall animations but the first, %llu",
-                 length > 0 ? ", " : "passed over: ", animations);
+        length += snprintf(info->note + length, sizeof info->note - (size_t)length,
+                           "%sall animations but the first, %llu",
+                           length > 0 ? ", " : "passed over: ", animations);
+    if (scene->is_turning_too_fast)
+        snprintf(info->note + length, sizeof info->note - (size_t)length, "%s" ANIMATION_TOO_FAST,
+                 length > 0 ? ", " : "passed over: ");
 }
 
 static tulle_status open_gltf(memory *heap, const char *path, void *state,

@@ -65,6 +65,8 @@ typedef struct gltf_scene {
     size_t vertex_count;
     uint64_t primitive_count; /* of all nodes, also those that are passed over */
     uint64_t passed_primitives, passed_animations; /* lines; all but the first */
+    size_t jump_count, turn_count; /* frames that steps and turns have beside those of keys */
+    bool is_turning_too_fast;      /* for so many frames */
 } gltf_scene;
 
 /* Reads the scene of a file that must live as long. Release with gltf_scene_destroy, also after a

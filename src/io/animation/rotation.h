@@ -12,6 +12,18 @@ static inline void rotation_normalize(double *q) {
     for (int i = 0; i < 4 && length > 0.0; i++) q[i] /= length;
 }
 
+/* [rad] Between two rotations, the short way. */
+static inline double rotation_find_angle(const double *from, const double *to) {
+    double cosine = 0.0, lengths[2] = {0.0, 0.0};
+    for (int i = 0; i < 4; i++) {
+        cosine += from[i] * to[i];
+        lengths[0] += from[i] * from[i];
+        lengths[1] += to[i] * to[i];
+    }
+    double const length = sqrt(lengths[0] * lengths[1]);
+    return length > 0.0 ? 2.0 * acos(fmin(fabs(cosine) / length, 1.0)) : 0.0;
+}
+
 /* From one unit quaternion to the next on the short way, at constant speed. */
 static inline void rotation_interpolate(const double *from, const double *to, double part,
                                         double *q) {

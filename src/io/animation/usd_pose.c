@@ -11,6 +11,9 @@
 #include <math.h>
 
 static const double PI = 3.14159265358979323846;
+/* [rad] As a turn that needs to be looked at: scales and matrices bend the paths of what turns or
+ * moves below them. */
+static const double SCALE_TURN = 1e-3;
 
 /* ---- values ---- */
 
@@ -226,6 +229,69 @@ static tulle_status pose_instancer(usd_scene *scene, const usd_instancer *instan
     return status;
 }
 
+/* ---- turns ---- */
+
+static bool is_moving(const usd_scene *scene, uint32_t attribute) {
+    return attribute != USD_NONE && scene->layer->attributes.data[attribute].sample_count > 1;
+}
+
+/* Of a step of a transform that has samples. */
+static tulle_status find_op_turn(usd_scene *scene, const usd_op *op, const double codes[2],
+                                 double *turn, tulle_error *error) {
+    double values[2][16];
+    for (int i = 0; i < 2; i++) {
+        tulle_status const status = usd_attribute_read(
+            scene, op->attribute, codes[i], (usd_numbers){op->width, values[i], 1}, error);
+        if (status) return status;
+    }
+    if (op->kind == USD_ORIENT) *turn += rotation_find_angle(values[0], values[1]);
+    for (size_t i = 0; i < op->width && op->kind == USD_ROTATE; i++)
+        *turn += fabs(values[1][i] - values[0][i]) * (PI / 180.0);
+    bool const may_bend = op->kind == USD_SCALE || op->kind == USD_MATRIX;
+    if (may_bend && memcmp(values[0], values[1], op->width * sizeof(double)) != 0)
+        *turn += SCALE_TURN;
+    return TULLE_OK;
+}
+
+/* The largest turn of an instance; their scales bend paths, too. */
+static tulle_status find_instancer_turn(usd_scene *scene, const usd_instancer *instancer,
+                                        const double codes[2], double *turn, tulle_error *error) {
+    if (is_moving(scene, instancer->scales)) *turn += SCALE_TURN;
+    if (!is_moving(scene, instancer->orientations)) return TULLE_OK;
+    memory *const heap = scene->layer->text.heap;
+    size_t const count = instancer->count, size = 8 * count * sizeof(double);
+    double *const turns = memory_allocate_zeroed(heap, 8 * count, sizeof(double));
+    if (!turns) return file_fail_memory(error, scene->layer->text.path);
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; i < 2 && status == TULLE_OK; i++)
+        status = usd_attribute_read(scene, instancer->orientations, codes[i],
+                                    (usd_numbers){4, turns + 4 * count * i, count}, error);
+    double most = 0.0;
+    for (size_t i = 0; i < count && status == TULLE_OK; i++)
+        most = fmax(most, rotation_find_angle(turns + 4 * i, turns + 4 * (count + i)));
+    *turn += most;
+    memory_release(heap, turns, size);
+    return status;
+}
+
+tulle_status usd_scene_find_turn(usd_scene *scene, double from, double to, double *turn,
+                                 tulle_error *error) {
+    double const codes[2] = {from, to};
+    tulle_status status = TULLE_OK;
+    *turn = 0.0;
+    for (size_t i = 0; i < scene->instancers.count && status == TULLE_OK; i++)
+        status = find_instancer_turn(scene, &scene->instancers.data[i], codes, turn, error);
+    for (size_t i = 0; i < scene->nodes.count; i++) {
+        const usd_node *const node = &scene->nodes.data[i];
+        for (size_t k = 0; k < node->op_count && node->is_used && status == TULLE_OK; k++) {
+            const usd_op *const op = &scene->ops.data[node->first_op + k];
+            if (is_moving(scene, op->attribute))
+                status = find_op_turn(scene, op, codes, turn, error);
+        }
+    }
+    return status;
+}
+
 static tulle_status pose_nodes(usd_scene *scene, double code, tulle_error *error) {
     tulle_status status = TULLE_OK;
     for (size_t i = 0; i < scene->instancers.count && status == TULLE_OK; i++)
@@ -279,9 +345,7 @@ static tulle_status pose_piece(usd_scene *scene, const usd_piece *piece, double 
     return TULLE_OK;
 }
 
-tulle_status usd_scene_pose(usd_scene *scene, uint32_t frame, double *positions,
-                            tulle_error *error) {
-    double const code = scene->codes.data[frame];
+tulle_status usd_scene_pose(usd_scene *scene, double code, double *positions, tulle_error *error) {
     tulle_status status = pose_nodes(scene, code, error);
     for (size_t i = 0; i < scene->pieces.count && status == TULLE_OK; i++)
         status = pose_piece(scene, &scene->pieces.data[i], code,

@@ -34,6 +34,7 @@ static void describe(const usd_state *usd, tulle_animation_info *info) {
     *info = (tulle_animation_info){.vertex_count = usd->scene.vertex_count,
                                    .triangle_count = usd->scene.triangles.count / 3,
                                    .frame_count = (uint32_t)usd->scene.frames.count,
+                                   .added_frame_count = (uint32_t)usd->scene.turn_count,
                                    .has_times = 1,
                                    .start_time = isnan(start) ? 0.0 : start,
                                    .is_y_up = usd->layer.is_y_up,
@@ -49,6 +50,7 @@ static void describe(const usd_state *usd, tulle_animation_info *info) {
     if (passed->hidden > 0) add_note(info, "%zu that are hidden", passed->hidden);
     if (passed->changing > 0)
         add_note(info, "when %zu are visible, so they always are", passed->changing);
+    if (usd->scene.is_turning_too_fast) add_note(info, "%s", ANIMATION_TOO_FAST);
     if (passed->skins > 0) add_note(info, "skins of %zu meshes", passed->skins);
     if (passed->smooth > 0) add_note(info, "the subdivision of %zu meshes", passed->smooth);
     char polygons[200];
@@ -72,7 +74,8 @@ static tulle_status open_usd(memory *heap, const char *path, void *state,
 }
 
 static tulle_status read_usd(void *state, uint32_t frame, double *positions, tulle_error *error) {
-    return usd_scene_pose(&((usd_state *)state)->scene, frame, positions, error);
+    usd_scene *const scene = &((usd_state *)state)->scene;
+    return usd_scene_pose(scene, scene->codes.data[frame], positions, error);
 }
 
 static void close_usd(void *state) {

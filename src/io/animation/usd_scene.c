@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/sort.h"
 #include "io/animation/expansion.h"
+#include "io/animation/fine_frames.h"
 #include "io/animation/matrix.h"
 #include "io/file_data.h"
 
@@ -719,6 +720,53 @@ static tulle_status make_frames(usd_scene *scene, tulle_error *error) {
     return take_exact_times(scene, error);
 }
 
+static tulle_status pose(void *scene, double code, double *positions, tulle_error *error) {
+    return usd_scene_pose(scene, code, positions, error);
+}
+
+static tulle_status find_turn(void *scene, double from, double to, double *turn,
+                              tulle_error *error) {
+    return usd_scene_find_turn(scene, from, to, turn, error);
+}
+
+/* Adds frames where vertices turn. */
+static tulle_status add_frames(usd_scene *scene, tulle_error *error) {
+    memory *const heap = scene->layer->text.heap;
+    size_t const key_count = scene->codes.count, part_count = scene->pieces.count;
+    size_t const part_size = (part_count + 1) * sizeof(size_t);
+    size_t const cut_size = key_count * sizeof(uint32_t);
+    size_t *const firsts = memory_allocate(heap, part_size);
+    uint32_t *const parts = memory_allocate(heap, cut_size);
+    fine_frames fine = {.heap = heap,
+                        .path = scene->layer->text.path,
+                        .scene = scene,
+                        .pose = pose,
+                        .find_turn = find_turn,
+                        .first_vertices = firsts,
+                        .part_count = part_count,
+                        .keys = scene->codes.data,
+                        .key_count = key_count};
+    for (size_t i = 0; i < part_count && firsts; i++)
+        firsts[i] = scene->pieces.data[i].first_vertex;
+    if (firsts) firsts[part_count] = scene->vertex_count;
+    tulle_status status =
+        firsts && parts ? fine_frames_find(&fine, parts, error) : fail_memory(scene, error);
+    if (status == TULLE_OK && (!ARRAY_RESERVE(heap, &scene->codes, fine.added_count) ||
+                               !ARRAY_RESERVE(heap, &scene->frames, fine.added_count)))
+        status = fail_memory(scene, error);
+    if (status == TULLE_OK) {
+        fine_frames_spread(scene->codes.data, key_count, parts);
+        fine_frames_spread(scene->frames.data, key_count, parts);
+        scene->codes.count += fine.added_count;
+        scene->frames.count += fine.added_count;
+        scene->turn_count = fine.added_count;
+        scene->is_turning_too_fast = fine.is_cut;
+    }
+    memory_release(heap, firsts, firsts ? part_size : 0);
+    memory_release(heap, parts, parts ? cut_size : 0);
+    return status;
+}
+
 /* ---- the scene ---- */
 
 tulle_status usd_scene_read(usd_layer *layer, usd_scene *scene, tulle_error *error) {
@@ -739,7 +787,8 @@ tulle_status usd_scene_read(usd_layer *layer, usd_scene *scene, tulle_error *err
         return error_set_at(error, TULLE_ERROR_PARSE, layer->text.path, 0, 0, "shows no meshes");
     mark_used(scene);
     status = make_frames(scene, error);
-    return status == TULLE_OK ? usd_scene_turn(scene, error) : status;
+    if (status == TULLE_OK) status = usd_scene_turn(scene, error);
+    return status == TULLE_OK && scene->codes.count > 1 ? add_frames(scene, error) : status;
 }
 
 void usd_scene_destroy(usd_scene *scene) {

@@ -66,6 +66,8 @@ typedef struct usd_scene {
     ARRAY(double) scratch;
     polygon_cutter cutter;
     size_t vertex_count;
+    size_t turn_count;        /* frames that turns have beside those of samples */
+    bool is_turning_too_fast; /* for so many frames */
 } usd_scene;
 
 /* Reads the scene of a layer that must live as long. Release with usd_scene_destroy, also after a
@@ -75,9 +77,12 @@ void usd_scene_destroy(usd_scene *scene);
 /* Turns round the triangles of pieces whose transform mirrors, in the first frame in which it does
  * not flatten them. */
 tulle_status usd_scene_turn(usd_scene *scene, tulle_error *error);
-/* Positions of all vertices in a frame: 3 * vertex_count. */
-tulle_status usd_scene_pose(usd_scene *scene, uint32_t frame, double *positions,
-                            tulle_error *error);
+/* Positions of all vertices at a time code: 3 * vertex_count. */
+tulle_status usd_scene_pose(usd_scene *scene, double code, double *positions, tulle_error *error);
+/* *turn: [rad] at least what turns anything from one time code to the next; 0 where all vertices go
+ * along lines. */
+tulle_status usd_scene_find_turn(usd_scene *scene, double from, double to, double *turn,
+                                 tulle_error *error);
 
 /* Where the first value of an attribute is. False where it has none. */
 bool usd_find_value(const usd_layer *layer, uint32_t attribute, usd_place *place);

@@ -174,7 +174,12 @@ static void everything_moves(void **state) {
     if (tulle_animation_open(test_path("all.gltf"), &animation, &info, &error))
         fail_msg("%d:%d %s", error.line, error.column, error.message);
     assert_int_equal(info.vertex_count, 8);
-    assert_int_equal(info.frame_count, 3);
+    assert_int_equal(info.frame_count,
+                     3 + info.added_frame_count); /* the turn, the spline, a step */
+    uint32_t half_way = 0, last = info.frame_count - 1;
+    while (tulle_animation_get_time(animation, half_way) < 0.5) half_way++;
+    assert_true(tulle_animation_get_time(animation, half_way) == 0.5);
+    assert_true(tulle_animation_get_time(animation, last) == 1.0);
     assert_string_equal(info.note,
                         "passed over: 1 parts of lines, all animations but the first, 1");
     static const uint32_t triangles[] = {0, 1, 2, 1, 3, 2, 4, 5, 6, 4, 6, 7};
@@ -189,14 +194,14 @@ static void everything_moves(void **state) {
     expect_point(p, 5, 1, 0, 0); /* the skin's node does not move it */
     /* Halfway: STEP keeps the weights, the rotation is an eighth of a turn, and the spline with
      * the slope 2 at its start and 0 at its end is at 2 * 0.125 + 0.5 * 4 = 2.25. */
-    assert_int_equal(tulle_animation_read_frame(animation, 1, p, &error), TULLE_OK);
+    assert_int_equal(tulle_animation_read_frame(animation, half_way, p, &error), TULLE_OK);
     double const half = sqrt(0.5);
     expect_point(p, 1, 12 * half, 12 * half, 0);
     expect_point(p, 4, 0, 0, 0);
     expect_point(p, 5, 1 + 2.25 / 2, 0, 0);
     expect_point(p, 6, 2.25, 1, 0);
     /* At the end: weights 1 and 0.5, a quarter of a turn, joint 4 at 4. */
-    assert_int_equal(tulle_animation_read_frame(animation, 2, p, &error), TULLE_OK);
+    assert_int_equal(tulle_animation_read_frame(animation, last, p, &error), TULLE_OK);
     expect_point(p, 1, 0, 12, 2);
     expect_point(p, 2, -2, 15, 2); /* sparse target: 2.5 along x before all else */
     expect_point(p, 7, 5, 1, 0);
