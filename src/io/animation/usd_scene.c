@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "base/sort.h"
 #include "io/animation/expansion.h"
-#include "io/animation/fine_frames.h"
 #include "io/animation/matrix.h"
 #include "io/file_data.h"
 
@@ -20,8 +19,6 @@ enum {
     DEPTH_MAX = 200     /* nodes below each other */
 };
 #define COUNT_LIMIT ((size_t)INT32_MAX)
-/* [time codes] Times that are told apart from the codes are as near to them. */
-static const double TIME_TOLERANCE = 1e-5;
 
 /* The prims that make a node together: `count` of usd_scene.specs. */
 typedef struct spec_range {
@@ -672,101 +669,6 @@ static void mark_used(usd_scene *scene) {
     }
 }
 
-/* Times that the file tells to the last bit, where they are those of the codes. */
-static tulle_status take_exact_times(usd_scene *scene, tulle_error *error) {
-    usd_layer *const layer = scene->layer;
-    uint32_t number = 0;
-    while (number < layer->attributes.count && layer->attributes.data[number].name != USD_TIMES)
-        number++;
-    usd_place place;
-    if (number == layer->attributes.count || !usd_find_value(layer, number, &place))
-        return TULLE_OK;
-    size_t const count = scene->frames.count;
-    size_t found = 0;
-    scene->scratch.count = 0;
-    if (!ARRAY_RESERVE(layer->text.heap, &scene->scratch, count)) return fail_memory(scene, error);
-    double *const times = scene->scratch.data;
-    tulle_status const status =
-        usd_text_read(&layer->text, place, (usd_numbers){1, times, count}, &found, error);
-    bool is_same = found == count;
-    for (size_t i = 0; i < count && is_same && status == TULLE_OK; i++)
-        is_same = fabs(times[i] * layer->codes_per_second - scene->codes.data[i]) <= TIME_TOLERANCE;
-    if (is_same && status == TULLE_OK) memcpy(scene->frames.data, times, count * sizeof *times);
-    return status;
-}
-
-static tulle_status make_frames(usd_scene *scene, tulle_error *error) {
-    usd_layer *const layer = scene->layer;
-    memory *const heap = layer->text.heap;
-    for (size_t i = 0; i < layer->attributes.count; i++) {
-        const usd_attribute *const attribute = &layer->attributes.data[i];
-        if (!attribute->is_used) continue;
-        if (!ARRAY_RESERVE(heap, &scene->codes, attribute->sample_count + 1))
-            return fail_memory(scene, error);
-        for (size_t k = 0; k < attribute->sample_count; k++)
-            scene->codes.data[scene->codes.count++] =
-                layer->samples.data[attribute->first_sample + k].code;
-    }
-    double *const codes = scene->codes.data;
-    size_t count = 0;
-    sort_in_place(codes, scene->codes.count, sizeof *codes, compare_doubles);
-    for (size_t i = 0; i < scene->codes.count; i++)
-        if (count == 0 || codes[i] > codes[count - 1]) codes[count++] = codes[i];
-    if (count == 0) codes[count++] = isnan(layer->start_code) ? 0.0 : layer->start_code;
-    scene->codes.count = count;
-    if (!ARRAY_RESERVE(heap, &scene->frames, count)) return fail_memory(scene, error);
-    for (size_t i = 0; i < count; i++)
-        scene->frames.data[scene->frames.count++] = codes[i] / layer->codes_per_second;
-    return take_exact_times(scene, error);
-}
-
-static tulle_status pose(void *scene, double code, double *positions, tulle_error *error) {
-    return usd_scene_pose(scene, code, positions, error);
-}
-
-static tulle_status find_turn(void *scene, double from, double to, double *turn,
-                              tulle_error *error) {
-    return usd_scene_find_turn(scene, from, to, turn, error);
-}
-
-/* Adds frames where vertices turn. */
-static tulle_status add_frames(usd_scene *scene, tulle_error *error) {
-    memory *const heap = scene->layer->text.heap;
-    size_t const key_count = scene->codes.count, part_count = scene->pieces.count;
-    size_t const part_size = (part_count + 1) * sizeof(size_t);
-    size_t const cut_size = key_count * sizeof(uint32_t);
-    size_t *const firsts = memory_allocate(heap, part_size);
-    uint32_t *const parts = memory_allocate(heap, cut_size);
-    fine_frames fine = {.heap = heap,
-                        .path = scene->layer->text.path,
-                        .scene = scene,
-                        .pose = pose,
-                        .find_turn = find_turn,
-                        .first_vertices = firsts,
-                        .part_count = part_count,
-                        .keys = scene->codes.data,
-                        .key_count = key_count};
-    for (size_t i = 0; i < part_count && firsts; i++)
-        firsts[i] = scene->pieces.data[i].first_vertex;
-    if (firsts) firsts[part_count] = scene->vertex_count;
-    tulle_status status =
-        firsts && parts ? fine_frames_find(&fine, parts, error) : fail_memory(scene, error);
-    if (status == TULLE_OK && (!ARRAY_RESERVE(heap, &scene->codes, fine.added_count) ||
-                               !ARRAY_RESERVE(heap, &scene->frames, fine.added_count)))
-        status = fail_memory(scene, error);
-    if (status == TULLE_OK) {
-        fine_frames_spread(scene->codes.data, key_count, parts);
-        fine_frames_spread(scene->frames.data, key_count, parts);
-        scene->codes.count += fine.added_count;
-        scene->frames.count += fine.added_count;
-        scene->turn_count = fine.added_count;
-        scene->is_turning_too_fast = fine.is_cut;
-    }
-    memory_release(heap, firsts, firsts ? part_size : 0);
-    memory_release(heap, parts, parts ? cut_size : 0);
-    return status;
-}
-
 /* ---- the scene ---- */
 
 tulle_status usd_scene_read(usd_layer *layer, usd_scene *scene, tulle_error *error) {
@@ -786,9 +688,9 @@ tulle_status usd_scene_read(usd_layer *layer, usd_scene *scene, tulle_error *err
     if (scene->vertex_count == 0)
         return error_set_at(error, TULLE_ERROR_PARSE, layer->text.path, 0, 0, "shows no meshes");
     mark_used(scene);
-    status = make_frames(scene, error);
+    status = usd_scene_make_frames(scene, error);
     if (status == TULLE_OK) status = usd_scene_turn(scene, error);
-    return status == TULLE_OK && scene->codes.count > 1 ? add_frames(scene, error) : status;
+    return status == TULLE_OK ? usd_scene_add_frames(scene, error) : status;
 }
 
 void usd_scene_destroy(usd_scene *scene) {

@@ -74,6 +74,9 @@ typedef struct usd_scene {
  * failure. */
 tulle_status usd_scene_read(usd_layer *layer, usd_scene *scene, tulle_error *error);
 void usd_scene_destroy(usd_scene *scene);
+/* Makes frames of all samples of what is used, and adds those between them where vertices turn. */
+tulle_status usd_scene_make_frames(usd_scene *scene, tulle_error *error);
+tulle_status usd_scene_add_frames(usd_scene *scene, tulle_error *error);
 /* Turns round the triangles of pieces whose transform mirrors, in the first frame in which it does
  * not flatten them. */
 tulle_status usd_scene_turn(usd_scene *scene, tulle_error *error);
