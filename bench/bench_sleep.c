@@ -51,8 +51,9 @@ static tulle_mesh make_sheet(double size, unsigned side, double x, double z) {
 
 static void add_sheet(tulle_world *world, tulle_mesh sheet, unsigned pinned_side, double damping) {
     uint32_t const corners[2] = {0, pinned_side - 1};
-    tulle_pin const pin = {
-        .vertices = corners, .vertex_count = 2, .release_time = (double)INFINITY};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = corners;
+    pin.vertex_count = 2;
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&sheet);
     def.pins = &pin;

@@ -65,7 +65,9 @@ static tulle_world *make_world(const bench_case *kind, int number) {
     for (size_t v = 0; v < sheet.vertex_count; v++)
         sheet.positions[3 * v + 2] += 0.02 + 1e-4 * number;
     uint32_t const corners[2] = {0, SIDE - 1};
-    tulle_pin const pin = {corners, 2, {0}, (double)INFINITY};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = corners;
+    pin.vertex_count = 2;
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
     cloth.pins = &pin;
@@ -139,7 +141,9 @@ static void make_cape(cape_world *made) {
     tulle_mesh_transform(&made->cape, (double[]){1, 1, 1}, (double[]){0.5, 0.5, 0.5, 0.5},
                          (double[]){-0.17, 0, 0.35});
     for (uint32_t k = 0; k < ACROSS; k++) made->shoulders[k] = (DOWN - 1) * ACROSS + k;
-    tulle_pin const pin = {made->shoulders, ACROSS, {0}, (double)INFINITY};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = made->shoulders;
+    pin.vertex_count = ACROSS;
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&made->cape);
     cloth.pins = &pin;

@@ -37,7 +37,10 @@ static tulle_cloth_id add_towel(tulle_world *world) {
     double const upright[4] = {sqrt(0.5), sqrt(0.5), 0.0, 0.0};
     tulle_mesh_transform(&mesh, (double[]){1, 1, 1}, upright, (double[]){0, 0, 0.5 * SIDE + 0.01});
     uint32_t const corners[2] = {ACROSS * (ACROSS - 1), ACROSS * ACROSS - 1};
-    tulle_pin const pin = {.vertices = corners, .vertex_count = 2, .release_time = HANDED_OVER};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = corners;
+    pin.vertex_count = 2;
+    pin.release_time = HANDED_OVER;
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&mesh);
     def.pins = &pin;

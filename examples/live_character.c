@@ -59,7 +59,9 @@ static void make_game(game *made) {
 
     tulle_world_def world_def = tulle_world_def_default();
     require(tulle_world_create(&world_def, &made->world, &error));
-    tulle_pin const pin = {made->shoulders, ACROSS, {0}, (double)INFINITY};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = made->shoulders;
+    pin.vertex_count = ACROSS;
     tulle_cloth_def cloth_def = tulle_cloth_def_default();
     cloth_def.mesh = tulle_mesh_get_view(&made->cape);
     cloth_def.pins = &pin;

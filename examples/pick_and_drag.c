@@ -30,7 +30,9 @@ static tulle_world *make_world(void) {
     shape.size[0] = shape.size[1] = 0.5, shape.resolution[0] = shape.resolution[1] = SIDE;
     require(tulle_shape_generate(&shape, &mesh, &error));
     for (size_t v = 0; v < mesh.vertex_count; v++) mesh.positions[3 * v + 2] += 0.3;
-    tulle_pin const pin = {HANDLES, 2, {0}, (double)INFINITY};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = HANDLES;
+    pin.vertex_count = 2;
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.name = "towel";
     cloth.mesh = tulle_mesh_get_view(&mesh);

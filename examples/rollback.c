@@ -53,7 +53,9 @@ static void make_host(host *made, int other) {
                          (double[]){0, 0, 0});
     uint32_t row[SIDE];
     for (uint32_t k = 0; k < SIDE; k++) row[k] = (SIDE - 1) * SIDE + k;
-    tulle_pin const pin = {row, SIDE, {0}, (double)INFINITY};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = row;
+    pin.vertex_count = SIDE;
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&flag);
     cloth.pins = &pin, cloth.pin_count = 1;

@@ -27,7 +27,7 @@ import cffi
 # Structs that a caller fills in, and the C function that makes the defaults of each ("": all zero; None: no default).
 SETTINGS = {
     "wind": None, "curve": None, "springs": None, "material": None, "allocator": "",
-    "keyframe": "", "motion": "", "pin": "", "crease": "", "body": "", "contact_law": "",
+    "keyframe": "", "motion": "", "pin": "tulle_pin_default", "crease": "", "body": "", "contact_law": "",
     "world_detection": None, "world_def": "tulle_world_def_default", "cloth_def": "tulle_cloth_def_default",
     "obstacle_def": "tulle_obstacle_def_default", "attachment_def": "tulle_attachment_def_default",
     "body_drive": "tulle_body_drive_default", "event_watch": "tulle_event_watch_default",
@@ -44,7 +44,7 @@ RESULTS = ["untangle_report", "step_report", "step_progress", "transform", "stre
 RECORDS = ["contact", "intersection", "overlap", "event", "found_triangle", "detect_event", "check_pair", "step_report",
            "run_lag"]
 # Defaults of fields where zero is not what one who leaves them out would expect.
-OTHER_DEFAULTS = {("pin", "release_time"): 'float("inf")', ("keyframe", "rotation"): "(1.0, 0.0, 0.0, 0.0)",
+OTHER_DEFAULTS = {("keyframe", "rotation"): "(1.0, 0.0, 0.0, 0.0)",
                   ("contact_law", "dynamic_friction"): "-1.0"}
 # Pointers of SETTINGS that are arrays: field -> (type of an element, numbers for each, field of the count).
 ARRAYS = {

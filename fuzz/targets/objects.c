@@ -135,7 +135,9 @@ static tulle_status add_cloth(session *self, thing *made, tulle_error *error) {
     unsigned const kind = fuzz_take(bytes);
     uint32_t const corners[2] = {0, (uint32_t)made->mesh.vertex_count - 1};
     tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}}, {0.3, {0.1, 0, 0.2}, {1, 0, 0, 0}}};
-    tulle_pin pin = {.vertices = corners, .vertex_count = 2, .release_time = (double)INFINITY};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = corners;
+    pin.vertex_count = 2;
     if (kind % 4 == 1) pin.motion = (tulle_motion){.keys = keys, .key_count = 2};
     if (kind % 4 == 2) pin.release_time = 0.05;
     def.pins = &pin;

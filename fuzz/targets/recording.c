@@ -51,7 +51,10 @@ static int collide(void *context, const tulle_world *world, tulle_object_id a, t
 }
 
 static void add_objects(tulle_world *world, tulle_error *error) {
-    tulle_pin const pin = {.vertices = triangles, .vertex_count = 2, .release_time = 9.0};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = triangles;
+    pin.vertex_count = 2;
+    pin.release_time = 9.0;
     tulle_crease const crease = {{0, 2}, 0.1};
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.name = "c";

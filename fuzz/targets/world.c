@@ -118,7 +118,9 @@ static void add_cloth(session *self) {
     uint32_t const corners[2] = {0, (uint32_t)mesh->vertex_count - 1};
     tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},
                                     {0.3, {fuzz_take_between(bytes, -1, 1), 0, 0.2}, {1, 0, 0, 0}}};
-    tulle_pin pin = {.vertices = corners, .vertex_count = 2, .release_time = (double)INFINITY};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = corners;
+    pin.vertex_count = 2;
     unsigned const pins = fuzz_take(bytes);
     if (pins / 4 % 4 == 3) { /* of woven cloth */
         def.material.bend_hysteresis_warp = 20.0 * def.material.bend_warp;

@@ -275,14 +275,17 @@ typedef struct tulle_motion {
 
 /* A group of pinned vertices of a cloth: they are held, or follow a motion. What one pin that never
  * lets go holds, and no other pin, is clamped: woven cloth does not bend there, and bends from the
- * pin's edge on. A single row of vertices is a hinge. */
+ * pin's edge on. A single row of vertices is a hinge. Made by tulle_pin_default. */
 typedef struct tulle_pin {
+    uint32_t cookie;          /* set by tulle_pin_default, checked on use */
     const uint32_t *vertices; /* vertex_count vertex numbers of the cloth, copied */
     size_t vertex_count;      /* length of `vertices` */
     /* key_count 0: the vertices are held, or go where tulle_cloth_set_pin_targets says */
     tulle_motion motion;
-    double release_time; /* [s] when the pin lets go; INFINITY: never */
+    double release_time; /* [s] when the pin lets go; INFINITY, the default: never */
 } tulle_pin;
+/* A pin that holds for ever; the caller fills in the vertices. */
+TULLE_API tulle_pin tulle_pin_default(void);
 
 /* A fold that cloth has at rest, along an edge of its mesh. */
 typedef struct tulle_crease {

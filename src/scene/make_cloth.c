@@ -78,6 +78,7 @@ static bool collect_vertices(const pin_work *work, tulle_pin *pin) {
 
 static bool make_pin(const pin_work *work, tulle_pin *pin) {
     const pin_keys *keys = work->keys;
+    *pin = tulle_pin_default();
     pin->release_time = keys->release;
     if (!mark_vertices(work) || !collect_vertices(work, pin)) return false;
     const double *positions = work->cloth->mesh.positions;

@@ -54,6 +54,10 @@ tulle_cloth_def tulle_cloth_def_default(void) {
     return def;
 }
 
+tulle_pin tulle_pin_default(void) {
+    return (tulle_pin){.cookie = PIN_COOKIE, .release_time = (double)INFINITY};
+}
+
 tulle_obstacle_def tulle_obstacle_def_default(void) {
     return (tulle_obstacle_def){.cookie = OBSTACLE_DEF_COOKIE,
                                 .friction = 0.3,
@@ -228,6 +232,12 @@ static tulle_status check_contact_material(const char *name, const char *owner,
 static tulle_status check_pin(const tulle_cloth_def *def, size_t index, const char *owner,
                               tulle_error *error) {
     const tulle_pin *const pin = &def->pins[index];
+    if (pin->cookie != PIN_COOKIE)
+        return error_set(
+            error, TULLE_ERROR_INVALID_ARGUMENT,
+            "%s: pin %zu was not made by tulle_pin_default: a pin of zeros would let go "
+            "at 0 s; begin with tulle_pin_default() and set the fields that matter",
+            owner, index);
     if (pin->vertex_count > 0 && !pin->vertices)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: pin %zu has %zu vertices, but their array is null", owner, index,

@@ -31,6 +31,7 @@ enum { WORLD_NAME_BYTES = 64, WORLD_MESSAGE_BYTES = 1024 };
 #define CLOTH_DEF_COOKIE UINT32_C(0x7411e002)
 #define OBSTACLE_DEF_COOKIE UINT32_C(0x7411e003)
 #define ATTACHMENT_DEF_COOKIE UINT32_C(0x7411e004)
+#define PIN_COOKIE UINT32_C(0x7411e005)
 
 typedef struct world_pin {
     uint32_t *vertices; /* in the cloth's own numbering */

@@ -1,6 +1,7 @@
 /* Arguments of the public functions of tulle/attach.h, against a world that has started, with a
  * pinned cloth, another one and obstacles, and against one that has not. */
 #include "api/arguments.h"
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include "tulle/attach.h"
@@ -19,7 +20,8 @@ static tulle_world *make_world(tulle_response response) {
     tulle_world *world = NULL;
     FINE(tulle_world_create(&world_def, &world, &error));
     static const uint32_t vertices[2] = {0, 1};
-    tulle_pin const pin = {vertices, 2, {NULL, 0, {0.0, 0.0, 0.0}, 0}, (double)INFINITY};
+    tulle_pin pin = make_pin(vertices, 2, (double)INFINITY);
+    pin.motion = (tulle_motion){NULL, 0, {0.0, 0.0, 0.0}, 0};
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&sheet);
     def.pins = &pin;

@@ -1,6 +1,7 @@
 /* Arguments of the public functions of tulle/live.h, against a world that has started, with a
  * cloth on three pins and obstacles of each kind, and against one that has not. */
 #include "api/arguments.h"
+#include "support/pins.h"
 #include "support/small_world.h"
 
 static const double STEP = 1.0 / 64.0;
@@ -33,11 +34,10 @@ static tulle_world *make_world(void) {
     static const uint32_t vertices[PIN_COUNT][2] = {{0, 1}, {12, 13}, {3, 2}};
     tulle_keyframe const key = {.rotation = {1.0, 0.0, 0.0, 0.0}};
     tulle_pin pins[PIN_COUNT];
-    for (int k = 0; k < PIN_COUNT; k++)
-        pins[k] = (tulle_pin){.vertices = vertices[k],
-                              .vertex_count = 2,
-                              .motion = {.keys = &key, .key_count = k == ON_KEYS},
-                              .release_time = k == LETS_GO ? 0.0 : (double)INFINITY};
+    for (int k = 0; k < PIN_COUNT; k++) {
+        pins[k] = make_pin(vertices[k], 2, k == LETS_GO ? 0.0 : (double)INFINITY);
+        pins[k].motion = (tulle_motion){.keys = &key, .key_count = k == ON_KEYS};
+    }
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&sheet);
     def.pins = pins;

@@ -1,6 +1,7 @@
 /* Arguments of the public functions of tulle/world.h, against a world that has started, with a
  * cloth, an obstacle and a rigid body, and against one that has not. */
 #include "api/arguments.h"
+#include "support/pins.h"
 #include "support/small_world.h"
 
 static const double STEP = 1.0 / 60.0;
@@ -306,12 +307,14 @@ ARGUMENTS_OF(tulle_world_add_cloth) {
     tulle_keyframe const nowhere = {0.0, {0, (double)NAN, 0}, {1, 0, 0, 0}};
     tulle_motion const bad_motions[] = {
         {NULL, 1, {0, 0, 0}, 0}, {&nowhere, 1, {0, 0, 0}, 0}, {NULL, 0, {0, (double)NAN, 0}, 0}};
-    tulle_pin const bad_pins[] = {{NULL, 1, {0}, 1.0},
-                                  {vertices, 2, {0}, 1.0},
-                                  {vertices, 1, {0}, (double)NAN},
-                                  {vertices, 1, bad_motions[0], 1.0},
-                                  {vertices, 1, bad_motions[1], 1.0},
-                                  {vertices, 1, bad_motions[2], 1.0}};
+    tulle_pin bad_pins[] = {make_pin(NULL, 1, 1.0),
+                            make_pin(vertices, 2, 1.0),
+                            make_pin(vertices, 1, NAN),
+                            make_pin(vertices, 1, 1.0),
+                            make_pin(vertices, 1, 1.0),
+                            make_pin(vertices, 1, 1.0),
+                            {.vertices = vertices, .vertex_count = 1, .release_time = 1.0}};
+    for (int i = 0; i < 3; i++) bad_pins[3 + i].motion = bad_motions[i];
     for (size_t i = 0; i < sizeof bad_pins / sizeof bad_pins[0]; i++) {
         def.pins = &bad_pins[i];
         refuse_cloth_def(&def);

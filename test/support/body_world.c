@@ -1,4 +1,5 @@
 #include "support/body_world.h"
+#include "support/pins.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -21,7 +22,7 @@ tulle_world *bodies_make_world(const tulle_world_def *def, bool has_far_cloth) {
         sheet.positions[3 * i] += 4.0;
     }
     tulle_cloth_def cloth = tulle_cloth_def_default();
-    tulle_pin const pin = {.vertices = all, .vertex_count = 9, .release_time = (double)INFINITY};
+    tulle_pin const pin = make_pin(all, 9, (double)INFINITY);
     cloth.mesh = (tulle_mesh_view){sheet.positions, sheet.vertex_count, sheet.triangles,
                                    sheet.triangle_count};
     cloth.pins = &pin;
@@ -100,7 +101,7 @@ tulle_cloth_id bodies_add_cloth(tulle_world *world, const tulle_mesh *mesh, doub
     uint32_t const last = (uint32_t)mesh->vertex_count - 1;
     uint32_t const row = (uint32_t)(sqrt((double)mesh->vertex_count) + 0.5);
     uint32_t const corners[4] = {0, row - 1, last - row + 1, last};
-    tulle_pin const pin = {.vertices = corners, .vertex_count = 4, .release_time = INFINITY};
+    tulle_pin const pin = make_pin(corners, 4, INFINITY);
     def.pins = has_pinned_corners ? &pin : NULL;
     def.pin_count = has_pinned_corners ? 1 : 0;
     if (tulle_world_add_cloth(world, &def, &id, &error) != TULLE_OK) fail_msg("%s", error.message);

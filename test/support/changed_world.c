@@ -1,5 +1,6 @@
 /* support/changed_world.c - see changed_world.h. */
 #include "support/changed_world.h"
+#include "support/pins.h"
 
 #include "base/hash.h"
 #include "world/world_state.h"
@@ -160,7 +161,8 @@ static void add_object(changed_world *own, size_t index) {
         uint32_t pinned[CHANGED_PINS_MAX];
         for (size_t i = 0; i < object->pin_count; i++)
             pinned[i] = own->places[index][object->pins[i]];
-        tulle_pin const pin = {pinned, object->pin_count, motion, INFINITY};
+        tulle_pin pin = make_pin(pinned, object->pin_count, INFINITY);
+        pin.motion = motion;
         def.mesh = mesh;
         double const warp[3] = {def.grain[0], def.grain[1], def.grain[2]};
         turn(how, warp, def.grain);

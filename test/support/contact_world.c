@@ -1,5 +1,6 @@
 /* test/support/contact_world.c - see contact_world.h. */
 #include "support/contact_world.h"
+#include "support/pins.h"
 
 #include "base/hash.h"
 #include "support/test_support.h"
@@ -91,7 +92,7 @@ void start_contact_world(contact_world *world) {
         tulle_error error = {0};
         tulle_cloth_def cloth = tulle_cloth_def_default();
         tulle_obstacle_def obstacle = tulle_obstacle_def_default();
-        tulle_pin const pins = {world->pinned, world->pin_count, {0}, (double)INFINITY};
+        tulle_pin const pins = make_pin(world->pinned, world->pin_count, (double)INFINITY);
         cloth.mesh = obstacle.mesh = view;
         cloth.name = obstacle.name = name;
         cloth.material = world->material;

@@ -1,6 +1,7 @@
 #include "support/object_world.h"
 
 #include "support/body_world.h"
+#include "support/pins.h"
 #include "support/test_support.h"
 
 #include <math.h>
@@ -63,12 +64,8 @@ tulle_status things_try_cloth(tulle_world *world, thing what, double x, tulle_cl
     static const uint32_t held[] = {0, 1}, moved[] = {5, 11};
     tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},
                                     {0.5, {0.0, 0.05, 0.02}, {1, 0, 0, 0}}};
-    tulle_pin const pins[] = {
-        {.vertices = held, .vertex_count = 2, .release_time = (double)INFINITY},
-        {.vertices = moved,
-         .vertex_count = 2,
-         .motion = {.keys = keys, .key_count = 2},
-         .release_time = 0.4}};
+    tulle_pin pins[] = {make_pin(held, 2, (double)INFINITY), make_pin(moved, 2, 0.4)};
+    pins[1].motion = (tulle_motion){.keys = keys, .key_count = 2};
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = make_view(what, x);
     if (what == THING_PINNED) {

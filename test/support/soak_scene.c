@@ -2,6 +2,7 @@
 #include "support/soak_scene.h"
 
 #include "support/body_world.h"
+#include "support/pins.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -76,7 +77,7 @@ static tulle_status read_ball(void *context, uint32_t frame, double *positions,
 static void add_cloths(const soak_scene *scene, tulle_world *world) {
     uint32_t const last = SIDE * SIDE - 1;
     const uint32_t corners[4] = {0, SIDE - 1, last - (SIDE - 1), last};
-    tulle_pin const held = {.vertices = corners, .vertex_count = 4, .release_time = INFINITY};
+    tulle_pin const held = make_pin(corners, 4, INFINITY);
     tulle_cloth_def hammock = tulle_cloth_def_default();
     hammock.mesh = tulle_mesh_get_view(&scene->cloths[0]);
     hammock.pins = &held;
@@ -91,11 +92,10 @@ static void add_cloths(const soak_scene *scene, tulle_world *world) {
         if (x[1] < -0.25 + 1e-9) tops[0] = v;
         if (x[1] > 0.25 - 1e-9) tops[1] = v;
     }
-    for (size_t i = 0; i < 2; i++)
-        rods[i] = (tulle_pin){.vertices = &tops[i],
-                              .vertex_count = 1,
-                              .motion = {scene->keys[i], scene->key_count, {0.0, 0.0, 0.0}, 1},
-                              .release_time = INFINITY};
+    for (size_t i = 0; i < 2; i++) {
+        rods[i] = make_pin(&tops[i], 1, INFINITY);
+        rods[i].motion = (tulle_motion){scene->keys[i], scene->key_count, {0.0, 0.0, 0.0}, 1};
+    }
     curtain.pins = rods;
     curtain.pin_count = 2;
     tulle_error error = {0};

@@ -4,6 +4,7 @@
  * the sheet is in contact with both; gravity points along them, and a little to the lower one. The
  * paper's canonical cone of two half-spaces that face each other is empty: what is pressed against
  * either, by however little, it locks. */
+#include "support/pins.h"
 #include "validation/stage.h"
 
 #include <math.h>
@@ -26,8 +27,7 @@ static void add_layer(validation_run *run, tulle_world *world, double height, bo
     }
     uint32_t *const all = validate_allocate(run, mesh->vertex_count * sizeof *all);
     for (size_t v = 0; v < mesh->vertex_count; v++) all[v] = (uint32_t)v;
-    tulle_pin const pin = {
-        .vertices = all, .vertex_count = mesh->vertex_count, .release_time = (double)INFINITY};
+    tulle_pin const pin = make_pin(all, mesh->vertex_count, (double)INFINITY);
     tulle_cloth_def cloth = stage_cloth_def(mesh);
     cloth.pins = &pin;
     cloth.pin_count = 1;

@@ -17,6 +17,7 @@
  * Steps are of 1/360 s. A ribbon in tension around a cylinder is the stiffest case for impulses
  * that are found in rounds: at 1/90 s the default three rounds let the tension flutter by a tenth,
  * twenty rounds do not. */
+#include "support/pins.h"
 #include "validation/stage.h"
 
 #include <math.h>
@@ -129,12 +130,9 @@ static capstan make_capstan(validation_run *run, double degrees, double pull, do
         ends[0][j] = j;
         ends[1][j] = (uint32_t)(ROWS * (made.columns - 1)) + j;
     }
-    tulle_pin const pins[2] = {
-        {.vertices = ends[0], .vertex_count = ROWS, .release_time = (double)INFINITY},
-        {.vertices = ends[1],
-         .vertex_count = ROWS,
-         .motion = {.keys = keys, .key_count = 2},
-         .release_time = (double)INFINITY}};
+    tulle_pin pins[2] = {make_pin(ends[0], ROWS, (double)INFINITY),
+                         make_pin(ends[1], ROWS, (double)INFINITY)};
+    pins[1].motion = (tulle_motion){.keys = keys, .key_count = 2};
     cloth.pins = pins;
     cloth.pin_count = 2;
     made.ribbon = validate_add_cloth(run, made.world, &cloth);

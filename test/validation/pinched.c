@@ -2,6 +2,7 @@
  *
  * The sheet hangs by its upper edge while the cylinders close on it to less than its two contact
  * distances; then the edge is let go, and friction at the point bears the weight. */
+#include "support/pins.h"
 #include "validation/stage.h"
 
 #include <math.h>
@@ -51,7 +52,7 @@ static tulle_cloth_id add_sheet(validation_run *run, tulle_world *world, uint32_
     }
     uint32_t edge[COUNT_MAX];
     for (uint32_t i = 0; i < count; i++) edge[i] = count * (count - 1) + i;
-    tulle_pin const pin = {.vertices = edge, .vertex_count = count, .release_time = LET_GO};
+    tulle_pin const pin = make_pin(edge, count, LET_GO);
     tulle_cloth_def cloth = stage_cloth_def(mesh);
     cloth.material.friction = 0.5;
     cloth.material.air_damping = 0.5; /* it has a minute to come to rest */

@@ -1,5 +1,6 @@
 /* shears.c - woven cloth in a square frame whose sides turn about its corners: its shear against
  * the fabric's curve, and the wrinkles that it makes. */
+#include "support/pins.h"
 #include "validation/stage.h"
 #include "validation/strips.h"
 
@@ -64,8 +65,7 @@ static double measure_sheared_energy(validation_run *run, frame of, double angle
         else
             for (size_t c = 0; c < 2; c++) x[c] += 0.1 * of.side / of.cells * draw(&noise);
     }
-    tulle_pin const pin = {
-        .vertices = held, .vertex_count = count, .release_time = (double)INFINITY};
+    tulle_pin const pin = make_pin(held, count, (double)INFINITY);
     tulle_world *const world = make_weightless_world(run);
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(mesh);
@@ -189,7 +189,7 @@ static tulle_pin hold_side(validation_run *run, const tulle_mesh *mesh, double s
         if (sign * x[axis] > 0.5 * side - 1e-9 && !(axis == 1 && is_corner))
             held[count++] = (uint32_t)v;
     }
-    return (tulle_pin){.vertices = held, .vertex_count = count, .release_time = (double)INFINITY};
+    return make_pin(held, count, (double)INFINITY);
 }
 
 /* Cloth whose frame is sheared by `angle` within 2 s, and stays so. */

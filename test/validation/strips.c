@@ -1,5 +1,6 @@
 /* strips.c - see strips.h. */
 #include "validation/strips.h"
+#include "support/pins.h"
 
 #include "validation/stage.h"
 
@@ -72,5 +73,5 @@ tulle_pin strips_pin_between(validation_run *run, const tulle_mesh *mesh, double
     for (size_t v = 0; v < mesh->vertex_count; v++)
         if (mesh->positions[3 * v] >= from - 1e-9 && mesh->positions[3 * v] <= to + 1e-9)
             held[count++] = (uint32_t)v;
-    return (tulle_pin){.vertices = held, .vertex_count = count, .release_time = (double)INFINITY};
+    return make_pin(held, count, (double)INFINITY);
 }

@@ -4,6 +4,7 @@
  * the time t that the lower one's end takes to pass, goes mu g t^2 / 2, and slides as far again on
  * the table. So a fast pull leaves it where it is. A pull whose acceleration stays under mu g takes
  * it along. */
+#include "support/pins.h"
 #include "validation/stage.h"
 
 #include <math.h>
@@ -31,8 +32,8 @@ static table make_table(validation_run *run, const tulle_motion *pull) {
                                                                   .middle = {0.0, 0.0, 3e-3}});
     uint32_t edge[EDGE_MAX];
     for (uint32_t j = 0; j < rows; j++) edge[j] = j * columns + columns - 1;
-    tulle_pin const pin = {
-        .vertices = edge, .vertex_count = rows, .motion = *pull, .release_time = (double)INFINITY};
+    tulle_pin pin = make_pin(edge, rows, (double)INFINITY);
+    pin.motion = *pull;
     tulle_cloth_def cloth = stage_cloth_def(lower);
     cloth.material.friction = FRICTION;
     cloth.material.springs.stretch_stiffness = 3000.0; /* it is to follow its edge */

@@ -1,6 +1,7 @@
 /* tips.c - cloth on sharp tips: draped on one needle, pulled down over it by its corners, landing
  * on a row of spikes. A tip never comes through, and what it carries is borne by the cloth around
  * it: no edge is stretched by more than a half. */
+#include "support/pins.h"
 #include "validation/stage.h"
 
 #include <math.h>
@@ -141,10 +142,8 @@ static void pull(validation_run *run, uint32_t count, double seconds) {
     tulle_pin pins[CORNERS];
     for (int i = 0; i < CORNERS; i++) {
         uint32_t *const vertices = validate_allocate(run, CORNER_MAX * sizeof(uint32_t));
-        pins[i] = (tulle_pin){.vertices = vertices,
-                              .vertex_count = find_corner(mesh, i & 1, i >> 1, vertices),
-                              .motion = {.keys = keys, .key_count = 2, .is_eased = 1},
-                              .release_time = (double)INFINITY};
+        pins[i] = make_pin(vertices, find_corner(mesh, i & 1, i >> 1, vertices), (double)INFINITY);
+        pins[i].motion = (tulle_motion){.keys = keys, .key_count = 2, .is_eased = 1};
     }
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(mesh);

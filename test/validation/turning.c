@@ -7,6 +7,7 @@
  * so with a slope of up to a. Steeper arms twist it, and it has several equilibria: drawn down by
  * 0.06 m (16 degrees) it lies at 10 degrees in one of two places, 1.65 mm apart, from wherever it
  * was turned (12, 30, 60, 90 degrees in the one; 5, 8, 11, 15, 20 degrees in the other). */
+#include "support/pins.h"
 #include "validation/stage.h"
 
 #include <math.h>
@@ -57,10 +58,8 @@ static turning make_turning(validation_run *run, double from, double to) {
     tulle_keyframe const down[2] = {stage_key(0.0, 0.0, 0.0, 0.0),
                                     stage_key(0.8, 0.0, 0.0, -TIGHTEN)};
     uint32_t const ends[4] = {0, ALONG - 1, ALONG, 2 * ALONG - 1};
-    tulle_pin const pin = {.vertices = ends,
-                           .vertex_count = 4,
-                           .motion = {.keys = down, .key_count = 2, .is_eased = 1},
-                           .release_time = (double)INFINITY};
+    tulle_pin pin = make_pin(ends, 4, (double)INFINITY);
+    pin.motion = (tulle_motion){.keys = down, .key_count = 2, .is_eased = 1};
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(mesh);
     cloth.material.friction = 0.0;

@@ -3,6 +3,7 @@
 #include "tulle/live.h"
 
 #include "base/hash.h"
+#include "support/pins.h"
 #include "support/small_world.h"
 #include "world/world_state.h"
 
@@ -50,8 +51,7 @@ static tulle_world *make_world(const char *material, double release_time, int th
     tulle_mesh sheet = small_sheet(0.4, SIDE, 0.16);
     uint32_t rows[2 * SIDE];
     for (uint32_t i = 0; i < 2 * SIDE; i++) rows[i] = i;
-    tulle_pin const pin = {
-        .vertices = rows, .vertex_count = 2 * SIDE, .release_time = release_time};
+    tulle_pin const pin = make_pin(rows, 2 * SIDE, release_time);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     tulle_material const cotton = cloth.material;
     cloth.mesh = tulle_mesh_get_view(&sheet);

@@ -5,6 +5,7 @@
 
 #include "base/hash.h"
 #include "support/body_world.h"
+#include "support/pins.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
 
@@ -88,8 +89,7 @@ static tulle_world *make_scene(scene *self, scene_kind kind) {
     self->sheet = small_sheet(0.3, SIDE, kind == OVER_BALL ? 0.16 : kind == HANGS ? 0.0 : 0.01);
     uint32_t row[SIDE];
     for (uint32_t k = 0; k < SIDE; k++) row[k] = k;
-    tulle_pin const pin = {
-        .vertices = row, .vertex_count = SIDE, .release_time = self->release_time};
+    tulle_pin const pin = make_pin(row, SIDE, self->release_time);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&self->sheet);
     if (kind == HANGS) cloth.material.air_damping = 3.0; /* sooner at rest */
@@ -730,8 +730,7 @@ static tulle_world *make_neighbours(bool may_sleep, tulle_membrane membrane) {
     tulle_mesh large = small_sheet(1.0, LARGE, 3.0), small = small_sheet(0.5, SMALL, 0.25);
     static uint32_t all[LARGE * LARGE];
     for (uint32_t v = 0; v < LARGE * LARGE; v++) all[v] = v;
-    tulle_pin const pin = {
-        .vertices = all, .vertex_count = LARGE * LARGE, .release_time = (double)INFINITY};
+    tulle_pin const pin = make_pin(all, LARGE * LARGE, (double)INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&large);
     cloth.pins = &pin;

@@ -8,6 +8,7 @@
  * ribbon's own stretch and an excess of friction show. A coarse ribbon turns at few vertices, at
  * worst at one: over a corner of angle a the tensions have the ratio (1 + mu tan(a/2)) / (1 - mu
  * tan(a/2)). */
+#include "support/pins.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
 
@@ -96,10 +97,8 @@ static void add_ribbon(edge_run *run) {
     for (uint32_t v = 0; v < mesh.vertex_count; v++)
         if (rest[3 * v] < 1e-9 && count < ROWS) held[count++] = v;
     assert_int_equal(count, ROWS);
-    tulle_pin const pin = {.vertices = held,
-                           .vertex_count = ROWS,
-                           .motion = {.keys = keys, .key_count = 2},
-                           .release_time = (double)INFINITY};
+    tulle_pin pin = make_pin(held, ROWS, (double)INFINITY);
+    pin.motion = (tulle_motion){.keys = keys, .key_count = 2};
     def.pins = &pin;
     def.pin_count = 1;
     tulle_error error = {0};

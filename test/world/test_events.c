@@ -1,6 +1,7 @@
 /* Events that the host polls: each kind in a scene that has it, against what getters tell of the
  * same steps; order, overflow, rollback, threads. */
 #include "support/body_world.h"
+#include "support/pins.h"
 #include "support/test_support.h"
 #include "tulle/tulle.h"
 
@@ -395,7 +396,7 @@ static void overstretch_is_told(void **state) {
     small_add_cloth(world, &calm);
     uint32_t all[9];
     for (uint32_t v = 0; v < 9; v++) all[v] = v;
-    tulle_pin const pin = {all, 9, {0}, (double)INFINITY};
+    tulle_pin const pin = make_pin(all, 9, (double)INFINITY);
     tulle_cloth_def pulled = tulle_cloth_def_default();
     pulled.mesh = tulle_mesh_get_view(&sheet);
     pulled.pins = &pin;

@@ -3,6 +3,7 @@
 #include "tulle/live.h"
 
 #include "base/hash.h"
+#include "support/pins.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
 
@@ -84,7 +85,7 @@ static void make_stage(stage *made, plate_kind kind, bool is_fast, int threads) 
     tulle_error error = {0};
     expect(TULLE_OK, tulle_world_create(&world_def, &made->world, &error), &error);
     static const uint32_t corners[4] = {0, 8, 72, 80};
-    tulle_pin const pin = {.vertices = corners, .vertex_count = 4, .release_time = 1e9};
+    tulle_pin const pin = make_pin(corners, 4, 1e9);
     tulle_cloth_def cloth_def = tulle_cloth_def_default();
     cloth_def.mesh = tulle_mesh_get_view(&made->sheet);
     cloth_def.pins = &pin;
@@ -672,7 +673,7 @@ static void make_swing(swing *made, bool is_driven, int threads) {
     for (int i = 0; i <= STEPS; i++)
         keys[i] =
             (tulle_keyframe){i * STEP, {find_swing(i), 0.0, find_swing(i)}, {1.0, 0.0, 0.0, 0.0}};
-    tulle_pin pin = {.vertices = CORNERS, .vertex_count = 2, .release_time = 40.0 * STEP};
+    tulle_pin pin = make_pin(CORNERS, 2, 40.0 * STEP);
     if (!is_driven) pin.motion = (tulle_motion){.keys = keys, .key_count = STEPS + 1};
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&made->sheet);

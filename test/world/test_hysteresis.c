@@ -1,5 +1,6 @@
 /* Hysteresis of woven cloth in a world: what was bent keeps the curvature that theory says, what
  * was folded a fold; sliders are part of the state, and a step that fails leaves them. */
+#include "support/pins.h"
 #include "support/small_world.h"
 #include "world/world_state.h"
 
@@ -149,7 +150,7 @@ static tulle_world *start_swinging(strip *of, int threads) {
         held[2 * row] = row * 25;
         held[2 * row + 1] = row * 25 + 1;
     }
-    pin = (tulle_pin){.vertices = held, .vertex_count = 2, .release_time = (double)INFINITY};
+    pin = make_pin(held, 2, (double)INFINITY);
     of->cloth.pins = &pin;
     of->cloth.pin_count = 1;
     of->cloth.material.air_damping = 0.1;

@@ -1,6 +1,7 @@
 /* Laws of pairs of contact materials through the public interface: which law a pair of surfaces
  * has, and that cloth slides on cloth by it. */
 #include "support/failing_heap.h"
+#include "support/pins.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
 #include "world/world_state.h"
@@ -193,7 +194,7 @@ static double slide_on_cloth(double degrees, const char *upper, const char *lowe
     tulle_mesh patch = small_sheet(0.3, 11, 3e-3), bed = small_sheet(1.5, 14, 0.0);
     uint32_t all[196];
     for (uint32_t v = 0; v < 196; v++) all[v] = v;
-    tulle_pin const pin = {.vertices = all, .vertex_count = 196, .release_time = (double)INFINITY};
+    tulle_pin const pin = make_pin(all, 196, (double)INFINITY);
     tulle_cloth_def def = tulle_cloth_def_default();
     tulle_cloth_id id;
     def.mesh = tulle_mesh_get_view(&patch);

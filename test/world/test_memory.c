@@ -1,5 +1,6 @@
 /* The world and its heap: every allocation may fail and leaves the state as it was; a step like
  * those before it makes no heap call. */
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include <setjmp.h>
@@ -151,7 +152,7 @@ static void failed_allocation_undoes_a_jump(void **state) {
     (void)state;
     tulle_mesh sheet = small_sheet(0.3, 4, 0.2062), sphere = make_sphere(0.2, 4);
     uint32_t const corner = 0;
-    tulle_pin const pin = {.vertices = &corner, .vertex_count = 1, .release_time = 1.0};
+    tulle_pin const pin = make_pin(&corner, 1, 1.0);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
     cloth.pins = &pin;

@@ -6,6 +6,7 @@
 #include "tulle/record.h"
 
 #include "support/body_world.h"
+#include "support/pins.h"
 #include "support/recording.h"
 #include "support/test_support.h"
 #include "world/record/recorded_call.h"
@@ -90,12 +91,8 @@ static void add_cloths(tulle_world *world) {
     tulle_keyframe const keys[2] = {
         {.rotation = {1, 0, 0, 0}},
         {.time = 1.0, .translation = {0.1, 0, 0.05}, .rotation = {1, 0, 0, 0}}};
-    tulle_pin const pins[2] = {
-        {.vertices = row, .vertex_count = SIDE, .release_time = (double)INFINITY},
-        {.vertices = other,
-         .vertex_count = SIDE,
-         .motion = {.keys = keys, .key_count = 2, .is_eased = 1},
-         .release_time = 0.4}};
+    tulle_pin pins[2] = {make_pin(row, SIDE, (double)INFINITY), make_pin(other, SIDE, 0.4)};
+    pins[1].motion = (tulle_motion){.keys = keys, .key_count = 2, .is_eased = 1};
     tulle_crease const crease = {{10, 11}, 0.5};
     tulle_cloth_def def = tulle_cloth_def_default();
     def.name = "upper";
@@ -652,7 +649,8 @@ static void every_field_is_recorded(void **unused) {
     call = (recorded_call){.kind = RECORD_CLOTH};
     tulle_crease const creases[1] = {{{0, 1}, 0.5}};
     tulle_keyframe const keys[2] = {{.time = 1.0}, {.time = 2.0}};
-    tulle_pin const pins[1] = {{indices, 3, {keys, 2, {1.0, 2.0, 3.0}, 1}, 4.0}};
+    tulle_pin pins[1] = {make_pin(indices, 3, 4.0)};
+    pins[0].motion = (tulle_motion){keys, 2, {1.0, 2.0, 3.0}, 1};
     tulle_cloth_def *const cloth = &call.def.cloth;
     *cloth = tulle_cloth_def_default();
     cloth->name = "name";

@@ -8,6 +8,7 @@
 
 #include "base/hash.h"
 #include "support/body_world.h"
+#include "support/pins.h"
 #include "support/test_support.h"
 
 #include <math.h>
@@ -50,7 +51,7 @@ static void make_host(host *made) {
     uint32_t row[SIDE];
     for (uint32_t k = 0; k < SIDE; k++) row[k] = k;
     memcpy(made->anchors, sheet.positions, sizeof made->anchors);
-    tulle_pin const pin = {.vertices = row, .vertex_count = SIDE, .release_time = (double)INFINITY};
+    tulle_pin const pin = make_pin(row, SIDE, (double)INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
     cloth.pins = &pin;

@@ -6,6 +6,7 @@
  * allocation from the heap, and call number `fail_at` fails. Bytes after each allocation tell at
  * its release if anything was written there. */
 #include "base/arena.h"
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include <math.h>
@@ -123,7 +124,7 @@ static void add_sheet(tulle_world *world, sheet_def def) {
         p[2] += def.z;
     }
     uint32_t const corners[2] = {0, def.n - 1};
-    tulle_pin const pin = {corners, 2, {0}, (double)INFINITY};
+    tulle_pin const pin = make_pin(corners, 2, (double)INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
     cloth.velocity[2] = -def.speed;

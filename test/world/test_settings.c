@@ -4,6 +4,7 @@
 
 #include "base/hash.h"
 #include "support/body_world.h"
+#include "support/pins.h"
 #include "world/world_state.h"
 
 #include <math.h>
@@ -60,8 +61,7 @@ static tulle_world *make_world(const double gravity[3], const tulle_wind *wind, 
     expect(TULLE_OK, tulle_world_create(&def, &world, &error), &error);
     tulle_mesh sheet = small_sheet(0.25, 7, 2.0);
     uint32_t const corner = 0;
-    tulle_pin const pin = {
-        .vertices = &corner, .vertex_count = 1, .release_time = (double)INFINITY};
+    tulle_pin const pin = make_pin(&corner, 1, (double)INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
     cloth.material.air_damping = 0.0;

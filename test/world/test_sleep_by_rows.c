@@ -1,6 +1,7 @@
 /* What a host's allocator hands out decides no bit: sleeping cloth whose matrix lies by rows,
  * beside cloth that is awake and a rigid body, in a world that goes on from a state. */
 #include "base/hash.h"
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include <math.h>
@@ -45,7 +46,7 @@ static void add_shuffled(tulle_world *world, double height, double speed, bool i
     memcpy(mesh.positions, positions, 3 * count * sizeof *positions);
     for (size_t i = 0; i < 3 * mesh.triangle_count; i++)
         mesh.triangles[i] = places[mesh.triangles[i]];
-    tulle_pin const pin = {places, 1, {0}, (double)INFINITY};
+    tulle_pin const pin = make_pin(places, 1, (double)INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&mesh);
     cloth.velocity[2] = -speed;

@@ -1,5 +1,6 @@
 /* Starts amid a motion (tulle_world_start_at): beside the same world that went there step by step.
  */
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include <math.h>
@@ -63,10 +64,8 @@ static tulle_world *make_recorded(setting wanted, tape_bytes *to) {
     tulle_keyframe const keys[2] = {
         {.rotation = {1, 0, 0, 0}},
         {.time = 1.0, .translation = {0.0, 0.2, 0.1}, .rotation = {0.8, 0.6, 0, 0}}};
-    tulle_pin const pin = {.vertices = row,
-                           .vertex_count = SIDE,
-                           .motion = {.keys = keys, .key_count = 2},
-                           .release_time = 0.6};
+    tulle_pin pin = make_pin(row, SIDE, 0.6);
+    pin.motion = (tulle_motion){.keys = keys, .key_count = 2};
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&mesh);
     cloth.pins = &pin;

@@ -47,7 +47,8 @@ static tulle_world *start(const strip *s) {
     uint32_t *const held = malloc(mesh.vertex_count * sizeof *held);
     double *const factors = malloc(mesh.triangle_count * sizeof *factors);
     assert_true(held && factors);
-    tulle_pin pin = {.vertices = held, .release_time = (double)INFINITY};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = held;
     for (uint32_t v = 0; v < mesh.vertex_count; v++)
         if (mesh.positions[3 * v] < (s->held + 0.1) * s->cell) held[pin.vertex_count++] = v;
     double const middle = 0.5 * (s->held + s->columns) * s->cell;

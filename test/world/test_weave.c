@@ -1,6 +1,7 @@
 /* Woven cloth in a world: the warp lies along the grain or as each triangle says, and what the
  * material says of it counts; the same bits for any number of threads, and through a saved state.
  */
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include <math.h>
@@ -42,8 +43,7 @@ static tulle_world *start_hanging(const hanging *sheet) {
     for (uint32_t v = 0; v < mesh.vertex_count; v++)
         if (mesh.positions[3 * v + 1] > 0.499) held[count++] = v;
     assert_int_equal(count, SIDE);
-    tulle_pin const pin = {
-        .vertices = held, .vertex_count = SIDE, .release_time = (double)INFINITY};
+    tulle_pin const pin = make_pin(held, SIDE, (double)INFINITY);
     def.mesh = tulle_mesh_get_view(&mesh);
     def.material = sheet->material;
     memcpy(def.grain, sheet->grain, sizeof def.grain);
@@ -122,9 +122,7 @@ static double measure_overhang(double release_time, size_t pins) {
     }
     assert_int_equal(counts[0] + counts[1], 12);
     tulle_pin both[2];
-    for (size_t i = 0; i < 2; i++)
-        both[i] = (tulle_pin){
-            .vertices = held[i], .vertex_count = counts[i], .release_time = release_time};
+    for (size_t i = 0; i < 2; i++) both[i] = make_pin(held[i], counts[i], release_time);
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&mesh);
     def.material.air_damping = 10.0;

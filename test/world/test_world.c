@@ -1,5 +1,6 @@
 /* The world as a whole, small: free fall, drape, determinism, saved states, obstacles
  * that come and go, pins, pinches. */
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include <math.h>
@@ -236,10 +237,8 @@ static void pins_hold_move_and_let_go(void **state) {
     uint32_t const held[] = {0, 6}, moved[] = {42};
     tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
                                    {0.5, {0, 0, 0.1}, {1, 0, 0, 0}}};
-    tulle_pin const pins[] = {
-        {held, 2, {0}, (double)INFINITY},
-        {moved, 1, {keys, 2, {0, 0, 0}, 0}, 0.6},
-    };
+    tulle_pin pins[] = {make_pin(held, 2, (double)INFINITY), make_pin(moved, 1, 0.6)};
+    pins[1].motion = (tulle_motion){.keys = keys, .key_count = 2};
     def.pins = pins;
     def.pin_count = 2;
     tulle_cloth_id id;
@@ -279,7 +278,7 @@ static void bend_damping_gives_no_energy(void **state) {
         def.material.springs.bend_stiffness = choices[k][0];
         def.material.bend_damping = choices[k][1];
         uint32_t const corner = 0;
-        tulle_pin const pin = {&corner, 1, {0}, (double)INFINITY};
+        tulle_pin const pin = make_pin(&corner, 1, (double)INFINITY);
         def.pins = &pin;
         def.pin_count = 1;
         assert_int_equal(tulle_world_add_cloth(world, &def, NULL, NULL), TULLE_OK);
@@ -400,7 +399,7 @@ static void bad_definitions_are_named(void **state) {
                      TULLE_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "area density"));
     uint32_t const outside = 99;
-    tulle_pin const pin = {&outside, 1, {0}, 1.0};
+    tulle_pin const pin = make_pin(&outside, 1, 1.0);
     cloth.material.area_density = 0.2;
     cloth.pins = &pin;
     cloth.pin_count = 1;

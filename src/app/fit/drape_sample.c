@@ -182,9 +182,9 @@ void drape_sample_destroy(drape_sample *sample) {
 }
 
 tulle_cloth_def drape_sample_get_cloth(drape_sample *sample, const tulle_material *material) {
-    sample->pin = (tulle_pin){.vertices = sample->held,
-                              .vertex_count = sample->held_count,
-                              .release_time = (double)INFINITY};
+    sample->pin = tulle_pin_default();
+    sample->pin.vertices = sample->held;
+    sample->pin.vertex_count = sample->held_count;
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&sample->mesh);
     def.has_flat_rest = 1;

@@ -316,9 +316,9 @@ static void read_end(const mend_solver *solver, const tulle_world *world, const 
 tulle_status mend_solver_move(mend_solver *solver, const mend_move *move, mend_moved *moved,
                               tulle_error *error) {
     move_values const values = make_values(solver, move);
-    tulle_pin const pin = {.vertices = solver->vertices + values.free_count,
-                           .vertex_count = values.pinned_count,
-                           .release_time = (double)INFINITY};
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = solver->vertices + values.free_count;
+    pin.vertex_count = values.pinned_count;
     cloth_motion const motion = {values.velocities, values.pinned_count > 0 ? &pin : NULL, true};
     tulle_attachment_def draw = tulle_attachment_def_default();
     draw.cloth = the_cloth;

@@ -14,7 +14,7 @@
 #if UINTPTR_MAX == UINT64_MAX
 _Static_assert(sizeof(tulle_world_def) == 280, "record all fields of tulle_world_def");
 _Static_assert(sizeof(tulle_material) == 216, "record all fields of tulle_material");
-_Static_assert(sizeof(tulle_pin) == 72, "record all fields of tulle_pin");
+_Static_assert(sizeof(tulle_pin) == 80, "record all fields of tulle_pin");
 _Static_assert(sizeof(tulle_cloth_def) == 408, "record all fields of tulle_cloth_def");
 _Static_assert(sizeof(tulle_obstacle_def) == 344, "record all fields of tulle_obstacle_def");
 _Static_assert(sizeof(tulle_attachment_def) == 104, "record all fields of tulle_attachment_def");
@@ -310,7 +310,7 @@ static void visit_pins_and_creases(record_stream *stream, tulle_cloth_def *def) 
     visit_count(stream, &def->pin_count);
     tulle_pin *const pins = make_place(stream, def->pin_count, sizeof *pins);
     for (size_t i = 0; i < def->pin_count && stream->status == TULLE_OK; i++) {
-        tulle_pin pin = {0};
+        tulle_pin pin = tulle_pin_default();
         if (!stream->is_reading) pin = def->pins[i];
         visit_count(stream, &pin.vertex_count);
         visit_index_array(stream, &pin.vertices, pin.vertex_count);

@@ -1,5 +1,6 @@
 /* Energy of bodies in contact: what stands, hangs or swings gains none. */
 #include "support/body_world.h"
+#include "support/pins.h"
 #include "support/test_support.h"
 #include "tulle/tulle.h"
 
@@ -115,7 +116,7 @@ static void an_undamped_stack_swings_out(void **state) {
     tulle_world *const world = bodies_make_world(&def, false);
     tulle_mesh sheet = small_sheet(0.8, 13, 0.0);
     uint32_t const corners[4] = {0, 12, 156, 168};
-    tulle_pin const pin = {.vertices = corners, .vertex_count = 4, .release_time = INFINITY};
+    tulle_pin const pin = make_pin(corners, 4, INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     assert_int_equal(tulle_material_preset("denim", &cloth.material), TULLE_OK);
     cloth.mesh = tulle_mesh_get_view(&sheet);

@@ -1,5 +1,6 @@
 /* Cloth and rigid bodies fall alike: by the integrator of the cloth, whatever the step. */
 #include "support/body_world.h"
+#include "support/pins.h"
 #include "support/test_support.h"
 #include "tulle/tulle.h"
 
@@ -49,8 +50,7 @@ static double measure_change(const fall_case *given, double *fallen) {
     memcpy(cloth.velocity, given->throw, sizeof cloth.velocity);
     uint32_t all[SHEET_COUNT];
     for (uint32_t i = 0; i < SHEET_COUNT; i++) all[i] = i;
-    tulle_pin const pin = {
-        .vertices = all, .vertex_count = SHEET_COUNT, .release_time = given->held_until};
+    tulle_pin const pin = make_pin(all, SHEET_COUNT, given->held_until);
     cloth.pins = &pin;
     cloth.pin_count = given->held_until > 0.0;
     assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, &error), TULLE_OK);

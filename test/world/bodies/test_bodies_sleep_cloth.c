@@ -1,5 +1,6 @@
 /* Bodies asleep on cloth: they sleep on as long as it presses as it did. */
 #include "support/body_world.h"
+#include "support/pins.h"
 #include "support/test_support.h"
 #include "tulle/tulle.h"
 
@@ -18,7 +19,7 @@ static void cloth_wakes_as_it_presses(void **state) {
         tulle_world *const world = bodies_make_world(&def, false);
         tulle_mesh sheet = small_sheet(0.6, 9, 0.0), cover = small_sheet(0.4, 7, 0.5);
         uint32_t const corners[4] = {0, 8, 72, 80};
-        tulle_pin const pin = {.vertices = corners, .vertex_count = 4, .release_time = 6.0};
+        tulle_pin const pin = make_pin(corners, 4, 6.0);
         tulle_cloth_def cloth = tulle_cloth_def_default();
         cloth.mesh = tulle_mesh_get_view(&sheet);
         cloth.pins = &pin;
@@ -27,7 +28,7 @@ static void cloth_wakes_as_it_presses(void **state) {
         assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
         uint32_t all[49];
         for (uint32_t i = 0; i < 49; i++) all[i] = i;
-        tulle_pin const hold = {.vertices = all, .vertex_count = 49, .release_time = 4.0};
+        tulle_pin const hold = make_pin(all, 49, 4.0);
         cloth.mesh = tulle_mesh_get_view(&cover);
         cloth.pins = &hold;
         cloth.material.area_density = is_heavy ? 2.0 : 0.02;
@@ -72,7 +73,7 @@ static void a_stack_on_cloth_sleeps_on(void **state) {
     tulle_world *const world = bodies_make_world(&def, false);
     tulle_mesh sheet = small_sheet(1.2, SIDE, 0.0);
     uint32_t const corners[4] = {0, SIDE - 1, SIDE * (SIDE - 1), SIDE * SIDE - 1};
-    tulle_pin const pin = {.vertices = corners, .vertex_count = 4, .release_time = INFINITY};
+    tulle_pin const pin = make_pin(corners, 4, INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
     cloth.pins = &pin;

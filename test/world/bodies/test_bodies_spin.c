@@ -1,5 +1,6 @@
 /* Rigid bodies that spin fast: a substep follows the turn, or the step says that it cannot. */
 #include "support/body_world.h"
+#include "support/pins.h"
 #include "support/test_support.h"
 #include "tulle/tulle.h"
 
@@ -144,7 +145,7 @@ static uint32_t count_substeps(const double *thicknesses, size_t count) {
     tulle_world *const world = make_world();
     for (size_t i = 0; i < count; i++) {
         tulle_mesh sheet = small_sheet(0.1, 2, (double)i + 1.0);
-        tulle_pin const pin = {.vertices = corners, .vertex_count = 4, .release_time = 1e9};
+        tulle_pin const pin = make_pin(corners, 4, 1e9);
         tulle_cloth_def def = tulle_cloth_def_default();
         def.mesh = tulle_mesh_get_view(&sheet);
         def.pins = &pin;

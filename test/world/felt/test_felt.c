@@ -1,5 +1,6 @@
 /* Bodies that pass through themselves with cloth between: the felt surface keeps the cloth's room,
  * the drawn one goes its way, and both are the same again as soon as there is room. */
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include <math.h>
@@ -114,7 +115,7 @@ static void add_sheet_at(room_world *made, double y) {
         if (x[2] > 0.0999) upper[count++] = v;
     }
     assert_int_equal(count, 17);
-    tulle_pin const pin = {upper, count, {0}, (double)INFINITY};
+    tulle_pin const pin = make_pin(upper, count, (double)INFINITY);
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&made->sheet);
     def.pins = &pin;
@@ -535,7 +536,7 @@ static void pins_are_kept_clear(void **state) {
     tulle_mesh sheet = small_sheet(0.2, 21, 0.0);
     uint32_t all[21 * 21];
     for (uint32_t v = 0; v < 21 * 21; v++) all[v] = v;
-    tulle_pin const pin = {all, 21 * 21, {0}, (double)INFINITY};
+    tulle_pin const pin = make_pin(all, 21 * 21, (double)INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
     cloth.pins = &pin;

@@ -2,6 +2,7 @@
  * rests on what goes, attachments, events, filters, laws, saved states, want of memory. */
 #include "support/body_world.h"
 #include "support/object_world.h"
+#include "support/pins.h"
 #include "support/test_support.h"
 
 #include <math.h>
@@ -157,8 +158,7 @@ static void untangled(void **unused) {
     tulle_obstacle_id const sleeper = as_obstacle(things_add(world, THING_BOX, 0.0));
     tulle_mesh sheet = small_sheet(0.2, 6, 0.6);
     uint32_t const corners[] = {0, 5, 30, 35}, held = 15;
-    tulle_pin const pin = {
-        .vertices = corners, .vertex_count = 4, .release_time = (double)INFINITY};
+    tulle_pin const pin = make_pin(corners, 4, (double)INFINITY);
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&sheet);
     def.pins = &pin;

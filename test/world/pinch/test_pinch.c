@@ -1,5 +1,6 @@
 /* Fingers that close on hanging cloth to nothing: held back before they tear it, while all else
  * goes on; and what the world says of it. */
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include <math.h>
@@ -40,7 +41,7 @@ static void pin_upper_edge(tulle_world *world, const tulle_mesh *sheet) {
     assert_true(count == 13);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(sheet);
-    tulle_pin const pin = {upper, count, {0}, (double)INFINITY};
+    tulle_pin const pin = make_pin(upper, count, (double)INFINITY);
     cloth.pins = &pin;
     cloth.pin_count = 1;
     assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
@@ -238,7 +239,7 @@ static void one_that_runs_into_held_cloth_waits(void **state) {
     assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
     uint32_t all[25];
     for (uint32_t v = 0; v < 25; v++) all[v] = v;
-    tulle_pin const pin = {all, 25, {0}, (double)INFINITY};
+    tulle_pin const pin = make_pin(all, 25, (double)INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
     cloth.pins = &pin;

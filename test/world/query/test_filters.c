@@ -2,6 +2,7 @@
  * the start and later, all others are held apart as ever. */
 #include "tulle/query.h"
 
+#include "support/pins.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
 #include "tulle/check.h"
@@ -267,7 +268,7 @@ static void cloths_pass_each_other(void **state) {
         tulle_mesh sheet = small_sheet(0.4, 8, -0.1 * k);
         tulle_cloth_def cloth = tulle_cloth_def_default();
         cloth.mesh = tulle_mesh_get_view(&sheet);
-        tulle_pin const pin = {held, 4, {0}, (double)INFINITY};
+        tulle_pin const pin = make_pin(held, 4, (double)INFINITY);
         cloth.pins = &pin;
         cloth.pin_count = k > 0;
         tulle_cloth_id id;

@@ -1,4 +1,5 @@
 /* Starts that intersect: refused by name, or ignored until the pairs have come apart. */
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include <math.h>
@@ -136,7 +137,7 @@ static void pairs_of_one_cloth_count_once_apart(void **state) {
                           -0.1, 0.0,  -0.1, 0.1, 0.0,  -0.1, 0.0, 0.0, 0.05};
     uint32_t triangles[] = {0, 1, 2, 3, 4, 5};
     uint32_t const held[] = {0, 1, 2};
-    tulle_pin const pin = {held, 3, {0}, (double)INFINITY};
+    tulle_pin const pin = make_pin(held, 3, (double)INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = (tulle_mesh_view){positions, 6, triangles, 2};
     cloth.pins = &pin;

@@ -2,6 +2,7 @@
  * for any number of threads; no state intersects, however violent the motion; patches that are
  * about to touch themselves dissolve in time; saved states and failed steps carry patches along.
  * Without the certificate the promise does not hold, and this shows it. */
+#include "support/pins.h"
 #include "support/small_world.h"
 #include "world/world_state.h"
 
@@ -129,7 +130,8 @@ static tulle_world *make_world(const stage_set *set, tulle_world_def def) {
     uint32_t top[] = {30, 61, 92, 123, 154, 185};
     tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
                                    {0.6, {0, 0, -0.5}, {1, 0, 0, 0}}};
-    tulle_pin const pin = {top, 6, {keys, 2, {0, 0, 0}, 0}, (double)INFINITY};
+    tulle_pin pin = make_pin(top, 6, (double)INFINITY);
+    pin.motion = (tulle_motion){keys, 2, {0, 0, 0}, 0};
     cloth.pins = &pin;
     cloth.pin_count = set->is_clamped ? 1 : 0;
     tulle_obstacle_def obstacle = tulle_obstacle_def_default();

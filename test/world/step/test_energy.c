@@ -1,6 +1,7 @@
 /* Energy of cloth that lands, through the public interface: it falls from step to step, but for the
  * work of what moves; the balance costs nothing where it holds, and reports tell the energies of
  * the state. */
+#include "support/pins.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
 #include "world/world_state.h"
@@ -107,7 +108,7 @@ static void lifting_needs_no_more_solves(void **state) {
     tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
                                    {1.0, {0, 0, 0.5}, {1, 0, 0, 0}}};
     tulle_cloth_def cloth = tulle_cloth_def_default();
-    tulle_pin pin = {.vertices = corners, .vertex_count = PINS, .release_time = (double)INFINITY};
+    tulle_pin pin = make_pin(corners, PINS, (double)INFINITY);
     pin.motion = (tulle_motion){keys, 2, {0, 0, 0}, 0};
     cloth.mesh = tulle_mesh_get_view(&sheet);
     cloth.pins = &pin;

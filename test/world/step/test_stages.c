@@ -1,4 +1,5 @@
 /* What a step reports of its solves. */
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include <math.h>
@@ -18,7 +19,7 @@ static tulle_step_report hang(int limit) {
     assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
     tulle_mesh sheet = small_sheet(0.5, 12, 0.0);
     uint32_t const corner = 0;
-    tulle_pin const pin = {&corner, 1, {0}, 1e9};
+    tulle_pin const pin = make_pin(&corner, 1, 1e9);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&sheet);
     cloth.pins = &pin;

@@ -1,6 +1,7 @@
 /* Starts that intersect are untangled: clean by the exact judge, minimum gaps kept, nothing else
  * touched; or refused by name with the world unchanged. One start of each family;
  * TULLE_TEST_LONG=1: ten of each, larger, a hundred in all. */
+#include "support/pins.h"
 #include "support/small_world.h"
 #include "support/tangled.h"
 
@@ -121,7 +122,7 @@ static void pins_and_velocities_stay(void **state) {
     for (uint32_t v = 0; v < count; v++)
         if (start.cloths[0].positions[3 * v] > start.cloths[0].positions[3 * farthest])
             farthest = v;
-    tulle_pin const pin = {&farthest, 1, {0}, (double)INFINITY};
+    tulle_pin const pin = make_pin(&farthest, 1, (double)INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&start.cloths[0]);
     cloth.rest_positions = start.rest[0];

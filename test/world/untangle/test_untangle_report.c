@@ -1,5 +1,6 @@
 /* What is said of a start that could not be untangled: pairs of surfaces with the numbers of their
  * pairs of triangles, lines of intersection, pins in obstacles. */
+#include "support/pins.h"
 #include "support/small_world.h"
 
 #include <math.h>
@@ -76,7 +77,7 @@ static void check_message(bool has_box, const char *lines) {
             p[1] += 0.0037 * k + 0.0023 * k * x;
             if (k == 0 && fabs(x) < 0.03 && p[1] > 0.14 && held_count < 2) held[held_count++] = v;
         }
-        tulle_pin const pin = {held, held_count, {0}, (double)INFINITY};
+        tulle_pin const pin = make_pin(held, held_count, (double)INFINITY);
         tulle_cloth_def cloth = tulle_cloth_def_default();
         cloth.mesh = tulle_mesh_get_view(&sheet);
         cloth.rest_positions = flat.positions;
