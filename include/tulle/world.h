@@ -280,9 +280,8 @@ typedef struct tulle_pin {
     uint32_t cookie;          /* set by tulle_pin_default, checked on use */
     const uint32_t *vertices; /* vertex_count vertex numbers of the cloth, copied */
     size_t vertex_count;      /* length of `vertices` */
-    /* key_count 0: the vertices are held, or go where tulle_cloth_set_pin_targets says */
-    tulle_motion motion;
-    double release_time; /* [s] when the pin lets go; INFINITY, the default: never */
+    tulle_motion motion;      /* key_count 0: held, or where tulle_cloth_set_pin_targets says */
+    double release_time;      /* [s] when the pin lets go; INFINITY, the default: never */
 } tulle_pin;
 /* A pin that holds for ever; the caller fills in the vertices. */
 TULLE_API tulle_pin tulle_pin_default(void);
@@ -294,8 +293,7 @@ typedef struct tulle_crease {
                      as seen from the front, where triangles go round to the left */
 } tulle_crease;
 
-/* A cloth to add. Made by tulle_cloth_def_default. tulle_world_add_cloth copies all arrays and
- * strings. */
+/* A cloth to add. Made by tulle_cloth_def_default; its arrays and strings are copied. */
 typedef struct tulle_cloth_def {
     uint32_t cookie;              /* set by tulle_cloth_def_default, checked on use */
     const char *name;             /* for messages; may be null */
@@ -373,8 +371,7 @@ typedef enum tulle_drive {
 } tulle_drive;
 
 /* An obstacle to add: static, on keyframes, deforming by a mesh sequence, driven by the host, or a
- * rigid body. Made by tulle_obstacle_def_default. tulle_world_add_obstacle copies all arrays and
- * strings. */
+ * rigid body. Made by tulle_obstacle_def_default; its arrays and strings are copied. */
 typedef struct tulle_obstacle_def {
     uint32_t cookie;         /* set by tulle_obstacle_def_default, checked on use */
     const char *name;        /* for messages; may be null */
@@ -525,12 +522,11 @@ TULLE_API const char *tulle_stage_name(int stage);
 
 /* What one step did. Counts are sums over the substeps of the step and their rounds. */
 typedef struct tulle_step_report {
-    uint64_t step; /* index of the step, from 0 */
-    double time;   /* [s] of the world after the step */
-    /* [s] wall clock of each stage, without the stages inside it */
-    double stage_seconds[TULLE_STAGE_COUNT];
-    double total_seconds;   /* [s] wall clock; at least the sum of the stages */
-    uint32_t solve_count;   /* solves of the linear system */
+    uint64_t step;                           /* index of the step, from 0 */
+    double time;                             /* [s] of the world after the step */
+    double stage_seconds[TULLE_STAGE_COUNT]; /* [s] wall clock, without stages inside the stage */
+    double total_seconds;                    /* [s] wall clock; at least the sum of the stages */
+    uint32_t solve_count;                    /* solves of the linear system */
     uint32_t cg_iterations; /* iterations of conjugate gradients, over all solves */
     double cg_residual; /* largest relative preconditioned residual of solves that none follows */
     int cg_converged;   /* 0: a solve stopped at its limit of iterations */
@@ -587,9 +583,7 @@ typedef struct tulle_step_progress {
     int is_under_way; /* 0: no step is being made, and all else is 0 */
     uint64_t step;    /* index of the step, from 0 */
     uint32_t substep; /* number of the substep, from 1 */
-    /* part of the step's time that has passed, 0 .. 1; less again when a pinch makes the step
-     * begin anew */
-    double share;
+    double share; /* of the step's time that has passed, 0 .. 1; less where a pinch begins anew */
     uint32_t solve_count; /* solves so far; a step that stands still goes on as they grow */
 } tulle_step_progress;
 /* How far the step that is under way has come. All zero for null. */
