@@ -34,6 +34,26 @@ class Bakes(SceneTest):
         self.assertEqual(said["time"]["steps_per_frame"], 4)
         self.assertEqual(self.scene.frame_current, 10 + self.frames)  # where the last look left it
 
+    def test_polygons_with_corners_on_straight_sides(self):
+        """No triangle lacks area, wherever the polygon begins; the triangles face as it does and cover it."""
+        outlines = {
+            "pentagon": ([(0, 0), (0.5, 0), (1, 0), (1, 1), (0, 1)], 1.0),
+            "triangle": ([(0, 0), (1, 0), (2, 0), (0, 2)], 2.0),
+            "three": ([(0, 0), (0.2, 0), (0.5, 0), (0.7, 0), (1, 0), (1, 1)], 0.5),
+            "l": ([(0, 0), (1, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2), (0, 1)], 3.0),
+        }
+        for name, (outline, area) in outlines.items():
+            for turn in range(len(outline)):
+                mesh = bpy.data.meshes.new(name)
+                corners = [(k + turn) % len(outline) for k in range(len(outline))]
+                mesh.from_pydata([(x, y, 0.0) for x, y in outline], [], [corners])
+                mesh.update()
+                found = meshes.read_triangles(mesh)
+                a, b, c = (meshes.read_positions(mesh)[found.corners[:, k]].astype(np.float64) for k in range(3))
+                parts = np.cross(b - a, c - a)[:, 2] / 2
+                self.assertGreater(parts.min(), 0.01, (name, turn))
+                self.assertAlmostEqual(parts.sum(), area, places=5)
+
     def test_turned_scaled_and_mirrored_cloth(self):
         sheet, _ = self.add_sheet(place=(3, 1, 0.4)), self.add_ball(place=(3, 1, 0))
         sheet.rotation_euler, sheet.scale = (0.2, 0.1, 0.7), (0.8, -1.3, 1.0)

@@ -12,6 +12,8 @@ import numpy as np
 
 from .files import Refusal, replacing
 
+SLIVER = 1e-5  # height over longest side of a triangle whose corners lie on a line but for rounding
+
 PC2_HEAD = struct.Struct("<12siiffi")
 
 
@@ -64,14 +66,18 @@ def read_positions(mesh) -> np.ndarray:
 
 
 def read_triangles(mesh, wants_uvs: bool = False) -> Triangles:
-    """Triangles over the vertices as they are numbered; polygons of any number of corners are cut as Blender shows them."""
+    """Triangles over the vertices as they are numbered. Polygons of any number of corners are cut as Blender shows them; where that
+    leaves a triangle without area, diagonals are exchanged."""
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
-    corners, loops = np.empty(3 * count, np.int32), np.empty(3 * count, np.int32)
+    loops = np.empty(3 * count, np.int32)
     polygons = np.empty(count, np.int32)
-    mesh.loop_triangles.foreach_get("vertices", corners)
     mesh.loop_triangles.foreach_get("loops", loops)
     mesh.loop_triangles.foreach_get("polygon_index", polygons)
+    vertices = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", vertices)
+    loops = exchange_diagonals(read_positions(mesh), vertices, loops.reshape(-1, 3), polygons)
+    corners = vertices[loops]
     uvs = None
     if wants_uvs and mesh.uv_layers.active is not None:
         layer, places = mesh.uv_layers.active, np.empty(2 * len(mesh.loops), np.float32)
@@ -79,11 +85,47 @@ def read_triangles(mesh, wants_uvs: bool = False) -> Triangles:
             layer.uv.foreach_get("vector", places)
         else:
             layer.data.foreach_get("uv", places)
-        uvs = places.reshape(-1, 2)[loops].reshape(-1, 3, 2)
+        uvs = places.reshape(-1, 2)[loops]
     loop_edges = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("edge_index", loop_edges)
     loose_edges = len(mesh.edges) - len(np.unique(loop_edges))
-    return Triangles(len(mesh.vertices), corners.reshape(-1, 3), polygons, uvs, loose_edges)
+    return Triangles(len(mesh.vertices), corners, polygons, uvs, loose_edges)
+
+
+def exchange_diagonals(positions: np.ndarray, vertices: np.ndarray, loops: np.ndarray, polygons: np.ndarray) -> np.ndarray:
+    """Triangles of corners such that none is a sliver that another cut of its polygon would not have. `vertices` has the vertex
+    of each corner, `loops` the corners of each triangle, `polygons` the polygon of each triangle."""
+    loops, places = loops.copy(), positions.astype(np.float64)
+    thin = measure_heights(places, vertices[loops]) < SLIVER
+    for polygon in np.unique(polygons[thin]):
+        rows = np.flatnonzero(polygons == polygon)
+        # Each exchange makes the smaller height of a pair larger, so there is an end to it.
+        for _ in range(len(rows) ** 2):
+            if not any(exchange_diagonal(places, vertices, loops, rows, row) for row in rows):
+                break
+    return loops
+
+
+def exchange_diagonal(places: np.ndarray, vertices: np.ndarray, loops: np.ndarray, rows: np.ndarray, row: int) -> bool:
+    """Replaces the longest side of a sliver by the other diagonal of the two triangles that share it."""
+    def measure(*triangles):
+        return measure_heights(places, vertices[np.array(triangles)]).min()
+
+    if measure(loops[row]) >= SLIVER:
+        return False
+    ends = places[vertices[loops[row]]]
+    side = int(np.argmax(((np.roll(ends, -1, axis=0) - ends) ** 2).sum(1)))
+    a, b, c = np.roll(loops[row], -side)
+    for other in rows:
+        for k in range(3):
+            if loops[other][k] != b or loops[other][(k + 1) % 3] != a:
+                continue
+            d = loops[other][(k + 2) % 3]
+            if measure((a, d, c), (d, b, c)) <= measure(loops[row], loops[other]):
+                return False
+            loops[row], loops[other] = (a, d, c), (d, b, c)
+            return True
+    return False
 
 
 def measure_heights(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
