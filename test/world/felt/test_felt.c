@@ -568,7 +568,7 @@ static void what_passes_beside_a_pin_goes_on(void **state) {
     assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
     static const double corners[9] = {0.036, 0.0, 0.0, 0.05, -0.01, 0.0, 0.05, 0.01, 0.0};
     static const uint32_t all[3] = {0, 1, 2};
-    tulle_pin const pin = {all, 3, {0}, (double)INFINITY};
+    tulle_pin const pin = make_pin(all, 3, (double)INFINITY);
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = (tulle_mesh_view){corners, 3, all, 1};
     cloth.pins = &pin;
