@@ -140,7 +140,7 @@ export class Stage {
     this.ask();
   }
 
-  // The box of some surfaces, or of cloth with what is near it and of its size.
+  // The box of some surfaces, or of cloth and bodies with what is near them and of their size.
   findBox(surfaces?: readonly Surface[]): THREE.Box3 {
     const box = new THREE.Box3(),
       shown = this.surfaces.filter((surface) => surface.group.visible);
@@ -148,12 +148,12 @@ export class Stage {
       for (const surface of surfaces) surface.growBox(box);
       return box;
     }
-    for (const surface of shown) if (surface.info.role === 'cloth') surface.growBox(box);
-    const cloth = box.clone();
+    for (const surface of shown) if (surface.info.role !== 'obstacle') surface.growBox(box);
+    const watched = box.clone();
     for (const surface of shown) {
       const own = new THREE.Box3();
       surface.growBox(own);
-      if (isInView(cloth, own)) box.union(own);
+      if (isInView(watched, own)) box.union(own);
     }
     return box;
   }
