@@ -384,6 +384,12 @@ static bool set_times(const scene_work *work, const sequence_keys *keys, const f
                            : cache->animation ? "the file has no times"
                                               : "a PC2 file counts in frames");
     double const frame_step = cache ? cache->frame_step : 1.0;
+    if (!(frame_step > 0.0))
+        return lacks_times(work, keys,
+                           store_text(work,
+                                      "'%s' says that its frames are %g frames apart; interval "
+                                      "says how far they are",
+                                      keys->cache, frame_step));
     sequence->interval = frame_step / (keys->fps * keys->speed);
     if (cache && !schema_is_given(&sequence_map, keys, "start") &&
         !schema_is_given(&sequence_map, keys, "first"))

@@ -58,6 +58,22 @@ convert falls smooth_last.ply --body sheet --subdivide 1 --frame last --up y
 # Point caches into each other and back.
 convert sheet.pc2 a.mdd --fps 100
 cmp a.mdd sheet.mdd || fault "PC2 to MDD is not what the run gives"
+# Times that the target cannot hold are told: even ones, and those that are not.
+convert sheet.mdd told.pc2
+said 'counts frames, without times: the first one is at 0 s, and a second has 100$'
+convert sheet.mdd 'told_%d.vtp' --mesh falls/sheet.obj
+said 'numbered files have no times: the first one is at 0 s'
+printf "\0\0\0\3\0\0\0\1\0\0\0\0\x3d\xcc\xcc\xcd\x3f\x80\0\0" >uneven.mdd
+head -c 36 /dev/zero >>uneven.mdd
+convert uneven.mdd told.pc2
+said 'are not even, but 0.1 s to 0.9 s apart; .mdd'
+convert uneven.mdd 'told_%d.vtp' --pvd told.pvd
+grep -q 'timestep="0.1' told.pvd && grep -q 'timestep="1"' told.pvd || { fault "times of the collection:"; cat told.pvd; }
+# A PC2 file that begins at frame 5 and has every second one.
+{ head -c 20 sheet.pc2; printf '\0\0\xa0\x40\0\0\0\x40'; tail -c +29 sheet.pc2; } >late.pc2
+convert late.pc2 late.mdd --fps 10
+convert late.mdd late_back.pc2
+said 'the first one is at 0.5 s, and a second has 5$'
 convert a.mdd b.pc2
 cmp b.pc2 sheet.pc2 || fault "MDD to PC2 changed bytes"
 convert sheet.mdd again.mdd

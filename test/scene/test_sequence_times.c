@@ -256,6 +256,9 @@ static void test_problems_have_a_place(void **state) {
         MESH_FILE PLAY("w.pc2", ""),
         "obstacles[0].motion.sequence: needs one of the keys interval, fps: a PC2 file counts in "
         "frames");
+    write_pc2("still.pc2", 0, 0);
+    refuse(MESH_FILE PLAY("still.pc2", ", fps: 24"),
+           "'still.pc2' says that its frames are 0 frames apart");
     /* All times of this MDD file are 0: it plays by fps, and is refused without. */
     char bytes[8 + 12 + 3 * 36] = {0};
     bytes[3] = bytes[7] = 3;

@@ -462,6 +462,41 @@ static void print_animation_losses(const convert_session *session, int *count) {
         PRINT_LOSS(*count, "in glTF y points up; readers will not know of z");
 }
 
+/* A difference of times as near to others, as a part of them, is the same, told as a float. */
+static const double EVEN_TOLERANCE = 1e-4;
+
+/* Of the times of an animation or an MDD file, where they are not written. */
+static void print_time_losses(const convert_session *session, int *count) {
+    const convert_source *const source = &session->source;
+    frame_range const frames = session->frames;
+    uint32_t const frame_count = frame_range_get_count(frames);
+    bool const has_times = source->kind == SOURCE_CACHE ||
+                           (source->kind == SOURCE_ANIMATION && source->animation_info.has_times);
+    if (!has_times || frame_count < 2 || convert_is_animation(session->target.format) ||
+        session->target.pvd_path)
+        return;
+    double first = (double)NAN, before = (double)NAN, least = INFINITY, most = -INFINITY;
+    for (uint32_t i = 0; i < frame_count; i++) {
+        double time = (double)NAN;
+        convert_source_find_time(source, frame_range_get(frames, i), &time, NULL);
+        if (i == 0) first = time;
+        if (i > 0) least = fmin(least, time - before), most = fmax(most, time - before);
+        before = time;
+    }
+    const char *const holder = session->target.format == CONVERT_PC2
+                                   ? "the point cache counts frames, without times"
+                                   : "numbered files have no times";
+    if (isnan(before) || !(least > 0.0)) return; /* there were none that say anything */
+    if (most - least > EVEN_TOLERANCE * most)
+        PRINT_LOSS(*count,
+                   "%s: these frames are not even, but %.3g s to %.3g s apart; .mdd, .npz, .usda "
+                   "and glTF keep their times",
+                   holder, least, most);
+    else
+        PRINT_LOSS(*count, "%s: the first one is at %.6g s, and a second has %.6g", holder, first,
+                   (frame_count - 1) / (before - first));
+}
+
 static void print_losses(const convert_session *session) {
     const convert_source *const source = &session->source;
     const convert_target *const target = &session->target;
@@ -481,10 +516,11 @@ static void print_losses(const convert_session *session) {
                    source->mesh.triangle_count, source->mesh.vertex_count);
     if (source->described.note[0]) PRINT_LOSS(count, "%s", source->described.note);
     print_animation_losses(session, &count);
+    print_time_losses(session, &count);
     if (source->kind == SOURCE_ANIMATION)
         PRINT_LOSS(count, "all surfaces became one mesh; normals, texture coordinates, colors and "
                           "names are not read");
-    if (source->kind == SOURCE_CACHE &&
+    if (source->kind == SOURCE_CACHE && !convert_is_animation(target->format) &&
         (source->cache_info.start_frame != 0.0 || source->cache_info.frame_step != 1.0))
         PRINT_LOSS(count, "the cache began at %g with a frame every %g; that is not kept",
                    source->cache_info.start_frame, source->cache_info.frame_step);

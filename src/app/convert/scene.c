@@ -104,6 +104,14 @@ static tulle_status choose_rate(convert_scene *scene, const char *fps, tulle_err
     return TULLE_OK;
 }
 
+/* Where a frame without a time is, counted in frames: PC2 says where it begins and how far it
+ * goes. */
+static double count_frames(const convert_source *source, uint32_t frame) {
+    const tulle_pc2_info *const info = &source->cache_info;
+    bool const is_told = source->kind == SOURCE_CACHE && info->frame_step > 0.0;
+    return is_told ? info->start_frame + info->frame_step * frame : (double)frame;
+}
+
 static tulle_status read_times(convert_scene *scene, tulle_error *error) {
     uint32_t const count = frame_range_get_count(scene->frames);
     scene->times = calloc(count, sizeof *scene->times);
@@ -114,7 +122,7 @@ static tulle_status read_times(convert_scene *scene, tulle_error *error) {
             convert_source_find_time(scene->source, frame, &scene->times[i], error);
         if (status) return status;
         if (isnan(scene->times[i]) || scene->ignores_times)
-            scene->times[i] = (double)frame / scene->def.frame_rate;
+            scene->times[i] = count_frames(scene->source, frame) / scene->def.frame_rate;
     }
     return TULLE_OK;
 }

@@ -330,18 +330,12 @@ tulle_status convert_source_read(convert_source *source, uint32_t frame, double 
     return status;
 }
 
-double convert_source_get_time(const convert_source *source, uint32_t frame) {
-    double time = (double)frame;
-    if (source->kind == SOURCE_RUN)
-        tulle_run_reader_get_frame(source->run, frame, &time, NULL, NULL);
-    return time;
-}
-
 tulle_status convert_source_find_time(const convert_source *source, uint32_t frame, double *time,
                                       tulle_error *error) {
     *time = (double)NAN;
     if (source->kind == SOURCE_CACHE) return tulle_pc2_get_time(source->cache, frame, time, error);
-    if (source->kind == SOURCE_RUN) *time = convert_source_get_time(source, frame);
+    if (source->kind == SOURCE_RUN)
+        tulle_run_reader_get_frame(source->run, frame, time, NULL, NULL);
     if (source->kind == SOURCE_ANIMATION)
         *time = tulle_animation_get_time(source->animation, frame);
     return TULLE_OK;

@@ -73,9 +73,8 @@ tulle_status convert_source_read(convert_source *source, uint32_t frame, double 
 /* From now on every frame is `mesh`, which was changed; what the file says of its triangles is
  * forgotten. */
 void convert_source_keep_mesh(convert_source *source);
-/* [s] of a frame of a run; the frame's number for the others. */
-double convert_source_get_time(const convert_source *source, uint32_t frame);
-/* Gives *time [s] of a frame that has one, in a run or an MDD cache; NaN for the others. */
+/* Gives *time [s] of a frame that has one, in a run, an animation or an MDD cache; NaN for the
+ * others. */
 tulle_status convert_source_find_time(const convert_source *source, uint32_t frame, double *time,
                                       tulle_error *error);
 /* How its coordinates are meant: as `options` say, whose fields may be null, or the file; z up and

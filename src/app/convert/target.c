@@ -258,8 +258,9 @@ static tulle_status write_collection(const convert_target *target, const convert
     for (uint32_t i = 0; i < count && names && times && status == TULLE_OK; i++) {
         char path[NUMBERED_PATH_SIZE];
         uint32_t const frame = frame_range_get(frames, i);
-        times[i] = convert_source_get_time(source, frame);
-        status = get_path(target, frame, path, error);
+        status = convert_source_find_time(source, frame, &times[i], error);
+        if (isnan(times[i])) times[i] = (double)frame;
+        if (status == TULLE_OK) status = get_path(target, frame, path, error);
         if (status == TULLE_OK && !(names[i] = make_collection_name(target, path)))
             status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory");
     }
