@@ -44,9 +44,10 @@ typedef struct tulle_check_result {
  *
  * `threads`: 1 .. 256, 0 for one per processor; the result does not depend on it. After an error
  * the result is empty. Errors: TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that
- * is not finite), TULLE_ERROR_LIMIT (over 2^26 intersecting pairs), TULLE_ERROR_INVALID_ARGUMENT
- * (null, threads out of range; null `bodies` are fine where `body_count` is 0),
- * TULLE_ERROR_OUT_OF_MEMORY. */
+ * is not finite), TULLE_ERROR_LIMIT (over 2^26 intersecting pairs, or over 2^31 pairs whose
+ * boxes overlap, as in heaps of triangles in one place), TULLE_ERROR_INVALID_ARGUMENT (null,
+ * threads out of range; null `bodies` are fine where `body_count` is 0), TULLE_ERROR_OUT_OF_MEMORY.
+ */
 TULLE_API tulle_status tulle_check_intersections(const tulle_check_body *bodies, size_t body_count,
                                                  int threads, tulle_check_result *result,
                                                  tulle_error *error);

@@ -26,7 +26,9 @@ enum {
     THREAD_LIMIT = 256 /* of the contract */
 };
 static const size_t PAIR_LIMIT = (size_t)1 << 26; /* pairs: 1 GiB of results */
-static const size_t TRIANGLE_LIMIT = INT32_MAX;   /* triangle numbers are 32-bit */
+/* pairs whose boxes overlap: minutes. Only triangles that lie in heaps have so many. */
+static const size_t TEST_LIMIT = (size_t)1 << 31;
+static const size_t TRIANGLE_LIMIT = INT32_MAX; /* triangle numbers are 32-bit */
 
 enum { KIND_CLOTH, KIND_OBSTACLE };
 
@@ -45,8 +47,8 @@ typedef struct judge {
     check_box *boxes;       /* for each triangle number */
     triangle_tree trees[2]; /* by kind */
     chunk_result *chunks;
-    size_t pair_limit;
-    atomic_size_t pair_count;
+    size_t pair_limit, test_limit;
+    atomic_size_t pair_count, test_count;
     atomic_int status;      /* the first failure of a worker */
     atomic_flag heap_guard; /* one worker at a time allocates */
 } judge;
@@ -178,6 +180,7 @@ static void query_tree(judge *self, chunk_result *chunk, uint32_t number,
     const check_box *const box = &self->boxes[number];
     uint32_t stack[TREE_DEPTH_LIMIT];
     int depth = 0;
+    size_t const tests_before = chunk->tested_pair_count;
     if (tree->node_count > 0) stack[depth++] = 0;
     while (depth > 0 && atomic_load_explicit(&self->status, memory_order_relaxed) == TULLE_OK) {
         uint32_t const index = stack[--depth];
@@ -202,6 +205,9 @@ static void query_tree(judge *self, chunk_result *chunk, uint32_t number,
         if (found > 0 && atomic_fetch_add(&self->pair_count, found) + found > self->pair_limit)
             stop_workers(self, TULLE_ERROR_LIMIT);
     }
+    size_t const tested = chunk->tested_pair_count - tests_before;
+    if (atomic_fetch_add(&self->test_count, tested) + tested > self->test_limit)
+        stop_workers(self, TULLE_ERROR_LIMIT);
 }
 
 /* Pairs of one triangle, by the other one. */
@@ -250,10 +256,12 @@ tulle_status check_intersections(const check_settings *settings, const tulle_che
                   .bodies = bodies,
                   .body_count = body_count,
                   .pair_limit = settings->pair_limit,
+                  .test_limit = settings->test_limit,
                   .heap_guard = ATOMIC_FLAG_INIT};
     for (size_t i = 0; i < body_count; i++) self.triangle_count += bodies[i].mesh.triangle_count;
     self.chunk_count = parallel_chunk_count(self.triangle_count, CHUNK_SIZE);
     atomic_init(&self.pair_count, 0);
+    atomic_init(&self.test_count, 0);
     atomic_init(&self.status, TULLE_OK);
     status = TULLE_ERROR_OUT_OF_MEMORY;
     if (judge_open(&self)) {
@@ -283,10 +291,15 @@ tulle_status check_intersections(const check_settings *settings, const tulle_che
         if (status == TULLE_OK) *result = gathered;
     }
     judge_close(&self);
+    bool const has_many_pairs = atomic_load(&self.pair_count) > settings->pair_limit;
     if (status == TULLE_ERROR_LIMIT)
         return error_set(error, status,
-                         "more than %zu pairs of triangles intersect; judge smaller parts",
-                         settings->pair_limit);
+                         has_many_pairs
+                             ? "more than %zu pairs of triangles intersect; judge smaller parts"
+                             : "more than %zu pairs of triangles lie in each other's boxes, as "
+                               "where many copies or triangles without area are in one place; "
+                               "remove these, or judge smaller parts",
+                         has_many_pairs ? settings->pair_limit : settings->test_limit);
     if (status != TULLE_OK)
         return error_set(error, status, "no memory to judge %zu triangles", self.triangle_count);
     return TULLE_OK;
@@ -296,7 +309,7 @@ tulle_status tulle_check_intersections(const tulle_check_body *bodies, size_t bo
                                        int threads, tulle_check_result *result,
                                        tulle_error *error) {
     memory heap = memory_default();
-    check_settings const settings = {&heap, threads, PAIR_LIMIT};
+    check_settings const settings = {&heap, threads, PAIR_LIMIT, TEST_LIMIT};
     return check_intersections(&settings, bodies, body_count, result, error);
 }
 

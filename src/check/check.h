@@ -9,6 +9,7 @@ typedef struct check_settings {
     memory *heap;      /* all memory, also that of result->pairs */
     int threads;       /* as in tulle_check_intersections */
     size_t pair_limit; /* more intersecting pairs are refused with TULLE_ERROR_LIMIT */
+    size_t test_limit; /* more pairs whose boxes overlap are refused with TULLE_ERROR_LIMIT */
 } check_settings;
 
 /* tulle_check_intersections with settings. result->pairs is released to the same heap, as

@@ -246,7 +246,7 @@ static void every_allocation_may_fail(void **unused) {
                                      .context = &counter}};
         tulle_check_result result;
         tulle_status const status =
-            check_intersections(&(check_settings){&heap, 2, MANY}, &s.body, 1, &result, NULL);
+            check_intersections(&(check_settings){&heap, 2, MANY, MANY}, &s.body, 1, &result, NULL);
         if (status == TULLE_OK) {
             memory_release(&heap, result.pairs, result.pair_count * sizeof *result.pairs);
             assert_int_equal(counter.held, 0);
@@ -271,12 +271,18 @@ static void too_many_pairs_are_refused(void **unused) {
     tulle_check_result result;
     tulle_error error;
     for (int threads = 1; threads <= 3; threads++) {
-        assert_int_equal(check_intersections(&(check_settings){&heap, threads, 499499}, &s.body, 1,
-                                             &result, &error),
+        /* pairs that are looked at have a limit, too */
+        assert_int_equal(check_intersections(&(check_settings){&heap, threads, MANY, 499499},
+                                             &s.body, 1, &result, &error),
+                         TULLE_ERROR_LIMIT);
+        assert_non_null(strstr(error.message, "lie in each other's boxes"));
+        assert_int_equal(heap.bytes_held, 0);
+        assert_int_equal(check_intersections(&(check_settings){&heap, threads, 499499, SIZE_MAX},
+                                             &s.body, 1, &result, &error),
                          TULLE_ERROR_LIMIT);
         assert_int_equal(heap.bytes_held, 0);
-        assert_int_equal(check_intersections(&(check_settings){&heap, threads, 499500}, &s.body, 1,
-                                             &result, &error),
+        assert_int_equal(check_intersections(&(check_settings){&heap, threads, 499500, 499500},
+                                             &s.body, 1, &result, &error),
                          TULLE_OK);
         assert_int_equal(result.pair_count, 499500);
         for (size_t i = 0; i + 1 < result.pair_count; i++)
@@ -313,9 +319,9 @@ static double time_limit(const soup *s, size_t pair_limit) {
     memory heap = memory_default();
     tulle_check_result result;
     clock_t const start = clock();
-    assert_int_equal(
-        check_intersections(&(check_settings){&heap, 1, pair_limit}, &s->body, 1, &result, NULL),
-        TULLE_ERROR_LIMIT);
+    assert_int_equal(check_intersections(&(check_settings){&heap, 1, pair_limit, SIZE_MAX},
+                                         &s->body, 1, &result, NULL),
+                     TULLE_ERROR_LIMIT);
     return (double)(clock() - start) / CLOCKS_PER_SEC;
 }
 

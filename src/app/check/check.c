@@ -21,6 +21,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+enum { LISTED = 1000, LISTED_JSON = 100000 }; /* pairs of a frame, where nothing else is said */
 enum { THREAD_MAX = 256, LIST_MAX = 1000000000, OPERAND_MAX = 100000 };
 
 typedef struct check_options {
@@ -188,7 +189,8 @@ int app_check(int argc, char **argv) {
         {"json", 0, OPTION_FLAG, &options.report.is_json, NULL,
          "one JSON object a line instead of text", 0, 0, NULL},
         {"list", 0, OPTION_INTEGER, &options.report.list_limit, "N",
-         "list at most N pairs a frame; the sums count all (default: all)", 0, LIST_MAX, NULL},
+         "list at most N pairs a frame; the sums count all (default: 1000, with --json 100000)", 0,
+         LIST_MAX, NULL},
         {"together", 0, OPTION_FLAG, &options.is_together, NULL,
          "judge all files as the cloths of one frame", 0, 0, NULL},
         {"obstacle", 0, OPTION_LIST, &options.obstacles, "FILE",
@@ -211,6 +213,8 @@ int app_check(int argc, char **argv) {
     options_outcome const outcome = options_parse(&command, argc, argv, &operand_count);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
 
+    if (options.report.list_limit < 0)
+        options.report.list_limit = options.report.is_json ? LISTED_JSON : LISTED;
     check_totals totals = {0};
     tulle_error error = {0};
     options.operand_count = operand_count;
