@@ -30,7 +30,7 @@ COMMON = {"base/arena.h", "base/error.h", "base/hash.h", "base/memory.h", "base/
 # What else a folder may include.
 PARTS = {"check": ("math/vec3.h", "geom/exact_predicates.h"), "render": ("math/vec3.h",),
          "app": ("scene/scene.h", "scene/picture.h", "scene/units.h", "render/", "io/text/json_quote.h",
-                 "io/text/json_read.h", "io/text/number.h", "io/file_data.h", "io/animation/animation_read.h"),
+                 "io/text/json_read.h", "io/text/number.h", "io/file_data.h", "io/animation/animation_read.h", "io/run/run_rounding.h"),
          "scene": ("io/file_data.h", "io/text/json_quote.h", "io/text/number.h")}
 # Rooms that see few others of their folder.
 ROOMS = {"detect": {"impact": set(), "patches": set(), "pairs": {"trees"}, "trees": {"impact", "pairs", "patches"}},

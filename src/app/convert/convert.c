@@ -11,6 +11,7 @@
 #include "app/commands.h"
 #include "app/convert/judge.h"
 #include "app/convert/repair.h"
+#include "app/convert/rounding.h"
 #include "app/convert/scene.h"
 #include "app/convert/target.h"
 #include "base/error.h"
@@ -46,6 +47,7 @@ typedef struct convert_session {
     tulle_subdivision *subdivision; /* null: none */
     convert_judge judge;            /* of subdivided frames */
     uint32_t judged_count;          /* frames that have been judged */
+    convert_rounding rounding;      /* what rounding to float does */
     convert_scene scene;            /* where an animation is written */
     convert_repair repair;
     bool repairs;
@@ -371,6 +373,20 @@ static tulle_status convert_frames(convert_session *session, tulle_error *error)
     return convert_target_finish(&session->target, &session->source, session->frames, error);
 }
 
+/* Where numbers are rounded to float: whether that leads surfaces through each other. */
+static tulle_status judge_rounding(convert_session *session, tulle_error *error) {
+    const convert_target *const target = &session->target;
+    if (!convert_target_is_float(target) || session->scene.def.is_double ||
+        target->worst_rounding == 0.0 || session->triangle_count == 0)
+        return TULLE_OK;
+    bool const is_run = session->source.kind == SOURCE_RUN && !session->subdivision;
+    tulle_mesh_view const mesh = {NULL, session->vertex_count, session->triangles,
+                                  session->triangle_count};
+    return convert_rounding_judge(&session->source, &session->change, session->frames, mesh,
+                                  is_run ? NULL : read_animated, session, &session->rounding,
+                                  error);
+}
+
 /* ---- report ---- */
 
 static void print_frames(const convert_session *session) {
@@ -505,6 +521,16 @@ static void print_losses(const convert_session *session) {
         target->worst_rounding > 0.0)
         PRINT_LOSS(count, "positions are rounded to float, by %.2g %s at most",
                    target->worst_rounding, session->change.to.unit);
+    if (session->rounding.is_unknown)
+        PRINT_LOSS(count, "whether that leads a surface through another is not known: %s",
+                   session->rounding.text);
+    if (session->rounding.frame_count > 0)
+        PRINT_LOSS(
+            count,
+            "in %u frames surfaces that do not intersect pass through each other where they "
+            "are rounded: in frame %u floats %s. Formats with doubles keep them apart: .obj, "
+            ".ply, .vtp, and .npz with --double",
+            session->rounding.frame_count, session->rounding.first, session->rounding.text);
     if (target->format == CONVERT_STL)
         PRINT_LOSS(count,
                    "each triangle has corners of its own; a reader makes one vertex of those "
@@ -564,6 +590,7 @@ int app_convert(int argc, char **argv) {
     tulle_status status = prepare(session, argv, &words, &error);
     session->progress = frame_progress_begin("convert", words.progress);
     if (status == TULLE_OK) status = convert_frames(session, &error);
+    if (status == TULLE_OK) status = judge_rounding(session, &error);
     frame_progress_end(&session->progress, status);
     int code = APP_EXIT_FINE;
     if (status == TULLE_OK) {

@@ -13,7 +13,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { BLOCK_SIZE = 65536 /* [bytes] copied at once */ };
+enum { BLOCK_SIZE = 8192 /* [bytes] copied at once, on the stack */ };
 
 /* ---- names ---- */
 

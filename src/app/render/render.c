@@ -9,6 +9,7 @@
 #include "app/render/sequence.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* What was made, on standard output. */
@@ -64,29 +65,47 @@ static int report_failure(const picture_target *target, const picture_totals *to
     return totals->is_begun ? app_exit_for_run(status) : app_exit_for_input(status);
 }
 
-int app_render(int argc, char **argv) {
+/* Too large for a small stack. */
+typedef struct render_session {
     picture_options options;
-    options_outcome const outcome = picture_options_read(argc, argv, &options);
-    if (outcome != OPTIONS_READ) return options_exit(outcome);
     picture_run run;
-    picture_target target = {.kind = PICTURE_STILL};
-    picture_totals totals = {0};
-    tulle_error error = {0};
-    tulle_status status = picture_run_open(&run, &options, &error);
-    if (status == TULLE_OK) status = picture_target_choose(&options, &run, &target, &error);
+    picture_target target;
+    picture_totals totals;
+    tulle_error error;
+} render_session;
+
+static int make_pictures(render_session *session) {
+    picture_run *const run = &session->run;
+    tulle_error *const error = &session->error;
+    tulle_status status = picture_run_open(run, &session->options, error);
+    if (status == TULLE_OK)
+        status = picture_target_choose(&session->options, run, &session->target, error);
     if (status == TULLE_OK) {
         interrupt_catch();
-        status = picture_make_all(&run, &target, &totals, &error);
+        status = picture_make_all(run, &session->target, &session->totals, error);
     }
     int code = APP_EXIT_FINE;
     if (status == TULLE_OK) {
-        print_summary(&run, &target, &totals);
-        if (totals.sight.is_unseen) app_print_message("render", "%s", totals.sight.said);
-        if (totals.is_intersecting) app_print_message("render", "%s", totals.subdivided);
+        const picture_totals *const totals = &session->totals;
+        print_summary(run, &session->target, totals);
+        if (totals->sight.is_unseen) app_print_message("render", "%s", totals->sight.said);
+        if (totals->is_intersecting) app_print_message("render", "%s", totals->subdivided);
         code = app_finish_output("render");
     } else {
-        code = report_failure(&target, &totals, status, &error);
+        code = report_failure(&session->target, &session->totals, status, error);
     }
-    picture_run_close(&run);
+    picture_run_close(run);
+    return code;
+}
+
+int app_render(int argc, char **argv) {
+    render_session *const session = calloc(1, sizeof *session);
+    if (!session) {
+        app_print_message("render", "out of memory");
+        return APP_EXIT_OUT_OF_MEMORY;
+    }
+    options_outcome const outcome = picture_options_read(argc, argv, &session->options);
+    int const code = outcome == OPTIONS_READ ? make_pictures(session) : options_exit(outcome);
+    free(session);
     return code;
 }

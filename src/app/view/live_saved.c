@@ -61,12 +61,14 @@ void live_forget_saved(view_live *live) {
 /* A world in which the same obstacles are driven as when the state was saved. The states that were
  * saved stay. */
 static tulle_status build_as_then(view_live *live, const live_hold *then, tulle_error *error) {
-    live_saved kept[LIVE_SAVED_MAX];
     size_t const count = live->saved_count, bytes = live->saved_bytes;
+    live_saved *const kept = memory_allocate(&live->heap, count * sizeof *kept);
+    if (!kept) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for a rewind");
     memcpy(kept, live->saved, count * sizeof *kept);
     live->saved_count = live->saved_bytes = 0;
     tulle_status status = live_build(live, error);
     memcpy(live->saved, kept, count * sizeof *kept);
+    memory_release(&live->heap, kept, count * sizeof *kept);
     live->saved_count = count;
     live->saved_bytes = bytes;
     for (size_t i = 0; i < then->driven_count && status == TULLE_OK; i++)

@@ -14,7 +14,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { CHUNK_SIZE = 1 << 16 /* [bytes] hashed at a time; whole words */ };
+enum { CHUNK_SIZE = 1 << 13 /* [bytes] hashed at a time, on the stack; whole words */ };
 
 /* ---- the lines ---- */
 

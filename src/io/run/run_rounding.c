@@ -23,6 +23,7 @@ bool run_rounding_make(run_rounding *rounding, memory *heap, const tulle_run_def
     size_t const count = def->body_count;
     *rounding =
         (run_rounding){.heap = heap,
+                       .unit = "m",
                        .body_count = count,
                        .threads = def->threads >= 1 && def->threads <= 256 ? def->threads : 0};
     for (size_t i = 0; i < count; i++) {
@@ -156,7 +157,7 @@ static double measure_rounding(const run_rounding *rounding, uint32_t vertex) {
                 (to[2] - from[2]) * (to[2] - from[2]));
 }
 
-static tulle_status refuse(const rounding_search *search, size_t index,
+static tulle_status refuse(const rounding_search *search,
                            const char *(*get_name)(const void *context, size_t body),
                            const void *context, tulle_error *error) {
     const run_rounding *const rounding = search->rounding;
@@ -168,16 +169,15 @@ static tulle_status refuse(const rounding_search *search, size_t index,
     size_t const other = search->bodies[0] == body ? search->bodies[1] : search->bodies[0];
     const double *const x = rounding->exact + 3 * (size_t)vertex;
     return error_set(error, TULLE_ERROR_LIMIT,
-                     "frame %zu cannot be kept: the files hold floats, which move vertex %u of "
-                     "'%s' at (%.6g, %.6g, %.6g) m by %.2g m, and so through %s%s%s. Keep it "
-                     "nearer to the origin, or use thicker cloth or a larger minimum gap (xi)",
-                     index, vertex - rounding->surfaces[body].vertex_begin, get_name(context, body),
-                     x[0], x[1], x[2], measure_rounding(rounding, vertex),
+                     "move vertex %u of '%s' at (%.6g, %.6g, %.6g) %s by %.2g %s, and so through "
+                     "%s%s%s",
+                     vertex - rounding->surfaces[body].vertex_begin, get_name(context, body), x[0],
+                     x[1], x[2], rounding->unit, measure_rounding(rounding, vertex), rounding->unit,
                      other == body ? "itself" : "'", other == body ? "" : get_name(context, other),
                      other == body ? "" : "'");
 }
 
-tulle_status run_rounding_judge(run_rounding *rounding, const tulle_run_frame *frame, size_t index,
+tulle_status run_rounding_judge(run_rounding *rounding, const tulle_run_frame *frame,
                                 const char *(*get_name)(const void *context, size_t body),
                                 const void *context, tulle_error *error) {
     if (!take_positions(rounding, frame)) return TULLE_OK;
@@ -204,5 +204,5 @@ tulle_status run_rounding_judge(run_rounding *rounding, const tulle_run_frame *f
     bool is_clean = false;
     status = judge_exact(rounding, frame, &is_clean, error);
     if (status != TULLE_OK || !is_clean) return status;
-    return refuse(&search, index, get_name, context, error);
+    return refuse(&search, get_name, context, error);
 }

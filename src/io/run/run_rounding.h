@@ -22,15 +22,16 @@ typedef struct run_rounding {
     double *exact, *rounded;        /* 3 * vertex_count; static bodies are not rounded */
     size_t body_count, vertex_count, triangle_count;
     int threads;
+    const char *unit; /* of positions, in messages: m, unless another is set */
 } run_rounding;
 
 /* False when memory is short; release it then, too. */
 bool run_rounding_make(run_rounding *rounding, memory *heap, const tulle_run_def *def);
 void run_rounding_release(run_rounding *rounding);
-/* Judges the positions of frame number `index`, which moving bodies have. TULLE_ERROR_LIMIT where
- * rounding leads a surface through another or itself; names tell which. Frames that intersect
- * before they are rounded are none of its business. */
-tulle_status run_rounding_judge(run_rounding *rounding, const tulle_run_frame *frame, size_t index,
+/* Judges the positions of a frame, which moving bodies have. TULLE_ERROR_LIMIT where rounding leads
+ * a surface through another or itself; the message ends a sentence: floats "move vertex 3 ...".
+ * Frames that intersect before they are rounded are none of its business. */
+tulle_status run_rounding_judge(run_rounding *rounding, const tulle_run_frame *frame,
                                 const char *(*get_name)(const void *context, size_t body),
                                 const void *context, tulle_error *error);
 

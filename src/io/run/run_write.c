@@ -163,9 +163,16 @@ tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_fra
     if (!status) status = check_directory(writer, error);
     size_t const body_count = writer->record.bodies.count;
     size_t const index = writer->frames.lines.count;
+    tulle_error found = {0};
     if (!status)
-        status = run_rounding_judge(&writer->rounding, frame, index, get_body_name, &writer->record,
-                                    error);
+        status =
+            run_rounding_judge(&writer->rounding, frame, get_body_name, &writer->record, &found);
+    if (status == TULLE_ERROR_LIMIT)
+        return error_set(error, status,
+                         "frame %zu cannot be kept: the files hold floats, which %.900s. Keep it "
+                         "nearer to the origin, or use thicker cloth or a larger minimum gap (xi)",
+                         index, found.message);
+    if (status && found.message[0] && error) *error = found;
     if (status) return status;
     if (!run_frames_add(&writer->frames, frame, body_count))
         return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, writer->directory, 0, 0,

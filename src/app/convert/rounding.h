@@ -1,0 +1,25 @@
+/* app/convert/rounding.h - whether a surface that does not intersect passes through another or
+ * itself where `tulle convert` rounds its positions to float. */
+#ifndef TULLE_APP_CONVERT_ROUNDING_H
+#define TULLE_APP_CONVERT_ROUNDING_H
+
+#include "app/convert/source.h"
+
+/* Gives the positions of a frame of the one surface, as they are written. */
+typedef tulle_status (*rounding_reader)(void *context, uint32_t frame, double *positions,
+                                        tulle_error *error);
+
+typedef struct convert_rounding {
+    bool is_unknown;      /* the mesh cannot be judged; the text says why */
+    uint32_t frame_count; /* that are harmed */
+    uint32_t first;       /* the first of them */
+    char text[512];       /* what happens there: floats "move vertex 3 ..." */
+} convert_rounding;
+
+/* Judges all frames. With `read` null the source is a run, all of whose bodies are judged together,
+ * as `change` turns and scales them; else the one surface `mesh`, whose positions `read` gives. */
+tulle_status convert_rounding_judge(convert_source *source, const axes_change *change,
+                                    frame_range frames, tulle_mesh_view mesh, rounding_reader read,
+                                    void *context, convert_rounding *rounding, tulle_error *error);
+
+#endif
