@@ -379,7 +379,8 @@ static tulle_status judge_rounding(convert_session *session, tulle_error *error)
     if (!convert_target_is_float(target) || session->scene.def.is_double ||
         target->worst_rounding == 0.0 || session->triangle_count == 0)
         return TULLE_OK;
-    bool const is_run = session->source.kind == SOURCE_RUN && !session->subdivision;
+    bool const is_run =
+        session->source.kind == SOURCE_RUN && !session->subdivision && !session->repairs;
     tulle_mesh_view const mesh = {NULL, session->vertex_count, session->triangles,
                                   session->triangle_count};
     return convert_rounding_judge(&session->source, &session->change, session->frames, mesh,
