@@ -381,11 +381,14 @@ static tulle_status judge_rounding(convert_session *session, tulle_error *error)
         return TULLE_OK;
     bool const is_run =
         session->source.kind == SOURCE_RUN && !session->subdivision && !session->repairs;
-    tulle_mesh_view const mesh = {NULL, session->vertex_count, session->triangles,
-                                  session->triangle_count};
-    return convert_rounding_judge(&session->source, &session->change, session->frames, mesh,
-                                  is_run ? NULL : read_animated, session, &session->rounding,
-                                  error);
+    rounding_input const input = {
+        .source = &session->source,
+        .change = &session->change,
+        .frames = session->frames,
+        .mesh = {NULL, session->vertex_count, session->triangles, session->triangle_count},
+        .read = is_run ? NULL : read_animated,
+        .context = session};
+    return convert_rounding_judge(&input, &session->rounding, error);
 }
 
 /* ---- report ---- */

@@ -80,23 +80,22 @@ static void note_frame(convert_rounding *rounding, uint32_t frame, const tulle_e
     (void)snprintf(rounding->text, sizeof rounding->text, "%.500s", found->message);
 }
 
-tulle_status convert_rounding_judge(convert_source *source, const axes_change *change,
-                                    frame_range frames, tulle_mesh_view mesh, rounding_reader read,
-                                    void *context, convert_rounding *rounding, tulle_error *error) {
+tulle_status convert_rounding_judge(const rounding_input *input, convert_rounding *rounding,
+                                    tulle_error *error) {
     *rounding = (convert_rounding){0};
     memory heap = memory_default();
-    rounded_frames all = {.source = source};
+    rounded_frames all = {.source = input->source};
     run_rounding judge = {0};
-    tulle_status status = open_frames(&all, mesh, read == NULL, error);
+    tulle_status status = open_frames(&all, input->mesh, input->read == NULL, error);
     tulle_run_def def = tulle_run_def_default();
     def.bodies = all.bodies;
     def.body_count = all.count;
     if (status == TULLE_OK && !run_rounding_make(&judge, &heap, &def)) status = fail_memory(error);
-    judge.unit = change->to.unit;
-    for (uint32_t i = 0; i < frame_range_get_count(frames) && status == TULLE_OK; i++) {
-        uint32_t const frame = frame_range_get(frames, i);
-        status = read ? read(context, frame, all.positions[0], error)
-                      : read_bodies(&all, change, frame, error);
+    judge.unit = input->change->to.unit;
+    for (uint32_t i = 0; i < frame_range_get_count(input->frames) && status == TULLE_OK; i++) {
+        uint32_t const frame = frame_range_get(input->frames, i);
+        status = input->read ? input->read(input->context, frame, all.positions[0], error)
+                             : read_bodies(&all, input->change, frame, error);
         if (status == TULLE_OK && interrupt_is_pending())
             status = error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted");
         if (status != TULLE_OK) break;

@@ -16,10 +16,18 @@ typedef struct convert_rounding {
     char text[512];       /* what happens there: floats "move vertex 3 ..." */
 } convert_rounding;
 
-/* Judges all frames. With `read` null the source is a run, all of whose bodies are judged together,
- * as `change` turns and scales them; else the one surface `mesh`, whose positions `read` gives. */
-tulle_status convert_rounding_judge(convert_source *source, const axes_change *change,
-                                    frame_range frames, tulle_mesh_view mesh, rounding_reader read,
-                                    void *context, convert_rounding *rounding, tulle_error *error);
+/* What is judged. */
+typedef struct rounding_input {
+    convert_source *source;
+    const axes_change *change;
+    frame_range frames;
+    tulle_mesh_view mesh; /* of the one surface */
+    rounding_reader read; /* its positions; null: the source is a run, whose bodies are judged
+                             together, as `change` turns and scales them */
+    void *context;        /* of `read` */
+} rounding_input;
+
+tulle_status convert_rounding_judge(const rounding_input *input, convert_rounding *rounding,
+                                    tulle_error *error);
 
 #endif
