@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,21 @@ def test_meshes_come_back(tmp_path: Path, sheet: tulle.Mesh, ending: str) -> Non
         assert np.array_equal(again.positions, sheet.positions) and np.array_equal(again.triangles, sheet.triangles)
     with pytest.raises(tulle.UnsupportedError, match="xyz"):
         sheet.write(tmp_path / "sheet.xyz")
+
+
+def test_odd_polygons_are_told(tmp_path: Path) -> None:
+    """One that crosses itself keeps its fan, with a warning; a concave one needs none."""
+    path = tmp_path / "tie.obj"
+    path.write_text("v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\n")
+    with pytest.warns(UserWarning, match=r"tie.obj.*1 polygon crosses itself or has no area \(line 5\)"):
+        assert tulle.Mesh.read(path).triangle_count == 2
+    path.write_text("v -1 0 0\nv 0 3 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        concave = tulle.Mesh.read(path)
+    ends = concave.positions[concave.triangles]
+    normals = np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])
+    np.testing.assert_allclose(normals[:, 2], [-2, -2])
 
 
 def test_meshes_move_and_divide(sheet: tulle.Mesh) -> None:

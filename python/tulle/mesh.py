@@ -41,15 +41,23 @@ class Mesh:
 
     @classmethod
     def read(cls, path: PathLike) -> Mesh:
-        """Reads an OBJ, PLY or STL file, or a VTK file (.vtp). Polygons become triangles.
+        """Reads an OBJ, PLY or STL file, or a VTK file (.vtp). Polygons become triangles that lie within them.
 
-        Raises FileError, ParseError with line and column, LimitError.
+        Warns of polygons that cross themselves or are not flat, and of what was passed over that may say something about the
+        shape. Raises FileError, ParseError with line and column, LimitError.
         """
         mesh, error = ffi.new("tulle_mesh *"), make_error_buffer()
         if os.fspath(path).lower().endswith(".vtp"):
-            check(io.tulle_vtp_read(encode_path(path), mesh, ffi.NULL, error), error)
+            passed = ffi.new("tulle_vtp_passed_over *")
+            check(io.tulle_vtp_read(encode_path(path), mesh, passed, error), error)
+            note = ffi.string(passed.polygons)
         else:
-            check(io.tulle_mesh_read(encode_path(path), mesh, error), error)
+            source = ffi.new("tulle_mesh_source *")
+            check(io.tulle_mesh_read_source(encode_path(path), mesh, source, error), error)
+            note = ffi.string(source.note) if source.has_passed_shape else b""
+            io.tulle_mesh_source_destroy(source)
+        if note:
+            warnings.warn(f"{os.fspath(path)!r}: {note.decode(errors='replace')}", stacklevel=2)
         return _take(mesh)
 
     def write(self, path: PathLike) -> None:
