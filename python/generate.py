@@ -44,8 +44,7 @@ RESULTS = ["untangle_report", "step_report", "step_progress", "transform", "stre
 RECORDS = ["contact", "intersection", "overlap", "event", "found_triangle", "detect_event", "check_pair", "step_report",
            "run_lag"]
 # Defaults of fields where zero is not what one who leaves them out would expect.
-OTHER_DEFAULTS = {("keyframe", "rotation"): "(1.0, 0.0, 0.0, 0.0)",
-                  ("contact_law", "dynamic_friction"): "-1.0"}
+OTHER_DEFAULTS = {("contact_law", "dynamic_friction"): "-1.0"}
 # Pointers of SETTINGS that are arrays: field -> (type of an element, numbers for each, field of the count).
 ARRAYS = {
     ("motion", "keys"): ("Keyframe", 1, "key_count"), ("pin", "vertices"): ("uint32", 1, "vertex_count"),

@@ -99,6 +99,12 @@ class Scenes(SceneTest):
             k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
             again = np.eye(3) + np.sin(said["angle"]) * k + (1 - np.cos(said["angle"])) * k @ k
             self.assertLess(np.abs(again - turn).max(), 1e-12)
+        steps = [np.eye(4) for _ in range(20)]
+        for i, step in enumerate(steps):
+            c, s = np.cos(0.25 * np.pi * i), np.sin(0.25 * np.pi * i)
+            step[:2, :2] = [[c, -s], [s, c]]
+        for i, key in enumerate(motion.make_keyframes(steps, 0.1, 1.0)):
+            np.testing.assert_allclose(key["rotate"]["angle"] * np.array(key["rotate"]["axis"]), [0, 0, 0.25 * np.pi * i], atol=1e-9)
         half = motion.find_axis_angle(np.diag([-1.0, 1.0, -1.0]))
         self.assertAlmostEqual(half["angle"], np.pi)
         self.assertIsNone(motion.find_turn(np.eye(4), np.diag([1.0, 1.1, 1.0, 1.0])))

@@ -5,6 +5,7 @@ import numpy as np
 
 # Matrices of Blender hold floats; turns that are read from them are exact to some 1e-7.
 RIGID_TOLERANCE = 1e-5
+WHOLE_TURN_TOLERANCE = 1e-6  # [rad]
 
 
 def find_turn(first: np.ndarray, later: np.ndarray) -> Optional[np.ndarray]:
@@ -37,6 +38,16 @@ def find_axis_angle(turn: np.ndarray) -> Dict[str, Any]:
     return {"axis": (q[1:] / length).tolist(), "angle": 2.0 * float(np.arctan2(length, q[0]))}
 
 
+def unwind(turn: Dict[str, Any], before: Dict[str, Any]) -> Dict[str, Any]:
+    """The same turn with the axis and the whole turns that lie nearest to those before: angles of a scene go as they are given."""
+    axis, last = np.array(turn["axis"]), np.array(before["axis"]) * before["angle"]
+    length = float(np.linalg.norm(last))
+    if turn["angle"] < WHOLE_TURN_TOLERANCE and length > 0.0:  # whole turns have the axis of the way there
+        axis = last / length
+    turns = round((float(axis @ last) - turn["angle"]) / (2.0 * np.pi))
+    return {"axis": axis.tolist(), "angle": turn["angle"] + 2.0 * np.pi * turns}
+
+
 def make_keyframes(matrices: List[np.ndarray], interval: float, scale: float) -> Optional[List[Dict[str, Any]]]:
     """Keyframes about the origin of the first matrix, without those within a rest; None where the motion is not rigid."""
     keyframes: List[Dict[str, Any]] = []
@@ -47,7 +58,10 @@ def make_keyframes(matrices: List[np.ndarray], interval: float, scale: float) ->
         if turn is None:
             return None
         shift = (matrix[:3, 3] - matrices[0][:3, 3]) * scale
-        keyframes.append({"time": number * interval, "translate": shift.tolist(), "rotate": find_axis_angle(turn)})
+        rotate = find_axis_angle(turn)
+        if keyframes:
+            rotate = unwind(rotate, keyframes[-1]["rotate"])
+        keyframes.append({"time": number * interval, "translate": shift.tolist(), "rotate": rotate})
     return keyframes
 
 

@@ -134,7 +134,8 @@ static tulle_status add_cloth(session *self, thing *made, tulle_error *error) {
     def.mesh = tulle_mesh_get_view(&made->mesh);
     unsigned const kind = fuzz_take(bytes);
     uint32_t const corners[2] = {0, (uint32_t)made->mesh.vertex_count - 1};
-    tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}}, {0.3, {0.1, 0, 0.2}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
+                                    {0.3, {0.1, 0, 0.2}, {0, 0, 0}}};
     tulle_pin pin = tulle_pin_default();
     pin.vertices = corners;
     pin.vertex_count = 2;
@@ -158,8 +159,8 @@ static tulle_status add_obstacle(session *self, thing *made, tulle_error *error)
     tulle_obstacle_def def = tulle_obstacle_def_default();
     def.mesh = tulle_mesh_get_view(&made->mesh);
     unsigned const kind = fuzz_take(bytes);
-    tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},
-                                    {0.2, {0.1, 0.0, -0.1}, {0.8, 0.0, 0.6, 0.0}}};
+    tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
+                                    {0.2, {0.1, 0.0, -0.1}, {0.0, 1.2870022175865687, 0.0}}};
     made->is_body = kind % 4 == 1 && is_closed;
     if (made->is_body)
         def.body = (tulle_body){

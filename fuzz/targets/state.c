@@ -62,8 +62,8 @@ static tulle_world *make_world(void) {
     FUZZ_CHECK_OK(tulle_world_add_obstacle(world, &obstacle, &id, &error), &error);
     obstacle.body.is_dynamic = 0;
     obstacle.mesh = tulle_mesh_get_view(&ground);
-    tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},
-                                    {1.0, {0.1, 0.0, 0.0}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
+                                    {1.0, {0.1, 0.0, 0.0}, {0, 0, 0}}};
     obstacle.motion = (tulle_motion){.keys = keys, .key_count = 2};
     FUZZ_CHECK_OK(tulle_world_add_obstacle(world, &obstacle, &id, &error), &error);
     tulle_mesh_destroy(&sheet);

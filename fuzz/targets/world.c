@@ -116,8 +116,8 @@ static void add_cloth(session *self) {
     if (self->def.response == TULLE_RESPONSE_PAPER) def.material.springs.stiffening_strain = 0.0;
     def.material.restitution = fuzz_take_below(bytes, 4) == 3 ? 0.8 : 0.0;
     uint32_t const corners[2] = {0, (uint32_t)mesh->vertex_count - 1};
-    tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},
-                                    {0.3, {fuzz_take_between(bytes, -1, 1), 0, 0.2}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
+                                    {0.3, {fuzz_take_between(bytes, -1, 1), 0, 0.2}, {0, 0, 0}}};
     tulle_pin pin = tulle_pin_default();
     pin.vertices = corners;
     pin.vertex_count = 2;
@@ -157,10 +157,10 @@ static void add_obstacle(session *self) {
     def.friction = fuzz_take_between(bytes, 0.0, 1.0);
     unsigned const kind = fuzz_take(bytes);
     tulle_keyframe const keys[2] = {
-        {.rotation = {1, 0, 0, 0}},
+        {.rotation_vector = {0, 0, 0}},
         {fuzz_take_between(bytes, 0.05, 0.5),
          {fuzz_take_between(bytes, -0.5, 0.5), 0.0, fuzz_take_between(bytes, -0.5, 0.5)},
-         {0.8, 0.0, 0.6, 0.0}}};
+         {0.0, 1.2870022175865687, 0.0}}};
     bool const can_be_body = self->is_closed[index] && self->def.response == TULLE_RESPONSE_COUPLED;
     self->is_body[index] = kind % 3 == 1 && can_be_body;
     if (self->is_body[index]) {

@@ -262,10 +262,13 @@ TULLE_API unsigned tulle_material_preset_measured(size_t index);
 typedef struct tulle_keyframe {
     double time;           /* [s] later than the keyframe before */
     double translation[3]; /* [m] */
-    double rotation[4];    /* R as a unit quaternion w, x, y, z */
+    /* [rad] axis times angle, of any length up to 1e6: 2 pi is a whole turn. Of a unit quaternion
+     * w, r it is 2 atan2(|r|, w) r / |r| */
+    double rotation_vector[3];
 } tulle_keyframe;
-/* A rigid motion by keyframes. Between two keyframes translation is linear and rotation spherical.
- * Before the first and after the last one all holds still. */
+/* A rigid motion by keyframes. Between two keyframes translation is linear. Rotation turns by the
+ * difference of the angles where both axes are the same or one angle is 0, else the shorter way
+ * about a third axis. All holds still before the first and after the last keyframe. */
 typedef struct tulle_motion {
     const tulle_keyframe *keys; /* key_count keyframes, copied; null without any */
     size_t key_count;           /* 0: no motion */

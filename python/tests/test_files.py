@@ -135,7 +135,7 @@ def test_a_run_that_python_writes(tmp_path: Path, world: tulle.World) -> None:
 
 def test_what_never_moves_is_written_as_still(tmp_path: Path, world: tulle.World, ball: tulle.Mesh) -> None:
     far = [ball.transform(translation=(2.0 * k, 3, 0)) for k in range(1, 6)]
-    key = {"rotation": (1.0, 0.0, 0.0, 0.0)}
+    key = {"rotation_vector": (0.0, 0.0, 0.0)}
     world.add_obstacle(far[0], name="scripted", motion={"keys": [key, {**key, "time": 1.0, "translation": (0, 0, 1)}]})
     world.add_obstacle(far[1], name="frames", frames=np.array([far[1].positions, far[1].positions + 0.1]), frame_interval=0.5)
     world.add_obstacle(far[2], name="driven", drive="rigid")

@@ -32,6 +32,21 @@ static inline quaternion quaternion_multiply(quaternion a, quaternion b) {
 static inline quaternion quaternion_conjugate(quaternion q) {
     return (quaternion){q.w, -q.x, -q.y, -q.z};
 }
+/* The quaternion that turns by |v| rad about v; |v| may be more than a turn. */
+static inline quaternion quaternion_from_vector(vec3 v) {
+    double const angle = vec3_norm(v);
+    if (!(angle > 0.0)) return (quaternion){1.0, 0.0, 0.0, 0.0};
+    double const share = sin(0.5 * angle) / angle;
+    return (quaternion){cos(0.5 * angle), share * v.x, share * v.y, share * v.z};
+}
+/* [rad] The shorter turn from one unit quaternion to another, as axis times angle. */
+static inline vec3 quaternion_find_turn(quaternion from, quaternion to) {
+    quaternion const q = quaternion_multiply(to, quaternion_conjugate(from));
+    double const sign = q.w < 0.0 ? -1.0 : 1.0, scale = sign / (1.0 + fabs(q.w));
+    vec3 const quarter = vec3_make(scale * q.x, scale * q.y, scale * q.z); /* tan(angle / 4) */
+    double const size = vec3_norm(quarter);
+    return size > 0.0 ? vec3_scale(quarter, 4.0 * atan(size) / size) : quarter;
+}
 /* The rotation matrix of a unit quaternion. */
 static inline mat3 quaternion_to_matrix(quaternion q) {
     return (mat3){{1.0 - 2.0 * (q.y * q.y + q.z * q.z), 2.0 * (q.x * q.y - q.w * q.z),

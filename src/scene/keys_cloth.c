@@ -17,8 +17,10 @@ static const schema_key keyframe_table[] = {
      .unit = UNIT_ANGLE,
      .fallback = "[0, 0, 0]",
      FIELD(keyframe_keys, rotate),
-     .meaning = "turn from the start position, about the pivot; between keyframes it goes the "
-                "shorter way"},
+     .meaning =
+         "turn from the start position, about the pivot, by any angle: 720 deg is two turns. "
+         "Between keyframes about one axis the angle goes as given, else the turn goes the "
+         "shorter way"},
 };
 const schema_map keyframe_map = {.title = "Keyframe",
                                  .meaning = "A displacement and a turn at a time. Nothing moves "

@@ -4,10 +4,12 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/sort.h"
+#include "math/vec3.h"
 
 #include "tulle/shapes.h"
 #include "tulle_io/mesh_files.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <string.h>
 
@@ -258,6 +260,33 @@ bool count_mesh(const scene_work *work, const tulle_mesh *mesh, scene_place plac
     return true;
 }
 
+/* [rad] Of a turn that has two ways. */
+static const double HALF_TURN = 3.141592653589793;
+/* As world/motion.c has it: the sine between two axes that are one. */
+static const double SAME_AXIS_SINE = 1e-12;
+
+/* Between keyframes about different axes the turn goes the shorter way. Where the angles that were
+ * given go by half a turn or more that is told. */
+static void note_long_way(const scene_work *work, const keyframe_keys *from,
+                          const keyframe_keys *to) {
+    const schema_rotation *const a = &from->rotate, *const b = &to->rotate;
+    vec3 const u = vec3_load(a->vector, 0), v = vec3_load(b->vector, 0);
+    bool const is_one_axis =
+        a->is_about_one_axis && b->is_about_one_axis &&
+        vec3_norm(vec3_cross(u, v)) <= SAME_AXIS_SINE * vec3_norm(u) * vec3_norm(v);
+    bool const has_angles = !a->has_axis && !b->has_axis;
+    double way = vec3_norm(vec3_sub(v, u));
+    for (int k = 0; has_angles && k < 3; k++)
+        way = k == 0 ? fabs(b->given[0] - a->given[0]) : fmax(way, fabs(b->given[k] - a->given[k]));
+    if (is_one_axis || !(way >= HALF_TURN)) return;
+    note_add(
+        work,
+        "%s:%d: %s.rotate: is about another axis than the keyframe before and goes by %.6g deg "
+        "from there; the turn goes the shorter way. Give keyframes in between, or turns about "
+        "one axis by {axis, angle}",
+        work->scene->path, schema_place(to, "rotate").line, to->head.path, way * 180.0 / HALF_TURN);
+}
+
 bool make_motion(const scene_work *work, const schema_list *keyframes, const pose *axes,
                  double delay, tulle_motion *motion) {
     const keyframe_keys *frames = keyframes->items;
@@ -266,7 +295,6 @@ bool make_motion(const scene_work *work, const schema_list *keyframes, const pos
         problem_add_memory(work->problems, work->scene->path);
         return false;
     }
-    const double *q = axes->rotation, inverse[4] = {q[0], -q[1], -q[2], -q[3]};
     for (size_t i = 0; i < keyframes->count; i++) {
         if (i > 0 && !(frames[i].time > frames[i - 1].time)) {
             problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT,
@@ -276,9 +304,9 @@ bool make_motion(const scene_work *work, const schema_list *keyframes, const pos
             return false;
         }
         keys[i].time = frames[i].time + delay;
-        rotate_vector(q, frames[i].translate.value, keys[i].translation);
-        multiply_rotations(q, frames[i].rotate.quaternion, keys[i].rotation);
-        multiply_rotations(keys[i].rotation, inverse, keys[i].rotation);
+        rotate_vector(axes->rotation, frames[i].translate.value, keys[i].translation);
+        rotate_vector(axes->rotation, frames[i].rotate.vector, keys[i].rotation_vector);
+        if (i > 0) note_long_way(work, &frames[i - 1], &frames[i]);
     }
     motion->keys = keys;
     motion->key_count = keyframes->count;

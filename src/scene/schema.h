@@ -56,7 +56,9 @@ typedef struct schema_indices {
     size_t count;
 } schema_indices;
 typedef struct schema_rotation {
-    double quaternion[4]; /* w, x, y, z */
+    double quaternion[4];   /* w, x, y, z */
+    double vector[3];       /* [rad] axis times angle, as it was given */
+    bool is_about_one_axis; /* else the vector is that of the quaternion: at most half a turn */
     /* As given, so that the canonical text leads to the same quaternion: angles about x, y and z,
      * or an axis and the angle about it. */
     double given[4];

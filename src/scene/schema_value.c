@@ -363,9 +363,16 @@ static bool read_rotation(const value_work *work) {
         inner.key = &angles_key;
         inner.field = &angles;
         if (!read_vector(&inner)) return false;
-        quaternion_from_angles(angles.value, q);
-        memcpy(rotation->given, angles.value, 3 * sizeof(double));
+        const double *const a = angles.value;
+        quaternion_from_angles(a, q);
+        memcpy(rotation->given, a, 3 * sizeof(double));
         rotation->has_axis = false;
+        rotation->is_about_one_axis = (a[0] != 0.0) + (a[1] != 0.0) + (a[2] != 0.0) <= 1;
+        double const sine = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+        double const sign = q[0] < 0.0 ? -1.0 : 1.0;
+        double const factor = sine > 0.0 ? 2.0 * sign * atan2(sine, sign * q[0]) / sine : 0.0;
+        for (int k = 0; k < 3; k++)
+            rotation->vector[k] = rotation->is_about_one_axis ? a[k] : factor * q[k + 1];
         return true;
     }
     if (work->node->kind != NODE_MAP) {
@@ -383,6 +390,8 @@ static bool read_rotation(const value_work *work) {
         return refuse_at(work, tree_find(work->node, "axis"), "zero", "a direction");
     q[0] = cos(turn.angle / 2);
     for (int k = 0; k < 3; k++) q[k + 1] = sin(turn.angle / 2) * a[k] / length;
+    for (int k = 0; k < 3; k++) rotation->vector[k] = turn.angle * a[k] / length;
+    rotation->is_about_one_axis = true;
     memcpy(rotation->given, a, 3 * sizeof(double));
     rotation->given[3] = turn.angle;
     rotation->has_axis = true;

@@ -86,8 +86,7 @@ tulle_status tulle_obstacle_set_next_transform(tulle_world *world, tulle_obstacl
                          norm);
     obstacle->given = travel == TULLE_TRAVEL_JUMP ? GIVEN_JUMP : GIVEN_MOVE;
     obstacle->given_pose = (motion_pose){
-        vec3_load(translation, 0),
-        {turn.w / norm, turn.x / norm, turn.y / norm, turn.z / norm}}; /* as motion_copy does */
+        vec3_load(translation, 0), {turn.w / norm, turn.x / norm, turn.y / norm, turn.z / norm}};
     if (world->recording)
         world_record(world, &(recorded_call){.kind = RECORD_TRANSFORM,
                                              .ids = {id.index},
@@ -175,11 +174,13 @@ void world_begin_given(tulle_world *world) {
             motion_pose const poses[2] = {jumps ? to : last, to};
             double const times[2] = {world->now.time, world->step_end};
             for (int k = 0; k < 2; k++) {
-                tulle_keyframe *const key = &obstacle->motion.keys[k];
-                quaternion const turn = poses[k].rotation;
-                *key = (tulle_keyframe){.time = times[k],
-                                        .rotation = {turn.w, turn.x, turn.y, turn.z}};
-                vec3_store(key->translation, 0, poses[k].translation);
+                motion_key *const key = &obstacle->motion.keys[k];
+                *key = (motion_key){.time = times[k],
+                                    .translation = poses[k].translation,
+                                    .rotation = poses[k].rotation};
+                if (k == 0) continue;
+                key->turn = quaternion_find_turn(poses[0].rotation, poses[1].rotation);
+                key->turned = vec3_norm(key->turn);
             }
             if (jumps)
                 motion_apply(&obstacle->motion, world->step_end, obstacle->mesh.positions,

@@ -1,8 +1,10 @@
 /* world/motion.c - scripted rigid motion: keyframes to positions.
  *
- * Takes keyframes (time, translation, unit quaternion) and a time; gives the pose or moved points.
- * Between keys the translation is linear and the rotation spherical-linear, both over the eased or
- * plain fraction; outside the keys the nearest pose holds.
+ * Takes keyframes (time, translation, rotation vector) and a time; gives the pose or moved points.
+ * Between keys the translation is linear, and the rotation goes at constant speed about one axis,
+ * both over the eased or plain fraction; outside the keys the nearest pose holds. Where both keys
+ * turn about one axis, the way is the difference of their angles, of any size; else it is the
+ * shorter way.
  * Based on: Shoemake, Animating rotation with quaternion curves, 1985 (spherical interpolation). */
 #include "world/motion.h"
 
@@ -12,23 +14,26 @@
 #include <math.h>
 #include <string.h>
 
-/* Under this sine of the angle between two rotations the linear blend is exact to rounding. */
-static const double SLERP_LINEAR_SINE = 1e-8;
+/* Two axes are one when the sine between them is at most this: a rounded axis, turned with a copy.
+ */
+static const double SAME_AXIS_SINE = 1e-12;
+/* [rad] An angle up to this has its place in a turn to 1e-10. */
+static const double ANGLE_MAX = 1e6;
 
 static tulle_status validate_key(const tulle_motion *motion, size_t i, const char *owner,
                                  tulle_error *error) {
     const tulle_keyframe *const key = &motion->keys[i];
-    double const norm = quaternion_norm(quaternion_load(key->rotation));
+    double const angle = vec3_norm(vec3_load(key->rotation_vector, 0));
     double const sum =
-        key->time + key->translation[0] + key->translation[1] + key->translation[2] + norm;
+        key->time + key->translation[0] + key->translation[1] + key->translation[2] + angle;
     if (!isfinite(sum)) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: keyframe %zu holds a value that is not finite", owner, i);
     }
-    if (fabs(norm - 1.0) > QUATERNION_TOLERANCE) {
+    if (angle > ANGLE_MAX) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "%s: the rotation of keyframe %zu has length %g; give a unit quaternion",
-                         owner, i, norm);
+                         "%s: keyframe %zu turns by %g rad, must be at most %g", owner, i, angle,
+                         ANGLE_MAX);
     }
     if (i > 0 && !(key->time > motion->keys[i - 1].time)) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -62,10 +67,20 @@ tulle_status motion_copy(memory *heap, const tulle_motion *source, world_motion 
     target->keys = memory_allocate_zeroed(heap, source->key_count, sizeof *target->keys);
     if (!target->keys) return TULLE_ERROR_OUT_OF_MEMORY;
     target->key_count = source->key_count;
-    memcpy(target->keys, source->keys, source->key_count * sizeof *target->keys);
     for (size_t i = 0; i < target->key_count; i++) {
-        double const norm = quaternion_norm(quaternion_load(target->keys[i].rotation));
-        for (int c = 0; c < 4; c++) target->keys[i].rotation[c] /= norm;
+        const tulle_keyframe *const from = &source->keys[i];
+        motion_key *const key = &target->keys[i];
+        vec3 const vector = vec3_load(from->rotation_vector, 0);
+        key->time = from->time;
+        key->translation = vec3_load(from->translation, 0);
+        key->rotation = quaternion_from_vector(vector);
+        if (i == 0) continue;
+        vec3 const before = vec3_load(from[-1].rotation_vector, 0);
+        bool const is_same_axis = vec3_norm(vec3_cross(before, vector)) <=
+                                  SAME_AXIS_SINE * vec3_norm(before) * vec3_norm(vector);
+        key->turn = is_same_axis ? vec3_sub(vector, before)
+                                 : quaternion_find_turn(key[-1].rotation, key->rotation);
+        key->turned = key[-1].turned + vec3_norm(key->turn);
     }
     return TULLE_OK;
 }
@@ -76,26 +91,9 @@ void motion_destroy(memory *heap, world_motion *motion) {
     motion->key_count = 0;
 }
 
-/* Spherical interpolation from a to b along the shorter arc. */
-static quaternion slerp(quaternion a, quaternion b, double s) {
-    double const signed_dot = a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
-    double const sign = signed_dot < 0.0 ? -1.0 : 1.0;
-    double const dot = fmin(signed_dot * sign, 1.0);
-    double const sine = sqrt(fmax(0.0, 1.0 - dot * dot));
-    double weight_a = 1.0 - s, weight_b = s;
-    if (sine > SLERP_LINEAR_SINE) {
-        double const angle = atan2(sine, dot);
-        weight_a = sin((1.0 - s) * angle) / sine;
-        weight_b = sin(s * angle) / sine;
-    }
-    weight_b = sign * weight_b;
-    return quaternion_normalize(
-        (quaternion){weight_a * a.w + weight_b * b.w, weight_a * a.x + weight_b * b.x,
-                     weight_a * a.y + weight_b * b.y, weight_a * a.z + weight_b * b.z});
-}
-
-motion_pose motion_compute_pose(const world_motion *motion, double time) {
+motion_pose motion_compute_pose(const world_motion *motion, double time, double *turned) {
     size_t const count = motion->key_count;
+    if (turned) *turned = 0.0;
     if (count == 0) return (motion_pose){.rotation = {.w = 1.0}};
 
     /* the first key after `time`; outside the keys the nearest pose holds */
@@ -107,15 +105,17 @@ motion_pose motion_compute_pose(const world_motion *motion, double time) {
         else
             past = middle;
     }
-    const tulle_keyframe *const to = &motion->keys[next < count ? next : count - 1];
-    motion_pose const end = {vec3_load(to->translation, 0), quaternion_load(to->rotation)};
-    if (next == 0 || next == count) return end;
+    const motion_key *const from = &motion->keys[next > 0 ? next - 1 : 0];
+    if (turned) *turned = from->turned;
+    if (next == 0 || next == count) return (motion_pose){from->translation, from->rotation};
 
-    const tulle_keyframe *const from = &motion->keys[next - 1];
+    const motion_key *const to = from + 1;
     double s = (time - from->time) / (to->time - from->time);
     if (motion->is_eased) s = s * s * (3.0 - 2.0 * s);
-    return (motion_pose){vec3_lerp(vec3_load(from->translation, 0), end.translation, s),
-                         slerp(quaternion_load(from->rotation), end.rotation, s)};
+    if (turned) *turned += s * (to->turned - from->turned);
+    quaternion const turn = quaternion_from_vector(vec3_scale(to->turn, s));
+    return (motion_pose){vec3_lerp(from->translation, to->translation, s),
+                         quaternion_normalize(quaternion_multiply(turn, from->rotation))};
 }
 
 void motion_apply(const world_motion *motion, double time, const double *source, size_t count,
@@ -124,7 +124,7 @@ void motion_apply(const world_motion *motion, double time, const double *source,
         if (target != source) memcpy(target, source, 3 * count * sizeof(double));
         return;
     }
-    motion_pose const pose = motion_compute_pose(motion, time);
+    motion_pose const pose = motion_compute_pose(motion, time, NULL);
     mat3 const r = quaternion_to_matrix(pose.rotation);
     vec3 const pivot = vec3_load(motion->pivot, 0);
     vec3 const shift = vec3_add(pose.translation, pivot);
@@ -136,8 +136,8 @@ void motion_apply(const world_motion *motion, double time, const double *source,
 
 void motion_compute_change(const world_motion *motion, double from, double to, mat3 *matrix,
                            vec3 *offset) {
-    motion_pose const start = motion_compute_pose(motion, from);
-    motion_pose const end = motion_compute_pose(motion, to);
+    motion_pose const start = motion_compute_pose(motion, from, NULL);
+    motion_pose const end = motion_compute_pose(motion, to, NULL);
     mat3 const r0 = quaternion_to_matrix(start.rotation), r1 = quaternion_to_matrix(end.rotation);
     /* R1 R0^T, and the offset that takes pivot + t0 to pivot + t1 */
     for (int row = 0; row < 3; row++) {

@@ -6,29 +6,39 @@
 #include "math/quaternion.h"
 #include "tulle/world.h"
 
-/* A quaternion may be off unit length by this much before it is refused; copies are normalised. */
+/* A quaternion may be off unit length by this much before it is refused. */
 static const double QUATERNION_TOLERANCE = 1e-6;
+
+/* A keyframe, and how the motion comes to it from the one before it. */
+typedef struct motion_key {
+    double time;         /* [s] */
+    vec3 translation;    /* [m] */
+    quaternion rotation; /* of unit length */
+    vec3 turn;           /* [rad] axis times angle: rotation is this turn after that before it */
+    double turned;       /* [rad] angles of all turns up to here */
+} motion_key;
 
 /* An owned copy of a tulle_motion. */
 typedef struct world_motion {
-    tulle_keyframe *keys;
+    motion_key *keys;
     size_t key_count;
     double pivot[3]; /* [m] */
     int is_eased;
 } world_motion;
 
-/* Checks a def's motion: finite values, times strictly increasing, unit quaternions. */
+/* Checks a def's motion: finite values, times strictly increasing, turns that numbers resolve. */
 tulle_status motion_validate(const tulle_motion *motion, const char *owner, tulle_error *error);
-/* Copies the keys, quaternions normalised. */
 tulle_status motion_copy(memory *heap, const tulle_motion *source, world_motion *target);
 void motion_destroy(memory *heap, world_motion *motion);
 
-/* The pose at `time` [s]: x -> R (x - pivot) + pivot + translation. The identity without keys. */
+/* The pose at `time` [s]: x -> R (x - pivot) + pivot + translation. The identity without keys.
+ * Where `turned` is not null it gets how far [rad] the motion has turned up to there, all ways
+ * counted. */
 typedef struct motion_pose {
     vec3 translation;    /* [m] */
     quaternion rotation; /* R */
 } motion_pose;
-motion_pose motion_compute_pose(const world_motion *motion, double time);
+motion_pose motion_compute_pose(const world_motion *motion, double time, double *turned);
 
 /* The rigid change from the pose at `from` to that at `to`: x -> matrix x + offset. */
 void motion_compute_change(const world_motion *motion, double from, double to, mat3 *matrix,

@@ -265,8 +265,7 @@ static tulle_status copy_obstacle(memory *heap, const tulle_obstacle_def *def,
     obstacle->is_static = def->motion.key_count == 0 && !def->read_frame && !def->body.is_dynamic &&
                           def->drive == TULLE_DRIVE_NONE;
     /* what is driven as a whole stands still until it is given a pose */
-    static tulle_keyframe const still[2] = {{.rotation = {1.0, 0.0, 0.0, 0.0}},
-                                            {.rotation = {1.0, 0.0, 0.0, 0.0}}};
+    static tulle_keyframe const still[2] = {{.time = 0.0}};
     tulle_motion motion = def->motion;
     if (def->drive == TULLE_DRIVE_RIGID) {
         motion.keys = still;

@@ -32,7 +32,7 @@ static tulle_world *make_world(void) {
     tulle_world *world = NULL;
     FINE(tulle_world_create(&world_def, &world, &error));
     static const uint32_t vertices[PIN_COUNT][2] = {{0, 1}, {12, 13}, {3, 2}};
-    tulle_keyframe const key = {.rotation = {1.0, 0.0, 0.0, 0.0}};
+    tulle_keyframe const key = {.rotation_vector = {0, 0, 0}};
     tulle_pin pins[PIN_COUNT];
     for (int k = 0; k < PIN_COUNT; k++) {
         pins[k] = make_pin(vertices[k], 2, k == LETS_GO ? 0.0 : (double)INFINITY);
@@ -411,7 +411,7 @@ ARGUMENTS_OF(tulle_world_save_state_into) {
 /* What the host drives has nothing else that moves it. */
 static void one_thing_moves_an_obstacle(void **unused) {
     (void)unused;
-    tulle_keyframe const key = {.rotation = {1.0, 0.0, 0.0, 0.0}};
+    tulle_keyframe const key = {.rotation_vector = {0, 0, 0}};
     for (int drive = TULLE_DRIVE_RIGID; drive <= TULLE_DRIVE_DEFORMING; drive++) {
         tulle_obstacle_def defs[4];
         for (int k = 0; k < 4; k++) {

@@ -304,7 +304,7 @@ ARGUMENTS_OF(tulle_world_add_cloth) {
     def.pin_count = 1;
     refuse_cloth_def(&def);
     uint32_t const vertices[2] = {0, UINT32_MAX};
-    tulle_keyframe const nowhere = {0.0, {0, (double)NAN, 0}, {1, 0, 0, 0}};
+    tulle_keyframe const nowhere = {0.0, {0, (double)NAN, 0}, {0, 0, 0}};
     tulle_motion const bad_motions[] = {
         {NULL, 1, {0, 0, 0}, 0}, {&nowhere, 1, {0, 0, 0}, 0}, {NULL, 0, {0, (double)NAN, 0}, 0}};
     tulle_pin bad_pins[] = {make_pin(NULL, 1, 1.0),

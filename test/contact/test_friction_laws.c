@@ -38,9 +38,8 @@ static void start_slope(contact_world *world, const slope_case *c) {
     world->def.gravity[2] = -GRAVITY * cos(c->degrees * DEGREE);
     world->material.friction_across = c->across;
     world->grain = vec3_make(2.0, 0.0, 0.0);
-    tulle_keyframe const belt[2] = {
-        {.rotation = {1.0, 0.0, 0.0, 0.0}},
-        {BELT_TIME, {BELT_TIME * c->belt_speed, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}};
+    tulle_keyframe const belt[2] = {{.rotation_vector = {0, 0, 0}},
+                                    {BELT_TIME, {BELT_TIME * c->belt_speed, 0.0, 0.0}, {0, 0, 0}}};
     if (c->belt_speed != 0.0) world->motions[1] = (tulle_motion){.keys = belt, .key_count = 2};
     contact_grid patch = make_contact_grid(12, 12, vec3_make(-0.15, -0.15, CONTACT_DISTANCE),
                                            vec3_make(0.3, 0.0, 0.0), vec3_make(0.0, 0.3, 0.0));

@@ -46,9 +46,9 @@ static void sheet_falls_on_spikes(void **state) {
 
 /* At rest for 0.2 s, then upwards at 2 m/s and a little sideways. */
 static tulle_keyframe const lift[] = {
-    {.rotation = {1.0, 0.0, 0.0, 0.0}},
-    {.time = 0.2, .rotation = {1.0, 0.0, 0.0, 0.0}},
-    {.time = 2.2, .translation = {0.4, 0.0, 4.0}, .rotation = {1.0, 0.0, 0.0, 0.0}}};
+    {.rotation_vector = {0, 0, 0}},
+    {.time = 0.2, .rotation_vector = {0, 0, 0}},
+    {.time = 2.2, .translation = {0.4, 0.0, 4.0}, .rotation_vector = {0, 0, 0}}};
 
 static void plate_throws_the_sheet_up(void **state) {
     (void)state;

@@ -14,15 +14,13 @@ enum { PRESS_STEPS = 30, TURN_BEGIN = 50, TURN_STEPS = 120, END = TURN_BEGIN + T
 
 /* The rod comes down, then turns about the vertical through the middle. */
 static void make_rod_motion(bool turns, tulle_keyframe keys[4]) {
-    double const half = turns ? 0.5 * TURN_ANGLE : 0.0;
     double const times[4] = {0.0, PRESS_STEPS * TIME_STEP, TURN_BEGIN * TIME_STEP,
                              (TURN_BEGIN + TURN_STEPS) * TIME_STEP};
     for (int k = 0; k < 4; k++)
         keys[k] = (tulle_keyframe){.time = times[k],
                                    .translation = {0.0, 0.0, k == 0 ? 0.0 : -PRESS_DEPTH},
-                                   .rotation = {1.0, 0.0, 0.0, 0.0}};
-    keys[3].rotation[0] = cos(half);
-    keys[3].rotation[3] = sin(half);
+                                   .rotation_vector = {0, 0, 0}};
+    keys[3].rotation_vector[2] = turns ? TURN_ANGLE : 0.0;
 }
 
 /* A prism whose lower edge lies at height z, along y turned by an angle. */

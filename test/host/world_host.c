@@ -69,8 +69,7 @@ int main(void) {
     tulle_obstacle_def rest = tulle_obstacle_def_default(), pusher = tulle_obstacle_def_default();
     rest.mesh = tulle_mesh_get_view(&boxes[0]);
     require(tulle_world_add_obstacle(world, &rest, NULL, &error));
-    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
-                                   {0.3, {-0.1, 0, 0.05}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {0, 0, 0}}, {0.3, {-0.1, 0, 0.05}, {0, 0, 0}}};
     pusher.mesh = tulle_mesh_get_view(&boxes[1]);
     pusher.motion = (tulle_motion){keys, 2, {0, 0, 0}, 0};
     require(tulle_world_add_obstacle(world, &pusher, NULL, &error));

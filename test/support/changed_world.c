@@ -43,15 +43,15 @@ static void convert_place(const change *how, const double from[3], double to[3])
     for (int i = 0; i < 3; i++) to[i] = convert(how, to[i] + how->shift[i], 1, 0, 0);
 }
 
-/* M R M^T as a quaternion: its axis turns along, and in a mirror the angle goes the other way. */
-static void convert_rotation(const change *how, const double from[4], double to[4]) {
+/* The rotation vector of M R M^T: its axis turns along, and in a mirror the angle goes the other
+ * way. */
+static void convert_rotation(const change *how, const double from[3], double to[3]) {
     const double *const m = how->matrix;
     double const determinant = m[0] * (m[4] * m[8] - m[5] * m[7]) -
                                m[1] * (m[3] * m[8] - m[5] * m[6]) +
                                m[2] * (m[3] * m[7] - m[4] * m[6]);
-    to[0] = from[0];
-    turn(how, from + 1, to + 1);
-    for (int i = 1; i < 4; i++) to[i] *= determinant < 0.0 ? -1.0 : 1.0;
+    turn(how, from, to);
+    for (int i = 0; i < 3; i++) to[i] *= determinant < 0.0 ? -1.0 : 1.0;
 }
 
 static tulle_material convert_material(const change *how, tulle_material material) {
@@ -122,7 +122,7 @@ static void convert_keys(const change *how, const plain_object *object, tulle_ke
         const tulle_keyframe *const from = &object->keys[i];
         keys[i].time = convert(how, from->time + how->start_time, 0, 1, 0);
         convert_vector(how, from->translation, 1, 0, keys[i].translation);
-        convert_rotation(how, from->rotation, keys[i].rotation);
+        convert_rotation(how, from->rotation_vector, keys[i].rotation_vector);
     }
     *motion =
         (tulle_motion){.keys = object->key_count > 0 ? keys : NULL, .key_count = object->key_count};

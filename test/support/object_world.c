@@ -62,8 +62,8 @@ static bool thing_is_cloth(thing what) { return what <= THING_PINNED; }
 tulle_status things_try_cloth(tulle_world *world, thing what, double x, tulle_cloth_id *id,
                               tulle_error *error) {
     static const uint32_t held[] = {0, 1}, moved[] = {5, 11};
-    tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},
-                                    {0.5, {0.0, 0.05, 0.02}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
+                                    {0.5, {0.0, 0.05, 0.02}, {0, 0, 0}}};
     tulle_pin pins[] = {make_pin(held, 2, (double)INFINITY), make_pin(moved, 2, 0.4)};
     pins[1].motion = (tulle_motion){.keys = keys, .key_count = 2};
     tulle_cloth_def def = tulle_cloth_def_default();
@@ -84,8 +84,8 @@ tulle_status things_try_cloth(tulle_world *world, thing what, double x, tulle_cl
 
 tulle_status things_try_obstacle(tulle_world *world, thing what, double x, tulle_obstacle_id *id,
                                  tulle_error *error) {
-    tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},
-                                    {1.0, {0.0, 0.0, 0.1}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
+                                    {1.0, {0.0, 0.0, 0.1}, {0, 0, 0}}};
     tulle_obstacle_def def = tulle_obstacle_def_default();
     if (what == THING_FRAMES) {
         def.read_frame = things_read;

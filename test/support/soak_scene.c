@@ -26,11 +26,9 @@ static tulle_keyframe *make_keys(size_t count, const double way[3], double angle
     assert_non_null(keys);
     for (size_t i = 0; i < count; i++) {
         keys[i].time = 0.5 * PERIOD * (double)i;
-        keys[i].rotation[0] = 1.0;
         if (i % 2 == 0) continue;
         memcpy(keys[i].translation, way, 3 * sizeof(double));
-        keys[i].rotation[0] = cos(0.5 * angle);
-        keys[i].rotation[3] = sin(0.5 * angle);
+        keys[i].rotation_vector[2] = angle;
     }
     return keys;
 }

@@ -103,9 +103,8 @@ static void goes_with_tilt(validation_run *run) {
     double const angle = 20.0 * VALIDATION_DEGREE;
     tulle_keyframe keys[5];
     for (int i = 0; i < 5; i++) {
-        double const half = i % 2 ? 0.5 * angle : 0.0;
         keys[i] = stage_key(0.3 + 0.5 * i, 0.0, 0.0, 0.0);
-        keys[i].rotation[0] = cos(half), keys[i].rotation[2] = sin(half);
+        keys[i].rotation_vector[1] = i % 2 ? angle : 0.0;
     }
     tulle_motion const motion = {.keys = keys, .key_count = 5, .is_eased = 1};
     ride const made = make_ride(run, &motion, 1.0);

@@ -200,8 +200,7 @@ static wrinkles wrinkle(validation_run *run, frame of, double angle) {
         hold_side(run, mesh, of.side, 0, -1.0), hold_side(run, mesh, of.side, 0, 1.0),
         hold_side(run, mesh, of.side, 1, -1.0), hold_side(run, mesh, of.side, 1, 1.0)};
     tulle_keyframe turn[2] = {stage_key(0.0, 0.0, 0.0, 0.0), stage_key(2.0, 0.0, 0.0, 0.0)};
-    turn[1].rotation[0] = cos(0.5 * angle);
-    turn[1].rotation[3] = -sin(0.5 * angle);
+    turn[1].rotation_vector[2] = -angle;
     tulle_keyframe along[MOVES];
     for (int i = 0; i < MOVES; i++) {
         double const part = (double)i / (MOVES - 1), now = part * angle;

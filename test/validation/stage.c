@@ -36,8 +36,7 @@ tulle_obstacle_id stage_add_obstacle(validation_run *run, tulle_world *world,
 }
 
 tulle_keyframe stage_key(double time, double x, double y, double z) {
-    return (tulle_keyframe){
-        .time = time, .translation = {x, y, z}, .rotation = {1.0, 0.0, 0.0, 0.0}};
+    return (tulle_keyframe){.time = time, .translation = {x, y, z}, .rotation_vector = {0, 0, 0}};
 }
 
 tulle_world *stage_make_woven_world(validation_run *run) {

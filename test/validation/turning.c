@@ -42,8 +42,8 @@ static tulle_mesh *make_roof(validation_run *run) {
 }
 
 static tulle_keyframe make_turned_key(double time, double degrees) {
-    double const half = 0.5 * degrees * VALIDATION_DEGREE;
-    return (tulle_keyframe){.time = time, .rotation = {cos(half), 0.0, 0.0, sin(half)}};
+    return (tulle_keyframe){.time = time,
+                            .rotation_vector = {0.0, 0.0, degrees * VALIDATION_DEGREE}};
 }
 
 /* The roof at an angle, or turned from one to another. */

@@ -90,8 +90,8 @@ static void add_ribbon(edge_run *run) {
     def.material.friction = run->edge->friction;
     double const end = SETTLING + 10.0;
     tulle_keyframe const keys[2] = {
-        {.time = SETTLING, .rotation = {1.0, 0.0, 0.0, 0.0}},
-        {.time = end, .translation = {-10.0 * SPEED, 0.0, 0.0}, .rotation = {1.0, 0.0, 0.0, 0.0}}};
+        {.time = SETTLING, .rotation_vector = {0, 0, 0}},
+        {.time = end, .translation = {-10.0 * SPEED, 0.0, 0.0}, .rotation_vector = {0, 0, 0}}};
     uint32_t held[ROWS];
     uint32_t count = 0;
     for (uint32_t v = 0; v < mesh.vertex_count; v++)

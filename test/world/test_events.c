@@ -299,9 +299,9 @@ static void pinches_and_presence_are_told(void **state) {
     small_add_cloth(world, &sheet);
     tulle_error error = {0};
     small_add_obstacle(world, &plates[0]);
-    tulle_keyframe const keys[3] = {{.rotation = {1, 0, 0, 0}},
-                                    {0.2, {0, 0, -0.021}, {1, 0, 0, 0}},
-                                    {0.5, {0, 0, 0.1}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[3] = {{.rotation_vector = {0, 0, 0}},
+                                    {0.2, {0, 0, -0.021}, {0, 0, 0}},
+                                    {0.5, {0, 0, 0.1}, {0, 0, 0}}};
     tulle_obstacle_def obstacle = tulle_obstacle_def_default();
     obstacle.mesh = tulle_mesh_get_view(&plates[1]);
     obstacle.motion = (tulle_motion){.keys = keys, .key_count = 3};
@@ -358,7 +358,8 @@ static void tangles_that_come_apart_are_told(void **state) {
     shape.height = 0.05;
     tulle_mesh cone = small_shape(shape, 0.03, 0.06, -0.049);
     bodies_add_cloth(world, &sheet, 0.2, 1);
-    tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}}, {0.25, {0, 0, -0.1}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
+                                    {0.25, {0, 0, -0.1}, {0, 0, 0}}};
     tulle_obstacle_def obstacle = tulle_obstacle_def_default();
     obstacle.mesh = tulle_mesh_get_view(&cone);
     obstacle.motion = (tulle_motion){.keys = keys, .key_count = 2};

@@ -98,7 +98,7 @@ static void make_stage(stage *made, plate_kind kind, bool is_fast, int threads) 
     def.restitution = 0.25;
     static tulle_keyframe keys[STEPS + 1];
     for (int i = 0; i <= STEPS; i++) {
-        keys[i] = (tulle_keyframe){.time = i * STEP, .rotation = {1.0, 0.0, 0.0, 0.0}};
+        keys[i] = (tulle_keyframe){.time = i * STEP, .rotation_vector = {0, 0, 0}};
         memcpy(keys[i].translation, made->journey.places[i], sizeof keys[i].translation);
     }
     if (kind == ON_KEYS) def.motion = (tulle_motion){.keys = keys, .key_count = STEPS + 1};
@@ -211,8 +211,8 @@ static void turns_are_as_of_a_script(void **state) {
     tulle_world *worlds[2];
     tulle_obstacle_id ids[2];
     tulle_keyframe const keys[2] = {
-        {.rotation = {1.0, 0.0, 0.0, 0.0}},
-        {TURN_STEPS * STEP, {0.0, 0.0, 0.0625}, {cos(half), 0.0, 0.0, sin(half)}}};
+        {.rotation_vector = {0, 0, 0}},
+        {TURN_STEPS * STEP, {0.0, 0.0, 0.0625}, {0.0, 0.0, 2.0 * half}}};
     tulle_error error = {0};
     for (int k = 0; k < 2; k++) {
         tulle_world_def const def = tulle_world_def_default();
@@ -671,8 +671,7 @@ static void make_swing(swing *made, bool is_driven, int threads) {
     expect(TULLE_OK, tulle_world_create(&world_def, &made->world, &error), &error);
     static tulle_keyframe keys[STEPS + 1];
     for (int i = 0; i <= STEPS; i++)
-        keys[i] =
-            (tulle_keyframe){i * STEP, {find_swing(i), 0.0, find_swing(i)}, {1.0, 0.0, 0.0, 0.0}};
+        keys[i] = (tulle_keyframe){i * STEP, {find_swing(i), 0.0, find_swing(i)}, {0, 0, 0}};
     tulle_pin pin = make_pin(CORNERS, 2, 40.0 * STEP);
     if (!is_driven) pin.motion = (tulle_motion){.keys = keys, .key_count = STEPS + 1};
     tulle_cloth_def def = tulle_cloth_def_default();

@@ -50,8 +50,7 @@ static uint64_t run_small_world(const golden_case *given, int threads) {
     small_add_obstacle(world, &obstacles[0]);
     tulle_obstacle_def pusher = tulle_obstacle_def_default();
     pusher.mesh = tulle_mesh_get_view(&obstacles[1]);
-    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
-                                   {0.3, {-0.1, 0, 0.05}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {0, 0, 0}}, {0.3, {-0.1, 0, 0.05}, {0, 0, 0}}};
     pusher.motion = (tulle_motion){keys, 2, {0, 0, 0}, 0};
     assert_int_equal(tulle_world_add_obstacle(world, &pusher, NULL, NULL), TULLE_OK);
     uint64_t contacts = 0;

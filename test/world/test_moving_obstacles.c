@@ -280,9 +280,8 @@ static void expect_no_pinch(const flip *tried) {
     small_add_cloth(world, &sheet);
     tulle_keyframe keys[5];
     for (int k = 0; k < 5; k++) {
-        double const half = 0.125 * PI * k;
-        keys[k] = (tulle_keyframe){TURN_START + 0.25 * k * TURN_TIME, {0}, {cos(half), 0, 0, 0}};
-        keys[k].rotation[1 + tried->axis] = sin(half);
+        keys[k] = (tulle_keyframe){TURN_START + 0.25 * k * TURN_TIME, {0}, {0}};
+        keys[k].rotation_vector[tried->axis] = 0.25 * PI * k;
     }
     tulle_obstacle_def def = tulle_obstacle_def_default();
     def.mesh = tulle_mesh_get_view(&box);
@@ -313,6 +312,71 @@ static void one_that_turns_fast_does_not_pinch(void **state) {
     for (size_t i = 0; i < sizeof FLIPS / sizeof *FLIPS; i++) expect_no_pinch(&FLIPS[i]);
 }
 
+/* Two turns in one step move an arm back to where it was, but it sweeps what is in its way. So do
+ * pins that turn as fast. Keyframes that no substeps follow fail the step. */
+static void turns_within_a_step_are_followed(void **state) {
+    (void)state;
+    static const double TURN = 6.283185307179586;
+    double const turns[] = {2.0, 3000.0};
+    for (int k = 0; k < 4; k++) {
+        bool const is_pin = k % 2;
+        tulle_mesh sheet = small_sheet(0.1, 5, 0.0);
+        for (size_t v = 0; v < sheet.vertex_count; v++) { /* upright, across the arm's way */
+            double *const x = sheet.positions + 3 * v;
+            x[2] = x[1];
+            x[1] = 0.2;
+            x[0] += 0.3;
+        }
+        tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
+        shape.size[0] = 1.0;
+        shape.size[1] = 0.05;
+        shape.size[2] = 0.3;
+        tulle_mesh arm = small_shape(shape, 0.0, 0.0, 0.0);
+        tulle_keyframe const keys[2] = {{0}, {STEP, {0}, {0.0, 0.0, turns[k / 2] * TURN}}};
+        tulle_motion const motion = {keys, 2, {0, 0, 0}, 0};
+        static const uint32_t all[25] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12,
+                                         13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24};
+        tulle_pin pin = tulle_pin_default();
+        pin.vertices = all;
+        pin.vertex_count = 25;
+        tulle_world *const world = make_world();
+        tulle_cloth_def cloth = tulle_cloth_def_default();
+        cloth.mesh = tulle_mesh_get_view(&sheet);
+        if (is_pin) {
+            pin.motion = motion;
+            cloth.pins = &pin;
+            cloth.pin_count = 1;
+        }
+        tulle_cloth_id id;
+        assert_int_equal(tulle_world_add_cloth(world, &cloth, &id, NULL), TULLE_OK);
+        tulle_obstacle_def def = tulle_obstacle_def_default();
+        def.mesh = tulle_mesh_get_view(&arm);
+        if (!is_pin) def.motion = motion;
+        assert_int_equal(tulle_world_add_obstacle(world, &def, NULL, NULL), TULLE_OK);
+        tulle_step_report report;
+        tulle_error error = {0};
+        tulle_status const status = tulle_world_step(world, STEP, &report, &error);
+        if (k / 2 == 1) {
+            assert_int_equal(status, TULLE_ERROR_STEP_FAILED);
+            assert_non_null(strstr(error.message, "keyframes of"));
+        } else if (is_pin) { /* into the arm */
+            assert_int_equal(status, TULLE_ERROR_PINCHED);
+        } else {
+            assert_int_equal(status, TULLE_OK);
+            assert_true(report.substeps >= 16);
+            assert_int_equal(small_judge(world, &sheet, 1, &arm, 1), 0);
+            const double *const x = tulle_cloth_get_positions(world, id, NULL);
+            double farthest = 0.0;
+            for (size_t i = 0; i < 3 * sheet.vertex_count; i++)
+                farthest = fmax(farthest, fabs(x[i] - sheet.positions[i]));
+            if (!(farthest > 0.05)) fail_msg("the arm went through cloth that moved %g", farthest);
+        }
+        tulle_world_destroy(world);
+        tulle_mesh_destroy(&sheet);
+        tulle_mesh_destroy(&arm);
+    }
+}
+
 /* A sheet on a floor that moves, until it moves otherwise. */
 typedef struct release {
     double before, after; /* [m/s] of the floor, up, for 28 steps and for as many then */
@@ -332,7 +396,6 @@ static double find_speed_after(const release *made) {
     double const length = 28.0 * STEP; /* ends with a step */
     for (int k = 0; k < 3; k++) {
         keys[k].time = k * length;
-        keys[k].rotation[0] = 1.0;
     }
     keys[1].translation[2] = made->before * length;
     keys[2].translation[2] = (made->before + made->after) * length;
@@ -381,6 +444,7 @@ static void one_that_leaves_lets_go(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_that_turns_fast_does_not_pinch),
+        cmocka_unit_test(turns_within_a_step_are_followed),
         cmocka_unit_test(one_that_leaves_lets_go),
         cmocka_unit_test(one_that_appears_below_catches_the_cloth),
         cmocka_unit_test(one_that_appears_in_the_cloth_is_refused),

@@ -47,8 +47,8 @@ static tulle_status read_plane(void *context, uint32_t frame, double *positions,
 }
 
 static const tulle_keyframe TURNED[2] = {
-    {.time = -1.0, .rotation = {1.0, 0.0, 0.0, 0.0}},
-    {.time = 0.0, .rotation = {0.70710678118654752, 0.0, 0.0, 0.70710678118654752}}};
+    {.time = -1.0, .rotation_vector = {0, 0, 0}},
+    {.time = 0.0, .rotation_vector = {0.0, 0.0, 1.5707963267948966}}};
 
 static tulle_obstacle_id add_plane(tulle_world *world, const grain_case *c, tulle_motion motion) {
     tulle_mesh plane = small_sheet(6.0, 10, 0.0);
@@ -247,8 +247,8 @@ static void a_patch_lets_go_when_the_grain_has_turned(void **state) {
     double const sine = sqrt((ratio * ratio - 1.0) / (1.0 / (HALF * HALF) - 1.0));
     double const expected = asin(sine) / DEGREE;
     tulle_keyframe const keys[2] = {
-        {.time = 0.0, .rotation = {1.0, 0.0, 0.0, 0.0}},
-        {.time = 8.0, .rotation = {0.70710678118654752, 0.0, 0.0, 0.70710678118654752}}};
+        {.time = 0.0, .rotation_vector = {0, 0, 0}},
+        {.time = 8.0, .rotation_vector = {0.0, 0.0, 1.5707963267948966}}};
     grain_case const c = {.degrees = 24.0, .across = HALF, .cloth_across = 1.0};
     tulle_world *const world = make_world(c.degrees, c.heading);
     tulle_cloth_id const patch = add_patch(world, c.cloth_across);

@@ -89,8 +89,8 @@ static void add_cloths(tulle_world *world) {
     for (uint32_t k = 0; k < SIDE; k++) row[k] = k;
     for (uint32_t k = 0; k < SIDE; k++) other[k] = SIDE * (SIDE - 1) + k;
     tulle_keyframe const keys[2] = {
-        {.rotation = {1, 0, 0, 0}},
-        {.time = 1.0, .translation = {0.1, 0, 0.05}, .rotation = {1, 0, 0, 0}}};
+        {.rotation_vector = {0, 0, 0}},
+        {.time = 1.0, .translation = {0.1, 0, 0.05}, .rotation_vector = {0, 0, 0}}};
     tulle_pin pins[2] = {make_pin(row, SIDE, (double)INFINITY), make_pin(other, SIDE, 0.4)};
     pins[1].motion = (tulle_motion){.keys = keys, .key_count = 2, .is_eased = 1};
     tulle_crease const crease = {{10, 11}, 0.5};
@@ -119,8 +119,8 @@ static void add_obstacles(tulle_world *world, int *fails_at) {
     tulle_mesh door = bodies_make_box(0.05, 0.3, 0.3, (double[]){-0.8, 0.0, 0.1});
     const tulle_mesh *const meshes[] = {&ball, &plate, &flag, &box, &ground, &door};
     tulle_keyframe const keys[2] = {
-        {.rotation = {1, 0, 0, 0}},
-        {.time = 1.0, .translation = {0.9, 0, 0.0}, .rotation = {1, 0, 0, 0}}};
+        {.rotation_vector = {0, 0, 0}},
+        {.time = 1.0, .translation = {0.9, 0, 0.0}, .rotation_vector = {0, 0, 0}}};
     for (int i = BALL; i <= DOOR; i++) {
         tulle_obstacle_def def = tulle_obstacle_def_default();
         def.mesh = tulle_mesh_get_view(meshes[i]);

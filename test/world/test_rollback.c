@@ -199,9 +199,9 @@ static tulle_world *make_violent(violence kind, uint32_t resolution) {
     small_add_obstacle(world, &ball);
     tulle_mesh plate = bodies_make_box(0.3, 0.3, 0.02, (double[]){0, 0, 0.9});
     tulle_obstacle_def def = tulle_obstacle_def_default();
-    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
-                                   {0.1, {0, 0, -0.75}, {1, 0, 0, 0}},
-                                   {0.3, {0.2, 0, 0.1}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {0, 0, 0}},
+                                   {0.1, {0, 0, -0.75}, {0, 0, 0}},
+                                   {0.3, {0.2, 0, 0.1}, {0, 0, 0}}};
     def.mesh = tulle_mesh_get_view(&plate);
     def.motion = (tulle_motion){keys, 3, {0, 0, 0}, 0};
     expect_ok(tulle_world_add_obstacle(world, &def, NULL, &error), &error);

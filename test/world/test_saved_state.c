@@ -24,8 +24,7 @@ enum { CONTACT_HEADER_BYTES = 16, PATCH_ANGLE_AT = 40, PATCH_REACH_AT = 48 };
 
 static void add_moving(tulle_world *world, const tulle_mesh *mesh, double way) {
     tulle_obstacle_def def = tulle_obstacle_def_default();
-    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
-                                   {0.2, {0, 0, way}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {0, 0, 0}}, {0.2, {0, 0, way}, {0, 0, 0}}};
     def.mesh = tulle_mesh_get_view(mesh);
     def.motion = (tulle_motion){keys, 2, {0, 0, 0}, 0};
     assert_int_equal(tulle_world_add_obstacle(world, &def, NULL, NULL), TULLE_OK);

@@ -95,8 +95,8 @@ static void add_box(tulle_world *world, const double size[3], const double at[3]
     tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
     memcpy(shape.size, size, sizeof shape.size);
     tulle_mesh box = small_shape(shape, at[0], at[1], at[2]);
-    tulle_keyframe const keys[2] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
-                                    {0.2, {way[0], way[1], way[2]}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[2] = {{0.0, {0, 0, 0}, {0, 0, 0}},
+                                    {0.2, {way[0], way[1], way[2]}, {0, 0, 0}}};
     tulle_obstacle_def obstacle = tulle_obstacle_def_default();
     obstacle.mesh = tulle_mesh_get_view(&box);
     obstacle.friction = 0.5;

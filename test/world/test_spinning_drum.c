@@ -62,8 +62,7 @@ static void add_drum(tulle_world *world, const tulle_mesh *mesh) {
     tulle_keyframe keys[KEY_COUNT] = {0};
     for (int i = 0; i < KEY_COUNT; i++) {
         keys[i].time = i / SPIN;
-        keys[i].rotation[0] = cos(0.5 * i);
-        keys[i].rotation[3] = sin(0.5 * i);
+        keys[i].rotation_vector[2] = i;
     }
     tulle_obstacle_def def = tulle_obstacle_def_default();
     def.mesh = tulle_mesh_get_view(mesh);

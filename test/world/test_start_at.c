@@ -62,7 +62,7 @@ static tulle_world *make_recorded(setting wanted, tape_bytes *to) {
     uint32_t row[SIDE];
     for (uint32_t k = 0; k < SIDE; k++) row[k] = k;
     tulle_keyframe const keys[2] = {
-        {.rotation = {1, 0, 0, 0}},
+        {.rotation_vector = {0, 0, 0}},
         {.time = 1.0, .translation = {0.0, 0.2, 0.1}, .rotation = {0.8, 0.6, 0, 0}}};
     tulle_pin pin = make_pin(row, SIDE, 0.6);
     pin.motion = (tulle_motion){.keys = keys, .key_count = 2};
@@ -333,9 +333,10 @@ static tulle_obstacle_id get_body_id(size_t body) {
 /* A body that flies and turns, one that follows a script until 0.3 s, one that comes at 0.35 s. */
 static tulle_world *make_world_with_bodies(tape_bytes *to) {
     tulle_world *const world = make_recorded(plain, to);
-    tulle_keyframe const keys[2] = {
-        {.rotation = {1, 0, 0, 0}},
-        {.time = 1.0, .translation = {1.0, 0.0, 0.0}, .rotation = {0.8, 0, 0.6, 0}}};
+    tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
+                                    {.time = 1.0,
+                                     .translation = {1.0, 0.0, 0.0},
+                                     .rotation_vector = {0, 1.2870022175865687, 0}}};
     for (size_t b = 0; b < BODIES; b++) {
         tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_BOX);
         shape.size[0] = 0.1, shape.size[1] = 0.2, shape.size[2] = 0.3;

@@ -65,8 +65,8 @@ static tulle_world *make_world(const stop_case *test) {
     small_add_obstacle(world, &boxes[0]);
     tulle_obstacle_def pusher = tulle_obstacle_def_default();
     pusher.mesh = tulle_mesh_get_view(&boxes[1]);
-    tulle_keyframe const keys[] = {{0.02, {0, 0, 0}, {1, 0, 0, 0}},
-                                   {0.12, {0, 0, test->has_pinch ? -0.12 : -0.03}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[] = {{0.02, {0, 0, 0}, {0, 0, 0}},
+                                   {0.12, {0, 0, test->has_pinch ? -0.12 : -0.03}, {0, 0, 0}}};
     pusher.motion = (tulle_motion){keys, 2, {0, 0, 0}, 0};
     assert_int_equal(tulle_world_add_obstacle(world, &pusher, NULL, NULL), TULLE_OK);
     tulle_mesh ball = bodies_make_ball(0.03, 6, (double[3]){0.13, 0.0, 0.09});

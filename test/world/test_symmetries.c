@@ -115,8 +115,8 @@ static plain_scene make_hammock(void) {
     plain_object *const sheet = add_sheet(&scene, 0.5, 0.0);
     pin(sheet, 4);
     sheet->key_count = 2;
-    sheet->keys[0] = (tulle_keyframe){0.0, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}};
-    sheet->keys[1] = (tulle_keyframe){1.0, {0.125, 0.0625, 0.125}, {0.96, 0.0, 0.28, 0.0}};
+    sheet->keys[0] = (tulle_keyframe){0.0, {0.0, 0.0, 0.0}, {0, 0, 0}};
+    sheet->keys[1] = (tulle_keyframe){1.0, {0.125, 0.0625, 0.125}, {0.0, 0.5675882184166567, 0.0}};
     add_solid(&scene, TULLE_SHAPE_SPHERE, 0.06, vec3_make(0.03, 0.01, 0.068))->density = 300.0;
     return scene;
 }

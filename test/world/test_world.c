@@ -235,8 +235,7 @@ static void pins_hold_move_and_let_go(void **state) {
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&sheet);
     uint32_t const held[] = {0, 6}, moved[] = {42};
-    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
-                                   {0.5, {0, 0, 0.1}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {0, 0, 0}}, {0.5, {0, 0, 0.1}, {0, 0, 0}}};
     tulle_pin pins[] = {make_pin(held, 2, (double)INFINITY), make_pin(moved, 1, 0.6)};
     pins[1].motion = (tulle_motion){.keys = keys, .key_count = 2};
     def.pins = pins;
@@ -315,9 +314,9 @@ static void pinch(tulle_on_pinch choice) {
     tulle_obstacle_def upper = tulle_obstacle_def_default();
     upper.mesh = tulle_mesh_get_view(&plates[1]);
     upper.name = "upper plate";
-    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
-                                   {0.2, {0, 0, -0.021}, {1, 0, 0, 0}}, /* 1 mm into the other */
-                                   {0.4, {0, 0, 0}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {0, 0, 0}},
+                                   {0.2, {0, 0, -0.021}, {0, 0, 0}}, /* 1 mm into the other */
+                                   {0.4, {0, 0, 0}, {0, 0, 0}}};
     upper.motion = (tulle_motion){keys, 3, {0, 0, 0}, 0};
     assert_int_equal(tulle_world_add_obstacle(world, &upper, NULL, NULL), TULLE_OK);
     bool was_pinched = false;

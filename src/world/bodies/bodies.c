@@ -85,7 +85,7 @@ tulle_status world_number_bodies(tulle_world *world) {
 /* Centre and orientation as scripted at `time`. */
 static void compute_script_pose(const world_obstacle *obstacle, double time, vec3 *centre,
                                 quaternion *orientation) {
-    quaternion const turn = motion_compute_pose(&obstacle->motion, time).rotation;
+    quaternion const turn = motion_compute_pose(&obstacle->motion, time, NULL).rotation;
     double point[3];
     vec3_store(point, 0, obstacle->centre);
     motion_apply(&obstacle->motion, time, point, 1, point);
@@ -253,12 +253,10 @@ static void follow_script(const step_context *context, size_t index, double *end
     bool const moves = obstacle->motion.key_count > 0 && context->passed > 0.0;
     if (!moves) return;
     double const rate = 1.0 / context->passed;
-    quaternion const turn =
-        quaternion_multiply(orientation[1], quaternion_conjugate(orientation[0]));
-    vec3 const half = pack_orientation(turn); /* tan(angle / 4) along the axis */
-    double const size = vec3_norm(half);
     vec3_store(end, slot, vec3_scale(vec3_sub(centre[1], centre[0]), rate));
-    vec3_store(end, slot + 1, size > 0.0 ? vec3_scale(half, 4.0 * atan(size) / size * rate) : half);
+    /* a substep turns by less than half a turn */
+    vec3_store(end, slot + 1,
+               vec3_scale(quaternion_find_turn(orientation[0], orientation[1]), rate));
 }
 
 void world_finish_bodies(const step_context *context, double *end) {

@@ -313,14 +313,6 @@ bool world_prepare_drive(step_context *context, size_t body) {
     return true;
 }
 
-/* The shortest turn [rad] from one orientation to another, as a vector. */
-static vec3 compute_turn(quaternion from, quaternion to) {
-    vec3 const quarter = /* tan(angle / 4) along the axis */
-        pack_orientation(quaternion_multiply(to, quaternion_conjugate(from)));
-    double const size = vec3_norm(quarter);
-    return size > 0.0 ? vec3_scale(quarter, 4.0 * atan(size) / size) : quarter;
-}
-
 void world_load_drive(const step_context *context, size_t body, double force_time) {
     const tulle_world *const world = context->world;
     contact_body *const moved = &context->scene.bodies[body];
@@ -332,7 +324,7 @@ void world_load_drive(const step_context *context, size_t body, double force_tim
         quaternion_normalize(quaternion_load(given->rotation)), get_body(world, body)->axes);
     double ways[BODY_AXES];
     vec3_store(ways, 0, vec3_sub(vec3_load(given->position, 0), moved->start.position));
-    vec3_store(ways, 1, compute_turn(moved->start.orientation, target));
+    vec3_store(ways, 1, quaternion_find_turn(moved->start.orientation, target));
     for (int k = 0; k < BODY_AXES; k++) {
         bool const turns = k >= 3;
         int const axis = k % 3;

@@ -94,14 +94,23 @@ static void mark_touched(const tulle_world *world, uint32_t body, const uint32_t
     }
 }
 
-/* Of cloth: names the pin that moves nearest to the place, and says whether others move. */
-static void name_moving_pins(const tulle_world *world, const blocked_place *place, char *text,
-                             size_t size) {
-    if (place->surface >= world->cloths.count) return;
-    const world_cloth *const cloth = &world->cloths.data[place->surface];
+static void write_message(step_context *context, const blocked_place *place, uint8_t *is_near,
+                          const char *consequence) {
+    const tulle_world *const world = context->world;
+    char names[WORLD_MESSAGE_BYTES / 4];
+    /* A body: all obstacles that it touches, by rows and by the pair of the place. */
+    bool const is_body = place->surface >= world->cloths.count;
+    for (size_t i = 0; is_body && i < world->rows.rows.count; i++)
+        mark_touched(world, place->surface, world->rows.rows.data[i].frame.vertices, is_near);
+    if (is_body && place->is_pair) mark_touched(world, place->surface, place->vertices, is_near);
+    size_t const count = list_names(world, is_near, names, sizeof names);
+    const char *const name = world_surface_name(world, place->surface);
+    /* cloth: the pin that moves nearest to the place, and whether others move */
+    char pins[80] = "";
+    size_t named = 0, moving = 0;
     double nearest = (double)INFINITY;
-    size_t named = 0, count = 0;
-    for (size_t p = 0; p < cloth->pin_count; p++) {
+    const world_cloth *const cloth = is_body ? NULL : &world->cloths.data[place->surface];
+    for (size_t p = 0; cloth && p < cloth->pin_count; p++) {
         bool moves = false;
         for (size_t k = 0; k < cloth->pins[p].vertex_count; k++) {
             size_t const v = cloth->vertex_begin + cloth->pins[p].vertices[k];
@@ -114,26 +123,11 @@ static void name_moving_pins(const tulle_world *world, const blocked_place *plac
             if (distance < nearest) named = p;
             nearest = fmin(nearest, distance);
         }
-        count += moves;
+        moving += moves;
     }
-    if (count > 0)
-        snprintf(text, size, ", dragged by its pin number %zu%s", named,
-                 count > 1 ? " and others" : "");
-}
-
-static void write_message(step_context *context, const blocked_place *place, uint8_t *is_near,
-                          const char *consequence) {
-    const tulle_world *const world = context->world;
-    char names[WORLD_MESSAGE_BYTES / 4];
-    /* A body: all obstacles that it touches, by rows and by the pair of the place. */
-    bool const is_body = place->surface >= world->cloths.count;
-    for (size_t i = 0; is_body && i < world->rows.rows.count; i++)
-        mark_touched(world, place->surface, world->rows.rows.data[i].frame.vertices, is_near);
-    if (is_body && place->is_pair) mark_touched(world, place->surface, place->vertices, is_near);
-    size_t const count = list_names(world, is_near, names, sizeof names);
-    const char *const name = world_surface_name(world, place->surface);
-    char pins[80] = "";
-    name_moving_pins(world, place, pins, sizeof pins);
+    if (moving > 0)
+        snprintf(pins, sizeof pins, ", dragged by its pin number %zu%s", named,
+                 moving > 1 ? " and others" : "");
     snprintf(context->pinch_message, sizeof context->pinch_message,
              "'%s' is pinched near (%.6g, %.6g, %.6g) m at %.6g s, %s %s%s; %s", name,
              place->position.x, place->position.y, place->position.z, context->state->time,

@@ -48,7 +48,7 @@ bool world_allocate_start(tulle_world *world) {
         state->largest_lags = memory_allocate_zeroed(heap, world->obstacles.count, sizeof(double));
         state->poses = memory_allocate(heap, world->pose_count * sizeof *state->poses);
         for (size_t k = 0; state->poses && k < world->pose_count; k++)
-            state->poses[k] = motion_compute_pose(&world->obstacles.data[k].motion, 0.0);
+            state->poses[k] = motion_compute_pose(&world->obstacles.data[k].motion, 0.0, NULL);
         has_all = has_all && state->positions && state->velocities && state->is_present &&
                   state->particles && state->rests && state->cloth_rests && state->drive_forces &&
                   state->poses && state->lags && state->largest_lags;

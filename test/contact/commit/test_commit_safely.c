@@ -25,8 +25,8 @@ static vec3 random_vector(uint64_t *state, double size) {
 }
 
 /* Obstacles with a motion are no static ones: the tests move them by themselves. */
-static tulle_keyframe const stays[] = {{.rotation = {1.0, 0.0, 0.0, 0.0}},
-                                       {.time = 1.0, .rotation = {1.0, 0.0, 0.0, 0.0}}};
+static tulle_keyframe const stays[] = {{.rotation_vector = {0, 0, 0}},
+                                       {.time = 1.0, .rotation_vector = {0, 0, 0}}};
 
 /* Two crumpled sheets, one above the other, and an obstacle below and one above. */
 static void make_violent_world(contact_world *world, uint64_t seed, int threads) {

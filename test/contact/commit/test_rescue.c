@@ -20,7 +20,7 @@ static void make_plate_motion(double sign, tulle_keyframe keys[3]) {
         keys[k] = (tulle_keyframe){
             .time = 0.4 * k,
             .translation = {0.0, 0.0, k == 1 ? sign * 0.5 * (0.02 - closed_gap) : 0.0},
-            .rotation = {1.0, 0.0, 0.0, 0.0}};
+            .rotation_vector = {0, 0, 0}};
 }
 
 static void make_press(contact_world *world) {

@@ -353,8 +353,8 @@ static void a_table_feels_the_weight(void **state) {
         tulle_error error = {0};
         fine(tulle_world_add_cloth(world, &cloth, NULL, &error), &error);
         tulle_mesh top = bodies_make_box(1.0, 1.0, 0.1, (double[3]){0.0, 0.0, -0.05});
-        tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},
-                                        {8.0, {0.0, 0.0, 1.0}, {1, 0, 0, 0}}};
+        tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
+                                        {8.0, {0.0, 0.0, 1.0}, {0, 0, 0}}};
         tulle_obstacle_def table = tulle_obstacle_def_default();
         table.mesh = tulle_mesh_get_view(&top);
         table.motion = (tulle_motion){.keys = keys, .key_count = rises ? 2 : 0};

@@ -36,8 +36,8 @@ static table_world make_table(table_kind kind, double speed, int threads) {
     tulle_error error = {0};
     made.cloth = bodies_add_cloth(made.world, &made.sheet, 0.3, 0);
     tulle_obstacle_def table = tulle_obstacle_def_default();
-    tulle_keyframe const keys[2] = {{.rotation = {1, 0, 0, 0}},
-                                    {10.0, {10.0 * speed, 0.0, 0.0}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
+                                    {10.0, {10.0 * speed, 0.0, 0.0}, {0, 0, 0}}};
     table.mesh = tulle_mesh_get_view(&made.top);
     table.friction = 0.5;
     if (kind == TABLE_SCRIPTED)

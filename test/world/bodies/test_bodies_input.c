@@ -239,8 +239,8 @@ static void script_hands_over(void **state) {
     tulle_world *const world = bodies_make_world(&def, true);
     tulle_mesh box = bodies_make_box(0.3, 0.2, 0.1, (double[3]){0.0, 0.0, 0.5});
     tulle_keyframe const keys[2] = {
-        {.time = 0.0, .rotation = {1.0}},
-        {.time = 1.0, .translation = {1.0, 0.0, 0.0}, .rotation = {cos(0.5), 0.0, 0.0, sin(0.5)}}};
+        {.time = 0.0, .rotation_vector = {0, 0, 0}},
+        {.time = 1.0, .translation = {1.0, 0.0, 0.0}, .rotation_vector = {0.0, 0.0, 1.0}}};
     tulle_obstacle_def obstacle = tulle_obstacle_def_default();
     tulle_obstacle_id id;
     obstacle.mesh = tulle_mesh_get_view(&box);

@@ -33,9 +33,10 @@ static pile make_pile(pile_def def) {
                        .sleep_time = def.sleep_speed > 0.0 ? SLEEP_TIME : 0.0};
     tulle_mesh ground = bodies_make_box(2.0, 2.0, 0.2, (double[3]){0.0, 0.0, -0.1});
     tulle_mesh door = bodies_make_box(0.1, 0.5, 0.5, (double[3]){-0.9, 0.0, 0.3});
-    tulle_keyframe const keys[2] = {
-        {.time = def.door_time, .rotation = {1.0}},
-        {.time = def.door_time + 1.0, .translation = {0.79, 0.0, 0.0}, .rotation = {1.0}}};
+    tulle_keyframe const keys[2] = {{.time = def.door_time, .rotation_vector = {0, 0, 0}},
+                                    {.time = def.door_time + 1.0,
+                                     .translation = {0.79, 0.0, 0.0},
+                                     .rotation_vector = {0, 0, 0}}};
     tulle_obstacle_def obstacle = tulle_obstacle_def_default();
     obstacle.friction = 0.5;
     for (int i = 0; i < STACK; i++) {
@@ -48,8 +49,10 @@ static pile make_pile(pile_def def) {
     if (def.throw_time > 0.0) {
         body.start_time = def.throw_time;
         tulle_keyframe const throw[2] = {
-            {.time = def.throw_time - 0.1, .rotation = {1.0}},
-            {.time = def.throw_time + 0.1, .translation = {-1.2, 0.0, 0.0}, .rotation = {1.0}}};
+            {.time = def.throw_time - 0.1, .rotation_vector = {0, 0, 0}},
+            {.time = def.throw_time + 0.1,
+             .translation = {-1.2, 0.0, 0.0},
+             .rotation_vector = {0, 0, 0}}};
         obstacle.mesh = tulle_mesh_get_view(&ball);
         obstacle.motion = (tulle_motion){.keys = throw, .key_count = 2};
         obstacle.body = body;
@@ -307,7 +310,8 @@ static double pass_by(int side, double clearance) {
     at[along] -= reach;
     if (along == 2) at[2] += reach + 0.6; /* downwards, and not into the ground */
     tulle_mesh small = bodies_make_box(0.05, 0.05, 0.05, at);
-    tulle_keyframe keys[2] = {{.time = 1.0, .rotation = {1.0}}, {.time = 2.0, .rotation = {1.0}}};
+    tulle_keyframe keys[2] = {{.time = 1.0, .rotation_vector = {0, 0, 0}},
+                              {.time = 2.0, .rotation_vector = {0, 0, 0}}};
     keys[1].translation[along] = along == 2 ? -0.6 : 2.0 * reach;
     (void)bodies_add_obstacle(world, &ground, 0.5, NULL);
     tulle_obstacle_id const sleeper = bodies_add_obstacle(world, &box, 0.5, &body);

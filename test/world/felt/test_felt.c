@@ -600,9 +600,8 @@ static void add_fingers(tulle_world *world, tulle_mesh fingers[2]) {
     for (int k = 0; k < 2; k++) {
         double const side = k == 0 ? -1.0 : 1.0;
         fingers[k] = small_shape(box, 0.0, side * 0.5 * (SIDE + GAP), 0.0);
-        tulle_keyframe const keys[2] = {
-            {0.1, {0, 0, 0}, {1, 0, 0, 0}},
-            {CLOSED, {0, -side * 0.5 * (GAP + DEPTH), 0}, {1, 0, 0, 0}}};
+        tulle_keyframe const keys[2] = {{0.1, {0, 0, 0}, {0, 0, 0}},
+                                        {CLOSED, {0, -side * 0.5 * (GAP + DEPTH), 0}, {0, 0, 0}}};
         tulle_obstacle_def finger = tulle_obstacle_def_default();
         finger.mesh = tulle_mesh_get_view(&fingers[k]);
         finger.motion = (tulle_motion){keys, 2, {0, 0, 0}, 0};

@@ -75,11 +75,11 @@ static vise make_vise(tulle_on_pinch choice, vise_times times) {
         finger.mesh = tulle_mesh_get_view(&made.fingers[k]);
         finger.name = names[k];
         finger.friction = 0.8;
-        tulle_keyframe const keys[] = {{0.1, {0, 0, 0}, {1, 0, 0, 0}},
-                                       {times.closed, {0, way, 0}, {1, 0, 0, 0}},
-                                       {times.held, {0, way, 0}, {1, 0, 0, 0}},
-                                       {times.lifted, {0, way, 0.05}, {1, 0, 0, 0}},
-                                       {times.opened, {0, 0, 0.05}, {1, 0, 0, 0}}};
+        tulle_keyframe const keys[] = {{0.1, {0, 0, 0}, {0, 0, 0}},
+                                       {times.closed, {0, way, 0}, {0, 0, 0}},
+                                       {times.held, {0, way, 0}, {0, 0, 0}},
+                                       {times.lifted, {0, way, 0.05}, {0, 0, 0}},
+                                       {times.opened, {0, 0, 0.05}, {0, 0, 0}}};
         finger.motion = (tulle_motion){keys, 5, {0, 0, 0}, 0};
         assert_int_equal(tulle_world_add_obstacle(made.world, &finger, NULL, NULL), TULLE_OK);
     }
@@ -247,9 +247,9 @@ static void one_that_runs_into_held_cloth_waits(void **state) {
     assert_int_equal(tulle_world_add_cloth(world, &cloth, NULL, NULL), TULLE_OK);
     tulle_obstacle_def rising = tulle_obstacle_def_default();
     rising.mesh = tulle_mesh_get_view(&mesh);
-    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
-                                   {0.2, {0.1, 0, 0.1}, {1, 0, 0, 0}},
-                                   {0.4, {0.2, 0, 0}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {0, 0, 0}},
+                                   {0.2, {0.1, 0, 0.1}, {0, 0, 0}},
+                                   {0.4, {0.2, 0, 0}, {0, 0, 0}}};
     rising.motion = (tulle_motion){keys, 3, {0, 0, 0}, 0};
     assert_int_equal(tulle_world_add_obstacle(world, &rising, NULL, NULL), TULLE_OK);
     tulle_step_report report = {0};

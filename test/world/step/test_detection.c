@@ -128,8 +128,7 @@ static tulle_world *make_world(const stage_set *set, tulle_world_def def) {
     cloth.mesh = tulle_mesh_get_view(&set->cloth);
     cloth.velocities = set->velocities;
     uint32_t top[] = {30, 61, 92, 123, 154, 185};
-    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
-                                   {0.6, {0, 0, -0.5}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[] = {{0.0, {0, 0, 0}, {0, 0, 0}}, {0.6, {0, 0, -0.5}, {0, 0, 0}}};
     tulle_pin pin = make_pin(top, 6, (double)INFINITY);
     pin.motion = (tulle_motion){keys, 2, {0, 0, 0}, 0};
     cloth.pins = &pin;
