@@ -61,9 +61,10 @@ static tulle_world *make_recorded(setting wanted, tape_bytes *to) {
     tulle_mesh mesh = small_sheet(0.4, SIDE, 0.5);
     uint32_t row[SIDE];
     for (uint32_t k = 0; k < SIDE; k++) row[k] = k;
-    tulle_keyframe const keys[2] = {
-        {.rotation_vector = {0, 0, 0}},
-        {.time = 1.0, .translation = {0.0, 0.2, 0.1}, .rotation = {0.8, 0.6, 0, 0}}};
+    tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
+                                    {.time = 1.0,
+                                     .translation = {0.0, 0.2, 0.1},
+                                     .rotation_vector = {1.2870022175865687, 0, 0}}};
     tulle_pin pin = make_pin(row, SIDE, 0.6);
     pin.motion = (tulle_motion){.keys = keys, .key_count = 2};
     tulle_cloth_def cloth = tulle_cloth_def_default();
