@@ -240,12 +240,6 @@ void add_sliders(void *context, size_t begin, size_t end, size_t chunk, int work
 
 /* ---- shear ---- */
 
-/* Slope of a curve of membrane.h, at most. */
-static double find_slope(const membrane_curve *curve, double strain) {
-    double const bent = fmin(strain, curve->limit);
-    return curve->stiffness * (1.0 + 3.0 * bent * bent * curve->inv_knee2);
-}
-
 /* How much of `wanted` [N/m] may couple the yarns: the elastic law has coupled them by its own
  * slope, and in all it may be the root of the product of what the yarns have along themselves. */
 static double find_coupling(const assembly *work, const membrane_fabric *fabric,
@@ -255,7 +249,10 @@ static double find_coupling(const assembly *work, const membrane_fabric *fabric,
     double const damping = work->alpha * fabric->damping / work->beta; /* over stiffness */
     double const most = (1.0 + damping) * sqrt(fabric->yarns[YARN_WARP].stiffness *
                                                fabric->yarns[YARN_WEFT].stiffness);
-    double const used = find_slope(&fabric->shear, fabs(shear)) + damping * fabric->shear.stiffness;
+    const membrane_curve *const curve = &fabric->shear;
+    double const bent = fmin(fabs(shear), curve->limit);
+    double const slope = curve->stiffness * (1.0 + 3.0 * bent * bent * curve->inv_knee2);
+    double const used = slope + damping * curve->stiffness;
     double const left = lengths * (used + wanted) <= most ? wanted : most / lengths - used;
     return fmax(left, 0.0);
 }

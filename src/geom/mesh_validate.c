@@ -149,6 +149,54 @@ static tulle_status check_heights(const check *c) {
                   ratio, THIN_TRIANGLE_RATIO, get_rest(found).text);
 }
 
+/* The shortest and the longest edge of a triangle [m], and the corner at which the first begins. */
+typedef struct edge_range {
+    double shortest, longest;
+    int first;
+} edge_range;
+
+static edge_range measure_edges(const check *c, size_t triangle) {
+    const uint32_t *const corner = c->mesh.triangles + 3 * triangle;
+    edge_range range = {.shortest = (double)INFINITY};
+    for (int k = 0; k < 3; k++) {
+        vec3 const a = vec3_load(c->mesh.positions, corner[k]);
+        double const length =
+            vec3_norm(vec3_sub(vec3_load(c->mesh.positions, corner[(k + 1) % 3]), a));
+        if (length < range.shortest) range.shortest = length, range.first = k;
+        range.longest = fmax(range.longest, length);
+    }
+    return range;
+}
+
+/* Cloth is stored as floats, which hold no edges and heights below some size. */
+static tulle_status check_float_heights(const check *c) {
+    double extent = 0.0, height = 0.0;
+    defect found = {0, 0};
+    for (size_t i = 0; i < 3 * c->mesh.vertex_count; i++)
+        extent = fmax(extent, fabs(c->mesh.positions[i]));
+    for (size_t t = 0; t < c->mesh.triangle_count; t++) {
+        double const own = measure_edges(c, t).longest *
+                           triangle_get_height_ratio(c->mesh.positions, c->mesh.triangles + 3 * t);
+        if (!(own < LEAST_HEIGHT * extent)) continue;
+        note_defect(&found, t);
+        if (found.count == 1) height = own;
+    }
+    if (found.count == 0) return TULLE_OK;
+    edge_range const edges = measure_edges(c, found.first);
+    const uint32_t *const corner = c->mesh.triangles + 3 * found.first;
+    uint32_t const ends[2] = {corner[edges.first], corner[(edges.first + 1) % 3]};
+    return refuse(
+        c, get_line(c->lines.triangles, found.first),
+        "triangle %s is %.3g m high over its longest edge%s; its shortest edge, from "
+        "vertex %s at %s to %s at %s, is %.3g m long. Floats in files hold no cloth lower "
+        "than %.3g m where the mesh reaches %.3g m from the origin: merge vertices so "
+        "near, or move them away from the edge that they are so near to",
+        show_triangle(c, found.first).text, height, get_rest(found).text,
+        show_vertex(c, ends[0]).text, get_place(c->mesh, ends[0]).text,
+        show_vertex(c, ends[1]).text, get_place(c->mesh, ends[1]).text, edges.shortest,
+        LEAST_HEIGHT * extent, extent);
+}
+
 static tulle_status check_duplicates(const check *c) {
     size_t const count = c->mesh.triangle_count;
     uint32_t *const originals = memory_allocate(c->heap, count * sizeof *originals);
@@ -301,6 +349,7 @@ tulle_status mesh_validate(memory *heap, tulle_mesh_view mesh, tulle_mesh_role r
     if (status == TULLE_OK) status = check_repeated_corners(&c);
     if (status == TULLE_OK && role != TULLE_MESH_ROLE_DEFORMING) status = check_heights(&c);
     if (status == TULLE_OK) status = check_duplicates(&c);
+    if (status == TULLE_OK && role == TULLE_MESH_ROLE_CLOTH) status = check_float_heights(&c);
     if (status == TULLE_OK && role == TULLE_MESH_ROLE_CLOTH) status = check_manifold(&c);
     return status;
 }

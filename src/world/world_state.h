@@ -350,6 +350,8 @@ struct tulle_world {
     surface_grain *grains;                                     /* surface_count; null: none */
     double contact_distance, separation_distance, minimum_gap; /* [m] */
     double edge_length;                                        /* [m] mean over all cloth */
+    double
+        height_share; /* of the lowest triangle in what is not low; 1: none is low (start_laws.c) */
     cloth_model *model;
     linear_system system;
     nested_aggregates *aggregates; /* preconditioner of the solve; null for small cloth */

@@ -11,15 +11,89 @@
 static const double CONTACT_PART_OF_REST = 0.5;
 /* Cloth can be compressed to this part of its rest distances before the safe commit holds it. */
 static const double MINIMUM_PART_OF_REST = 0.25;
-/* Rest distances under this part of the contact distance are no neighbours of one surface but
- * pattern pieces laid over one another: the rest shape then says nothing about the pair. */
-static const double OVERLAPPING_REST = 1e-3;
+/* Rest distances under this part of the contact distance may be those of pattern pieces laid over
+ * one another: the rest shape then says nothing about the pair. Unless they are neighbours along
+ * the surface, at more than rounding: over this part of the minimum gap. */
+static const double OVERLAPPING_REST = 1e-3, ROUNDED_REST = 1e-3;
+/* Neighbours along the surface are joined by triangles that come within the contact distance. A
+ * search that goes towards the other side looks at so many of them; even rows of edges a thousandth
+ * of the contact distance long take fewer. */
+enum { NEIGHBOUR_TRIANGLES = 64 };
 /* Corner gaps: three subtractions or sums and a dot product, generously. */
 static const double SLACK_ROUNDINGS = 64.0;
 
 const contact_law *get_contact_law(const contact_scene *scene, const uint32_t vertices[4]) {
     size_t const a = scene->vertex_surface[vertices[0]], b = scene->vertex_surface[vertices[3]];
     return &scene->laws[a * scene->set->surface_count + b];
+}
+
+/* Whether triangles lead from one feature to the other without leaving the ball about the first
+ * one's closest point in the rest shape whose radius is the contact distance. The next triangle is
+ * always the one whose edge is nearest to the other feature's closest point. */
+static bool are_neighbours(const contact_scene *scene, feature_kind kind,
+                           const uint32_t vertices[4], double radius) {
+    const topology *const topo = scene->set->topo;
+    const adjacency *const around = &topo->vertex_triangles;
+    struct {
+        uint32_t triangle;
+        bool is_done;
+        double distance2; /* [m^2] */
+    } found[NEIGHBOUR_TRIANGLES];
+    size_t count = 0;
+    int const first_count = kind == FEATURE_EDGE_EDGE ? 2 : 1;
+    vec3 points[4];
+    load_points(scene->rest, vertices, points);
+    closest_points const closest = closest_of_pair(kind, points);
+    vec3 from = {0.0, 0.0, 0.0};
+    for (int k = 0; k < first_count; k++)
+        from = vec3_add_scaled(from, points[k], closest.weights[k]);
+    vec3 const to = vec3_sub(from, closest.difference);
+    for (uint32_t i = around->begin[vertices[0]]; i < around->begin[vertices[0] + 1]; i++) {
+        const uint32_t *const corners = topo->triangles + 3 * (size_t)around->items[i];
+        bool const has_all = first_count == 1 || corners[0] == vertices[1] ||
+                             corners[1] == vertices[1] || corners[2] == vertices[1];
+        if (!has_all || count == NEIGHBOUR_TRIANGLES) continue;
+        found[count].triangle = around->items[i];
+        found[count].is_done = false;
+        found[count++].distance2 = 0.0;
+    }
+    for (;;) {
+        size_t next = count;
+        for (size_t i = 0; i < count; i++)
+            if (!found[i].is_done && (next == count || found[i].distance2 < found[next].distance2))
+                next = i;
+        if (next == count) return false;
+        found[next].is_done = true;
+        size_t const triangle = found[next].triangle;
+        const uint32_t *const corners = topo->triangles + 3 * triangle;
+        int shared = 0;
+        for (int k = first_count; k < 4; k++)
+            shared +=
+                vertices[k] == corners[0] || vertices[k] == corners[1] || vertices[k] == corners[2];
+        if (shared == 4 - first_count) return true;
+        for (size_t k = 0; k < 3; k++) {
+            const uint32_t *const sides =
+                topo->edge_triangles + 2 * topo->triangle_edges[3 * triangle + k];
+            uint32_t const other = sides[0] == triangle ? sides[1] : sides[0];
+            vec3 const a = vec3_load(scene->rest, corners[k]);
+            vec3 const along = vec3_sub(vec3_load(scene->rest, corners[(k + 1) % 3]), a);
+            double distances2[2];
+            for (int end = 0; end < 2; end++) {
+                vec3 const offset = vec3_sub(end ? to : from, a);
+                double const t = vec3_dot(offset, along) / vec3_norm2(along);
+                distances2[end] = vec3_norm2(vec3_add_scaled(offset, along,
+                                                             -(t < 0.0   ? 0.0
+                                                               : t > 1.0 ? 1.0
+                                                                         : t)));
+            }
+            bool is_known = other == TULLE_NONE || distances2[0] > radius * radius;
+            for (size_t i = 0; i < count; i++) is_known |= found[i].triangle == other;
+            if (is_known || count == NEIGHBOUR_TRIANGLES) continue;
+            found[count].triangle = other;
+            found[count].is_done = false;
+            found[count++].distance2 = distances2[1];
+        }
+    }
 }
 
 pair_distances compute_pair_distances(const contact_scene *scene, feature_kind kind,
@@ -36,7 +110,10 @@ pair_distances compute_pair_distances(const contact_scene *scene, feature_kind k
         load_points(scene->rest, vertices, points);
         rest = sqrt(closest_of_pair(kind, points).distance2);
     }
-    if (rest < OVERLAPPING_REST * law->contact_distance) return distances;
+    if (rest < OVERLAPPING_REST * law->contact_distance &&
+        !(rest > ROUNDED_REST * distances.minimum &&
+          are_neighbours(scene, kind, vertices, law->contact_distance)))
+        return distances;
     if (CONTACT_PART_OF_REST * rest < distances.contact) {
         distances.separation *= CONTACT_PART_OF_REST * rest / distances.contact;
         distances.contact = CONTACT_PART_OF_REST * rest;

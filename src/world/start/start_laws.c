@@ -1,6 +1,7 @@
 /* world/start/start_laws.c - contact laws of all pairs of surfaces, and the distances that follow
  * from materials, meshes and the def. Part of the start. */
 #include "base/error.h"
+#include "geom/mesh.h"
 #include "world/start/start.h"
 
 #include <math.h>
@@ -18,6 +19,9 @@ static const double MINIMUM_GAP_SHARE = 1.0 / 40.0;
 static const double MINIMUM_GAP_ULPS = 4.0;
 /* Largest share of a contact distance that the minimum gap may take. */
 static const double MINIMUM_GAP_LARGEST_SHARE = 0.5;
+/* [of the mean edge] Lower triangles are low: substeps may be shorter with them, and solves are
+ * more exact. */
+static const double LOW_TRIANGLE = 0.01;
 
 /* Mean rest edge length of a range of edges [m]. */
 static double measure_mean_edge(const tulle_world *world, uint32_t edge_begin, uint32_t edge_end) {
@@ -28,6 +32,37 @@ static double measure_mean_edge(const tulle_world *world, uint32_t edge_begin, u
         sum += vec3_norm(vec3_sub(a, b));
     }
     return edge_end > edge_begin ? sum / (double)(edge_end - edge_begin) : 0.0;
+}
+
+/* Refuses triangles at rest that files cannot hold, and notes how low the lowest is. */
+static tulle_status check_heights(tulle_world *world, double extent, tulle_error *error) {
+    size_t const triangle_count =
+        world->cloths.count > 0 ? world->surfaces[world->cloths.count - 1].triangle_end : 0;
+    double lowest = (double)INFINITY;
+    size_t found = 0;
+    for (size_t t = 0; t < triangle_count; t++) {
+        vec3 corners[3];
+        for (int k = 0; k < 3; k++)
+            corners[k] = vec3_load(world->rest, world->topo.triangles[3 * t + (size_t)k]);
+        vec3 const a = vec3_sub(corners[1], corners[0]), b = vec3_sub(corners[2], corners[0]);
+        double const longest2 =
+            fmax(fmax(vec3_norm2(a), vec3_norm2(b)), vec3_norm2(vec3_sub(corners[2], corners[1])));
+        double const height = vec3_norm(vec3_cross(a, b)) / sqrt(longest2);
+        if (height < lowest) lowest = height, found = t;
+    }
+    world->height_share = fmin(1.0, lowest / (LOW_TRIANGLE * world->edge_length));
+    double const least = LEAST_HEIGHT * extent;
+    if (!(lowest < least)) return TULLE_OK;
+    const uint32_t *const corners = world->topo.triangles + 3 * found;
+    size_t const surface = world->vertex_surface[corners[0]];
+    uint32_t const begin = world->surfaces[surface].vertex_begin;
+    return error_set(error, TULLE_ERROR_INVALID_MESH,
+                     "'%s': the triangle of vertices %u, %u, %u is %.3g m high over its longest "
+                     "edge; floats in files hold no less than %.3g m where the scene reaches %.3g "
+                     "m from the origin: merge vertices whose edge is that short, move those that "
+                     "lie that near to an edge, or move the scene nearer",
+                     world_surface_name(world, surface), corners[0] - begin, corners[1] - begin,
+                     corners[2] - begin, lowest, least, extent);
 }
 
 /* Contact distance of one cloth against itself and obstacles [m]. */
@@ -146,14 +181,16 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
         }
     }
     world->edge_length = measure_mean_edge(world, 0, world->cloth_edge_count);
+    double extent = 0.0; /* [m] the largest coordinate */
+    for (size_t s = 0; s < surface_count; s++)
+        extent = fmax(extent, world_surface_mesh(world, s)->extent);
+    tulle_status const status = check_heights(world, extent, error);
+    if (status != TULLE_OK) return status;
     if (!isfinite(smallest)) { /* nothing meets anything */
         world->minimum_gap = world->def.minimum_gap;
         return TULLE_OK;
     }
 
-    double extent = 0.0; /* [m] the largest coordinate */
-    for (size_t s = 0; s < surface_count; s++)
-        extent = fmax(extent, world_surface_mesh(world, s)->extent);
     double const float_floor = MINIMUM_GAP_ULPS * 0x1p-23 * extent;
     bool const is_given = world->def.minimum_gap > 0.0;
     world->minimum_gap =

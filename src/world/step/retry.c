@@ -18,8 +18,8 @@
  *   its contacts wake bodies or cloth  | the substep with them awake         | once for each
  *   a contact makes a body turn too far| as long as the turn allows          | until it fits
  *   too much comes near to its paths   | half the length                     | to 1/4,096 of step
- *   cloth grows by too much, or by far | half the length                     | while over 1/4 step
- *   more in the first solve; energy is |                                     |
+ *   cloth grows by too much, or by far | half the length                     | while over 1/4 step;
+ *   more in the first solve; energy is |                                     | short edges: 1/64
  *   gained, or far too much of it left |                                     |
  *   a part of the time passed          | the rest as another substep         | 48 a go at the step
  *   stuck while a script moves         | substeps shorter by 4, half reserve | 3
@@ -29,12 +29,12 @@
  *   it is pinched, or tears cloth      | undo; what on_pinch says, anew      | see below
  *
  * A step is stuck when a substep is blocked, when four substeps in a row pass next to no time, or
- * when it took 48 substeps. Refused substeps count too; shorter substeps and turns raise the limit.
- * A step is pinched when it is stuck after the last of the shorter substeps, or at once where what
- * blocks it may lag behind its frames: then it lags more (felt.c), 24 times. Else on_pinch decides:
- * `stop` fails the step. `slow` holds back more each time, at last all that follows a script
- * (pinch.c); while anything is held back, a gain of energy refuses no substep. A body that turns
- * too fast for 4,096 substeps fails the step. */
+ * when it took 48 substeps (768 with short edges). Refused substeps count too; shorter substeps and
+ * turns raise the limit. A step is pinched when it is stuck after the last of the shorter substeps,
+ * or at once where what blocks it may lag behind its frames: then it lags more (felt.c), 24 times.
+ * Else on_pinch decides: `stop` fails the step. `slow` holds back more each time, at last all that
+ * follows a script (pinch.c); while anything is held back, a gain of energy refuses no substep. A
+ * body that turns too fast for 4,096 substeps fails the step. */
 #include "base/error.h"
 #include "world/bodies/bodies_room.h"
 #include "world/bodies/bodies_sleep.h"
@@ -57,9 +57,10 @@ static const double BALANCE_FALL = 0.5, BALANCE_ENOUGH = 0.1;
 /* A rest of the step under this share of it is rounding, and no substep follows. */
 static const double REMAINDER_SHARE = 1e-9;
 /* A substep of this share of the step is taken even if it stretches cloth too much. A power of two.
- */
-static const double SHORTEST_SHARE = 1.0 / 4.0;
-enum { SUBSTEPS_MAX = 48 };
+ * With low triangles it is less: the ends of short edges move apart by many of their lengths in a
+ * step, and the linear system knows little of that. */
+static const double SHORTEST_SHARE = 1.0 / 4.0, SHORTEST_SHARE_LOW = 1.0 / 64.0;
+enum { SUBSTEPS_MAX = 48, SUBSTEPS_MAX_LOW = 768 };
 /* A crowded substep of this share of the step fails it. A power of two. */
 static const double CROWDED_SHARE = 1.0 / 4096.0;
 /* A substep crawls when it passes less than this share of what it is to pass. */
@@ -162,12 +163,13 @@ bool world_retry_balance(step_context *context, tulle_status *status) {
 /* ---- in a substep ---- */
 
 void world_begin_retries(step_context *context) {
+    bool const has_low = context->world->height_share < 1.0;
     context->retry = (retry_state){
         .remaining = context->whole_step,
         .wanted = context->whole_step,
         .turn_time = (double)INFINITY,
-        .shortest = SHORTEST_SHARE * context->whole_step,
-        .substep_limit = context->report->substeps + SUBSTEPS_MAX,
+        .shortest = (has_low ? SHORTEST_SHARE_LOW : SHORTEST_SHARE) * context->whole_step,
+        .substep_limit = context->report->substeps + (has_low ? SUBSTEPS_MAX_LOW : SUBSTEPS_MAX),
     };
 }
 
