@@ -55,6 +55,24 @@ expect 1 'frame 1' spike.glb --obstacle square.obj
 expect 1 '"frame":1,"time":0.1,"intersections":1,"pairs":\[{"a":"square.obj","triangle_a":0,"b":"spike.npz"' square.obj --obstacle spike.npz --json
 expect 1 '"frame":1,"time":null,"intersections":1' square.obj --obstacle spike.pc2 --mesh spike_0.obj --json
 last '{"frames":3,"frames_with_intersections":1,"intersections":1,"unverified_runs":0}'
+# Places are told in metres with z up, whatever the file has: of one file alone, of several, in a unit that has no name.
+for number in 0 1 2; do cat square.obj <(sed 's/^f .*/f 5 6 7/' "spike_$number.obj") >"both_$number.obj"; done
+for words in "glb" "usda --units cm --up y" "usda --units mm --up z" "npz"; do
+    read -ra words <<<"$words"
+    convert both_%d.obj "both.${words[0]}" --fps 10 "${words[@]:1}"
+    expect 1 "^  both.${words[0]} triangle 0 and both.${words[0]} triangle 2 near (0.6[0-9.]*, 0.2[0-9.]*, 0)$" "both.${words[0]}"
+    expect 1 '"near":\[0.6[0-9.]*,0.2[0-9.]*,0\(.0\)*\]' "both.${words[0]}" --json
+    expect 1 'near (0.6[0-9.]*, 0.2[0-9.]*, 0)$' "both.${words[0]}" --obstacle square.glb
+done
+convert spike_%d.obj odd.usda --fps 10 --up y
+sed -i 's/metersPerUnit = .*/metersPerUnit = 37/' odd.usda
+expect 0 'frame 2' odd.usda
+expect 2 'odd.usda: its unit is 37 m, .*tulle convert --from-units' square.obj odd.usda --together
+convert both_%d.obj odd.usda --fps 10 --up y
+sed -i 's/metersPerUnit = .*/metersPerUnit = 2.5/' odd.usda
+expect 1 ' near (1.[0-9.]*, 0.[0-9.]*, 0)$' odd.usda
+convert spike_%d.obj odd.usda --fps 10 --up y
+sed -i 's/metersPerUnit = .*/metersPerUnit = 37/' odd.usda
 # Two caches, each with its mesh; a mesh beside animations.
 expect 0 'frame 2' spike.pc2 spike.mdd --mesh spike_0.obj --mesh spike_0.obj
 last '0 intersections in 6 frames'
@@ -105,11 +123,13 @@ info spike.npz
 said '^  axes             z points up; a unit is 1 m$'
 said '  z  3.5 .. 5.5 m$'
 info spike.glb
-said '^  axes             y points up; a unit is 1 m$'
-said '  y  3.5 .. 5.5 m$'
+said '^  axes             y points up; a unit is 1 m; below z points up, in metres$'
+said '  z  3.5 .. 5.5 m$'
 info cm.usda
-said '^  axes             y points up; a unit is 0.01 m$'
-said '  y  350 .. 550 cm$'
+said '^  axes             y points up; a unit is 0.01 m; below z points up, in metres$'
+said '  z  3.5 .. 5.5 m$'
+info odd.usda
+said '  z  129.5 .. 203.5 m$'
 info spike_%d.obj
 said '^spike_%d.obj: numbered meshes$'
 said '^  frames           3, numbers 0 to 2 in steps of 1$'

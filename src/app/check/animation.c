@@ -20,6 +20,7 @@ typedef struct animation_check {
     const check_animation_choice *choice;
     convert_source *sources; /* of each file */
     axes_change *changes;    /* of each file: to the axes and unit of the first */
+    axes_change to_scene;    /* from those of the first */
     tulle_mesh_view *meshes; /* of each file, with triangles whose corners may be joined */
     frame_range range;       /* the frames that are judged */
     size_t leader;           /* the file whose frames are counted */
@@ -40,20 +41,6 @@ static bool is_still(const convert_source *source) {
 }
 
 /* ---- files ---- */
-
-static tulle_status choose_frame(const convert_source *source, axes_frame *frame,
-                                 tulle_error *error) {
-    *frame = (axes_frame){"z", "m"};
-    if (source->kind != SOURCE_ANIMATION) return TULLE_OK;
-    double const meters = source->animation_info.meters_per_unit;
-    frame->up = source->animation_info.is_y_up ? "y" : "z";
-    frame->unit = axes_find_unit(meters);
-    if (frame->unit) return TULLE_OK;
-    return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                        "its unit is %g m, which is none of m, cm, mm, in and ft; tulle convert "
-                        "can give it another one",
-                        meters);
-}
 
 static tulle_status open_source(const check_file *file, convert_source *source,
                                 tulle_error *error) {
@@ -76,7 +63,8 @@ static tulle_status open_sources(animation_check *self, tulle_error *error) {
         axes_frame own;
         tulle_status status = open_source(&choice->files[i], &self->sources[i], error);
         if (status == TULLE_OK && choice->file_count > 1)
-            status = choose_frame(&self->sources[i], &own, error);
+            status =
+                convert_source_find_axes(&self->sources[i], (axes_frame){NULL, NULL}, &own, error);
         else
             own = first;
         if (status != TULLE_OK) return status;
@@ -85,6 +73,7 @@ static tulle_status open_sources(animation_check *self, tulle_error *error) {
         self->meshes[i] = tulle_mesh_get_view(&self->sources[i].mesh);
         if (is_still(&self->sources[self->leader])) self->leader = i;
     }
+    self->to_scene = convert_source_find_scene_change(&self->sources[0]);
     return TULLE_OK;
 }
 
@@ -201,6 +190,7 @@ static bool allocate_slots(animation_check *self, size_t slot_count) {
         frame->bodies = ARENA_NEW_ZEROED(scratch, tulle_check_body, file_count);
         frame->names = ARENA_NEW_ZEROED(scratch, const char *, file_count);
         frame->body_count = file_count;
+        frame->to_scene = &self->to_scene;
         if (!frame->bodies || !frame->names) return false;
         for (size_t i = 0; i < file_count; i++) {
             double *const positions =

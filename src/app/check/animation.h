@@ -25,7 +25,8 @@ bool check_is_animation(const char *path);
 
 /* Judges the frames of the files together, prints each and adds them to the totals; a bar on
  * standard error if it is a terminal. A file of one frame stands still; all others have as many
- * frames. Files are taken in the axes and unit of the first. Stops at the first frame that cannot
+ * frames. Files are judged in the axes and unit of the first, so its numbers are
+ * those of the file; places are told in metres with z up. Stops at the first frame that cannot
  * be read or judged, with the error filled in. */
 tulle_status check_animations(const check_animation_choice *choice, const check_report *report,
                               check_totals *totals, tulle_error *error);

@@ -2,6 +2,8 @@
 #ifndef TULLE_APP_CHECK_FRAME_H
 #define TULLE_APP_CHECK_FRAME_H
 
+#include "app/cli/axes.h"
+
 #include "tulle/check.h"
 #include "tulle_io/run.h"
 
@@ -15,7 +17,8 @@ typedef struct check_frame {
     tulle_check_body *bodies;
     const char **names;
     size_t body_count;
-    const tulle_run_lag *lags; /* of a frame in a run: what lags behind how it is drawn */
+    const axes_change *to_scene; /* of places that are told; null: as the positions are */
+    const tulle_run_lag *lags;   /* of a frame in a run: what lags behind how it is drawn */
     const tulle_run_body_info *run_bodies; /* that these name */
     size_t lag_count;
     tulle_status status; /* of the judgement; result counts where it is TULLE_OK */

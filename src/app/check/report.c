@@ -59,6 +59,7 @@ void check_compute_place(const tulle_check_body *bodies_of_frame, const tulle_ch
 static void print_pair_json(const check_frame *frame, const tulle_check_pair *pair) {
     double place[3];
     check_compute_place(frame->bodies, pair, place);
+    if (frame->to_scene) axes_apply(frame->to_scene, place, 1);
     fputs("{\"a\":", stdout);
     json_print_text(stdout, frame->names[pair->body_a]);
     printf(",\"triangle_a\":%" PRIu32 ",\"b\":", pair->triangle_a);
@@ -74,6 +75,7 @@ static void print_pair_json(const check_frame *frame, const tulle_check_pair *pa
 static void print_pair_text(const check_frame *frame, const tulle_check_pair *pair) {
     double place[3];
     check_compute_place(frame->bodies, pair, place);
+    if (frame->to_scene) axes_apply(frame->to_scene, place, 1);
     app_print_names(
         stdout, "  %s triangle %" PRIu32 " and %s triangle %" PRIu32 " near (%.6g, %.6g, %.6g)\n",
         frame->names[pair->body_a], pair->triangle_a, frame->names[pair->body_b], pair->triangle_b,

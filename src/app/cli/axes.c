@@ -38,6 +38,12 @@ axes_change axes_change_make(axes_frame from, axes_frame to) {
                          .divisor = (double)(size_to / factor)};
 }
 
+axes_change axes_change_to_scene(const char *up, double meters) {
+    axes_frame const from = {up, axes_find_unit(meters)}, scene = {"z", "m"};
+    if (from.unit) return axes_change_make(from, scene);
+    return (axes_change){.from = from, .to = scene, .multiplier = meters, .divisor = 1.0};
+}
+
 static void turn(double *points, size_t count, int is_to_y) {
     for (size_t i = 0; i < count; i++) {
         double *const point = points + 3 * i;

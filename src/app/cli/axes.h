@@ -21,6 +21,9 @@ typedef struct axes_change {
 } axes_change;
 
 axes_change axes_change_make(axes_frame from, axes_frame to);
+/* To z up and metres, as scenes take files, from a unit of any size [m], which may be none of
+ * axes_unit_choices: from.unit is null then. */
+axes_change axes_change_to_scene(const char *up, double meters);
 
 /* Changes `count` points, three numbers each, in place. Turning about x is exact: from z up to y up
  * (x, y, z) becomes (x, z, -y), from y up to z up (x, -z, y). Lengths are multiplied, then divided,

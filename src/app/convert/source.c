@@ -341,18 +341,30 @@ tulle_status convert_source_find_time(const convert_source *source, uint32_t fra
     return TULLE_OK;
 }
 
+/* What the file says of its axes and unit; a file that says nothing has z up and metres. */
+static const char *get_up(const convert_source *source) {
+    return source->kind == SOURCE_ANIMATION && source->animation_info.is_y_up ? "y" : "z";
+}
+
+static double get_meters(const convert_source *source) {
+    return source->kind == SOURCE_ANIMATION ? source->animation_info.meters_per_unit : 1.0;
+}
+
 tulle_status convert_source_find_axes(const convert_source *source, axes_frame options,
                                       axes_frame *axes, tulle_error *error) {
-    const tulle_animation_info *const info =
-        source->kind == SOURCE_ANIMATION ? &source->animation_info : NULL;
+    double const meters = get_meters(source);
     *axes = options;
-    if (!axes->up) axes->up = info && info->is_y_up ? "y" : "z";
-    if (!axes->unit) axes->unit = info ? axes_find_unit(info->meters_per_unit) : "m";
+    if (!axes->up) axes->up = get_up(source);
+    if (!axes->unit) axes->unit = axes_find_unit(meters);
     if (axes->unit) return TULLE_OK;
     return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                        "its unit is %g m, which is none of m, cm, mm, in and ft; --from-units "
-                        "says which one to take",
-                        info->meters_per_unit);
+                        "its unit is %g m, which is none of m, cm, mm, in and ft; tulle convert "
+                        "--from-units says which one to take",
+                        meters);
+}
+
+axes_change convert_source_find_scene_change(const convert_source *source) {
+    return axes_change_to_scene(get_up(source), get_meters(source));
 }
 
 const char *convert_source_get_name(const convert_source *source) {

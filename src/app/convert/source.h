@@ -81,6 +81,8 @@ tulle_status convert_source_find_time(const convert_source *source, uint32_t fra
  * metres where neither does. Errors: TULLE_ERROR_INVALID_ARGUMENT for another unit of the file. */
 tulle_status convert_source_find_axes(const convert_source *source, axes_frame options,
                                       axes_frame *axes, tulle_error *error);
+/* From what the file says to z up and metres, as scenes take it; its unit may be any. */
+axes_change convert_source_find_scene_change(const convert_source *source);
 /* The name of the body, or of the file. */
 const char *convert_source_get_name(const convert_source *source);
 /* Whether the path names a file that is read. */

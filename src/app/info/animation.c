@@ -41,14 +41,15 @@ static void print_frames(const convert_source *source, double first, double last
     if (source->needs_frames_named) printf("  %-16s no file of number %u\n", "", source->gap);
 }
 
-static tulle_status print_frame(convert_source *source, uint32_t frame, const char *unit,
+static tulle_status print_frame(convert_source *source, uint32_t frame, const axes_change *change,
                                 tulle_error *error) {
     double *const positions = calloc(source->mesh.vertex_count + 1, 3 * sizeof *positions);
     if (!positions) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for a frame");
     tulle_status const status = convert_source_read(source, frame, positions, error);
     if (status == TULLE_OK) {
         printf("  frame %u\n", frame);
-        info_print_bounds(positions, source->mesh.vertex_count, unit);
+        axes_apply(change, positions, source->mesh.vertex_count);
+        info_print_bounds(positions, source->mesh.vertex_count);
     }
     free(positions);
     return status;
@@ -68,23 +69,24 @@ static tulle_status print_all(convert_source *source, tulle_error *error) {
     tulle_status status = convert_source_find_time(source, frames.first, &ends[0], error);
     if (status == TULLE_OK) status = convert_source_find_time(source, frames.last, &ends[1], error);
     if (status != TULLE_OK) return status;
-    const char *unit = "m";
     app_print_names(stdout, "%s: %s\n", source->path, get_kind(source));
     printf("  %-16s %zu\n", "vertices", source->mesh.vertex_count);
     printf("  %-16s %zu\n", "triangles", source->mesh.triangle_count);
     print_frames(source, ends[0], ends[1]);
+    axes_change const change = convert_source_find_scene_change(source);
     if (source->kind == SOURCE_ANIMATION) {
         double const meters = source->animation_info.meters_per_unit;
-        unit = axes_find_unit(meters);
-        printf("  %-16s %s points up; a unit is %.7g m\n", "axes",
-               source->animation_info.is_y_up ? "y" : "z", meters);
+        bool const is_changed = meters != 1.0 || source->animation_info.is_y_up;
+        printf("  %-16s %s points up; a unit is %.7g m%s\n", "axes", change.from.up, meters,
+               is_changed ? "; below z points up, in metres" : "");
     }
     if (source->described.note[0])
         app_print_names(stdout, "  %-16s %s\n", "file", source->described.note);
-    status = print_frame(source, frames.first, unit, error);
+    status = print_frame(source, frames.first, &change, error);
     if (status == TULLE_OK && frames.last != frames.first)
-        status = print_frame(source, frames.last, unit, error);
+        status = print_frame(source, frames.last, &change, error);
     if (status != TULLE_OK || source->mesh.triangle_count == 0) return status;
+    axes_apply(&change, source->mesh.positions, source->mesh.vertex_count);
     print_use(source, TULLE_MESH_ROLE_CLOTH, "as cloth");
     return info_print_use_as_obstacle(&source->mesh, &source->described, true, error);
 }

@@ -15,14 +15,14 @@ tulle_status info_print_mesh(const char *path, tulle_error *error);
 /* A PC2 point cache: vertices, frames, bounds of the first and last frame. */
 tulle_status info_print_cache(const char *path, tulle_error *error);
 /* An animation with its triangles, or numbered meshes: sizes, frames, axes and unit, bounds of the
- * first and last frame, what it can be used for. */
+ * first and last frame in metres with z up, what it can be used for. */
 tulle_status info_print_animation(const char *path, tulle_error *error);
 /* Whether a mesh can be an obstacle, or one that `deforms`, and what of it is left out there; it is
  * then dropped from the mesh. */
 tulle_status info_print_use_as_obstacle(tulle_mesh *mesh, const tulle_mesh_source *source,
                                         bool deforms, tulle_error *error);
-/* The lines of the box about points; unit: null has no name. */
-void info_print_bounds(const double *positions, size_t vertex_count, const char *unit);
+/* The lines of the box about points, in metres. */
+void info_print_bounds(const double *positions, size_t vertex_count);
 /* A run directory: scene, frames, bodies, how it ended. */
 tulle_status info_print_run(const char *path, tulle_error *error);
 /* A scene file with other values for some of its keys: frames, sizes, contact distance. Prints what

@@ -17,21 +17,21 @@
 
 static const double DEGREES_PER_RADIAN = 57.29577951308232;
 
-static void print_bounds(const double minimum[3], const double maximum[3], const char *unit) {
+static void print_bounds(const double minimum[3], const double maximum[3]) {
     for (int axis = 0; axis < 3; axis++) {
-        printf("  %-16s %c  %.6g .. %.6g%s%s\n", axis == 0 ? "bounds" : "", "xyz"[axis],
-               minimum[axis], maximum[axis], unit ? " " : "", unit ? unit : "");
+        printf("  %-16s %c  %.6g .. %.6g m\n", axis == 0 ? "bounds" : "", "xyz"[axis],
+               minimum[axis], maximum[axis]);
     }
 }
 
-void info_print_bounds(const double *positions, size_t vertex_count, const char *unit) {
+void info_print_bounds(const double *positions, size_t vertex_count) {
     double minimum[3] = {INFINITY, INFINITY, INFINITY};
     double maximum[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (size_t i = 0; i < 3 * vertex_count; i++) {
         minimum[i % 3] = fmin(minimum[i % 3], positions[i]);
         maximum[i % 3] = fmax(maximum[i % 3], positions[i]);
     }
-    print_bounds(minimum, maximum, unit);
+    print_bounds(minimum, maximum);
 }
 
 static void print_counts(const tulle_mesh_info *info) {
@@ -156,7 +156,7 @@ tulle_status info_print_mesh(const char *path, tulle_error *error) {
     if (status == TULLE_OK) {
         app_print_names(stdout, "%s: triangle mesh\n", path);
         print_counts(&info);
-        print_bounds(info.bounds_min, info.bounds_max, "m");
+        print_bounds(info.bounds_min, info.bounds_max);
         print_quality(&info);
         if (source.note[0]) app_print_names(stdout, "  %-16s %s\n", "file", source.note);
         print_parts(&source, TULLE_MESH_PART_GROUP, "groups");
@@ -184,7 +184,7 @@ static tulle_status print_frame_bounds(tulle_pc2 *cache, uint32_t frame, uint32_
     tulle_status const status = tulle_pc2_read_frame(cache, frame, positions, error);
     if (status == TULLE_OK) {
         printf("  frame %u\n", frame);
-        info_print_bounds(positions, vertex_count, "m");
+        info_print_bounds(positions, vertex_count);
     }
     free(positions);
     return status;
