@@ -3,6 +3,7 @@
 #ifndef TULLE_IO_ANIMATION_MATRIX_H
 #define TULLE_IO_ANIMATION_MATRIX_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -62,6 +63,45 @@ static inline void matrix_make(const double *t, const double *q, const double *s
     for (int column = 0; column < 3; column++)
         for (int row = 0; row < 3; row++) matrix[4 * column + row] = rows[row][column] * s[column];
     memcpy(matrix + 12, t, 3 * sizeof(double));
+}
+
+/* Columns whose angle has a cosine as small are at right angles: texts of six digits are. */
+static const double MATRIX_RIGHT_ANGLE = 1e-5;
+
+/* Finds what matrix_make makes a matrix of; the first scale is negative in a mirror. False where
+ * it shears or flattens. */
+static inline bool matrix_split(const double *matrix, double *t, double *q, double *s) {
+    double r[3][3]; /* columns of the rotation */
+    for (int c = 0; c < 3; c++) {
+        const double *const column = matrix + 4 * c;
+        s[c] = sqrt(column[0] * column[0] + column[1] * column[1] + column[2] * column[2]);
+        if (!(s[c] > 0.0 && isfinite(s[c]))) return false;
+        if (c == 0 && matrix_get_determinant(matrix) < 0.0) s[c] = -s[c];
+        for (int row = 0; row < 3; row++) r[c][row] = column[row] / s[c];
+    }
+    for (int c = 0; c < 3; c++) {
+        const double *const a = r[c], *const b = r[(c + 1) % 3];
+        if (fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) > MATRIX_RIGHT_ANGLE) return false;
+    }
+    memcpy(t, matrix + 12, 3 * sizeof(double));
+    double const trace = r[0][0] + r[1][1] + r[2][2];
+    int i = 0; /* the axis with the largest number on the diagonal */
+    for (int k = 1; k < 3; k++)
+        if (r[k][k] > r[i][i]) i = k;
+    int const j = (i + 1) % 3, k = (i + 2) % 3;
+    if (trace > r[i][i]) {
+        q[3] = 1.0 + trace;
+        for (int a = 0; a < 3; a++)
+            q[a] = r[(a + 1) % 3][(a + 2) % 3] - r[(a + 2) % 3][(a + 1) % 3];
+    } else {
+        q[i] = 1.0 + r[i][i] - r[j][j] - r[k][k];
+        q[j] = r[i][j] + r[j][i];
+        q[k] = r[i][k] + r[k][i];
+        q[3] = r[j][k] - r[k][j];
+    }
+    double const length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (int a = 0; a < 4; a++) q[a] /= length;
+    return true;
 }
 
 #endif

@@ -14,6 +14,10 @@ static const double PI = 3.14159265358979323846;
 /* [rad] As a turn that needs to be looked at: scales and matrices bend the paths of what turns or
  * moves below them. */
 static const double SCALE_TURN = 1e-3;
+/* [rad] Matrices that turn by less go along lines: the sagitta is below the rounding of floats. */
+static const double STILL_TURN = 1e-4;
+/* [rad] 170 degrees: from there on the way round that a matrix goes is a guess. */
+static const double CLEAR_TURN = 2.96705972839036;
 
 /* ---- values ---- */
 
@@ -45,8 +49,29 @@ bool usd_find_value(const usd_layer *layer, uint32_t number, usd_place *place) {
     return attribute->sample_count > 0 || attribute->has_value;
 }
 
-/* Goes a part of the way to other values. Quaternions have 4 numbers, and nothing else here has. */
-static void interpolate(usd_numbers numbers, const double *next, double part) {
+/* Goes a part of the way to another matrix: as a pose where neither shears, so that what is rigid
+ * stays rigid; false where it has to go along a line. *angle: [rad] what turns. */
+static bool interpolate_pose(double *matrix, const double *next, double part, double *angle) {
+    double t[2][3], q[2][4], s[2][3];
+    if (!matrix_split(matrix, t[0], q[0], s[0]) || !matrix_split(next, t[1], q[1], s[1]))
+        return false;
+    if ((s[0][0] < 0.0) != (s[1][0] < 0.0)) return false; /* through a plane */
+    *angle = rotation_find_angle(q[0], q[1]);
+    if (*angle <= STILL_TURN) return false;
+    for (int i = 0; i < 3; i++) {
+        t[0][i] = (1.0 - part) * t[0][i] + part * t[1][i];
+        s[0][i] = (1.0 - part) * s[0][i] + part * s[1][i];
+    }
+    rotation_interpolate(q[0], q[1], part, q[0]);
+    matrix_make(t[0], q[0], s[0], matrix);
+    return true;
+}
+
+/* Goes a part of the way to other values. Quaternions have 4 numbers, matrices 16, and nothing else
+ * here has. Returns by what angle a matrix turns [rad]; 0 for all else. */
+static double interpolate(usd_numbers numbers, const double *next, double part) {
+    double angle = 0.0;
+    if (numbers.width == 16 && interpolate_pose(numbers.values, next, part, &angle)) return angle;
     double *const values = numbers.values;
     bool const is_turn = numbers.width == 4;
     for (size_t i = 0; i < numbers.room && is_turn; i++) {
@@ -58,6 +83,7 @@ static void interpolate(usd_numbers numbers, const double *next, double part) {
     }
     for (size_t i = 0; i < numbers.width * numbers.room && !is_turn; i++)
         values[i] = (1.0 - part) * values[i] + part * next[i];
+    return 0.0;
 }
 
 tulle_status usd_attribute_read(usd_scene *scene, uint32_t number, double code, usd_numbers numbers,
@@ -79,9 +105,11 @@ tulle_status usd_attribute_read(usd_scene *scene, uint32_t number, double code, 
     usd_numbers const next = {numbers.width, scene->scratch.data, numbers.room};
     status = read_value(scene, attribute, samples[low + 1].place, next, error);
     double const interval = samples[low + 1].code - samples[low].code;
-    if (status == TULLE_OK)
-        interpolate(numbers, next.values, (code - samples[low].code) / interval);
-    return status;
+    if (status) return status;
+    double const turn = interpolate(numbers, next.values, (code - samples[low].code) / interval);
+    if (turn > CLEAR_TURN && scene->half_turn_line == 0)
+        scene->half_turn_line = samples[low + 1].place.line;
+    return TULLE_OK;
 }
 
 /* ---- transforms ---- */
@@ -247,6 +275,10 @@ static tulle_status find_op_turn(usd_scene *scene, const usd_op *op, const doubl
     if (op->kind == USD_ORIENT) *turn += rotation_find_angle(values[0], values[1]);
     for (size_t i = 0; i < op->width && op->kind == USD_ROTATE; i++)
         *turn += fabs(values[1][i] - values[0][i]) * (PI / 180.0);
+    double t[3], q[2][4], s[3];
+    if (op->kind == USD_MATRIX && matrix_split(values[0], t, q[0], s) &&
+        matrix_split(values[1], t, q[1], s))
+        *turn += rotation_find_angle(q[0], q[1]);
     bool const may_bend = op->kind == USD_SCALE || op->kind == USD_MATRIX;
     if (may_bend && memcmp(values[0], values[1], op->width * sizeof(double)) != 0)
         *turn += SCALE_TURN;

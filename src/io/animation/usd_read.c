@@ -51,6 +51,11 @@ static void describe(const usd_state *usd, tulle_animation_info *info) {
     if (passed->changing > 0)
         add_note(info, "when %zu are visible, so they always are", passed->changing);
     if (usd->scene.is_turning_too_fast) add_note(info, "%s", ANIMATION_TOO_FAST);
+    if (usd->scene.half_turn_line > 0)
+        add_note(
+            info,
+            "which way round matrices turn by half a turn, as in line %d; a sample between tells",
+            usd->scene.half_turn_line);
     if (passed->skins > 0) add_note(info, "skins of %zu meshes", passed->skins);
     if (passed->smooth > 0) add_note(info, "the subdivision of %zu meshes", passed->smooth);
     char polygons[200];

@@ -68,6 +68,7 @@ typedef struct usd_scene {
     size_t vertex_count;
     size_t turn_count;        /* frames that turns have beside those of samples */
     bool is_turning_too_fast; /* for so many frames */
+    int half_turn_line; /* of a matrix to which another turns by nearly half a turn; 0: none */
 } usd_scene;
 
 /* Reads the scene of a layer that must live as long. Release with usd_scene_destroy, also after a

@@ -24,6 +24,27 @@ static void half_turn(double part, double point[3]) {
     point[2] = 0.0;
 }
 
+static void quarter_turn(double part, double point[3]) { half_turn(0.5 * part, point); }
+
+static void mirrored_quarter(double part, double point[3]) {
+    quarter_turn(part, point);
+    for (int k = 0; k < 2; k++) point[k] = -point[k];
+}
+
+/* A quarter turn of a wheel that grows to twice its size, along x by 10. */
+static void growing_wheel(double part, double point[3]) {
+    quarter_turn(part, point);
+    for (int k = 0; k < 3; k++) point[k] *= 1.0 + part;
+    point[0] += 10.0 * part;
+}
+
+/* From (1, 0, 0) to (0, 1, 0). */
+static void chord(double part, double point[3]) {
+    point[0] = 1.0 - part;
+    point[1] = part;
+    point[2] = 0.0;
+}
+
 static void four_turns(double part, double point[3]) { half_turn(8.0 * part, point); }
 
 /* About z, and along x by 10: a wheel. */
@@ -264,6 +285,68 @@ static void test_usd(void **state) {
         2);
 }
 
+#define MATRICES(from, to)                                                                         \
+    write_usd(" matrix4d xformOp:transform.timeSamples = { 2: (" from "), 6: (" to                 \
+              ") }\n" ORDER("\"xformOp:transform\""))
+
+/* Matrices that do not shear are poses; all others go number by number. */
+static void test_matrices(void **state) {
+    (void)state;
+    uint32_t const turns =
+        expect_path(MATRICES("(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)",
+                             "(0, 1, 0, 0), (-1, 0, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)"),
+                    quarter_turn, span, 2.0);
+    assert_in_range(turns, 10, 30);
+    expect_path(MATRICES("(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)",
+                         "(0, 2, 0, 0), (-2, 0, 0, 0), (0, 0, 2, 0), (10, 0, 0, 1)"),
+                growing_wheel, span, 2.0);
+    expect_path(MATRICES("(-1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)",
+                         "(0, -1, 0, 0), (-1, 0, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)"),
+                mirrored_quarter, span, 2.0);
+    /* Through a plane, and where one of them shears. */
+    expect_path(MATRICES("(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)",
+                         "(0, 1, 0, 0), (-1, 0, 0, 0), (0, 0, -1, 0), (0, 0, 0, 1)"),
+                chord, span, 2.0);
+    expect_path(MATRICES("(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)",
+                         "(0, 1, 0, 0), (-1, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)"),
+                chord, span, 2.0);
+    assert_int_equal(
+        expect_path(MATRICES("(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)",
+                             "(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (10, 0, 0, 1)"),
+                    line, span, 2.0),
+        2);
+}
+
+/* Half a turn about each axis goes along an arc, which way is told to be a guess. */
+static void test_half_turned_matrices(void **state) {
+    (void)state;
+    static const char *const rows[3] = {"(1, 0, 0, 0), (0, -1, 0, 0), (0, 0, -1, 0)",
+                                        "(-1, 0, 0, 0), (0, 1, 0, 0), (0, 0, -1, 0)",
+                                        "(-1, 0, 0, 0), (0, -1, 0, 0), (0, 0, 1, 0)"};
+    for (int axis = 0; axis < 3; axis++) {
+        char text[500];
+        tulle_animation *animation = NULL;
+        tulle_animation_info info;
+        tulle_error error = {0};
+        (void)snprintf(text, sizeof text,
+                       " matrix4d xformOp:transform.timeSamples = {\n  2: ((1, 0, 0, 0), (0, 1, 0, "
+                       "0), (0, 0, 1, 0), (0, 0, 0, 1)),\n  6: (%s, (0, 0, 0, 1)) }\n" ORDER(
+                           "\"xformOp:transform\""),
+                       rows[axis]);
+        assert_int_equal(tulle_animation_open(write_usd(text), &animation, &info, &error),
+                         TULLE_OK);
+        assert_string_equal(info.note, "passed over: which way round matrices turn by half a turn, "
+                                       "as in line 15; a sample between tells");
+        for (uint32_t i = 0; i < info.frame_count; i++) {
+            double p[12];
+            assert_int_equal(tulle_animation_read_frame(animation, i, p, &error), TULLE_OK);
+            double const width = hypot(hypot(p[0] - p[6], p[1] - p[7]), p[2] - p[8]);
+            assert_true(fabs(width - 2.0) < 1e-12);
+        }
+        tulle_animation_close(animation);
+    }
+}
+
 static void test_instances(void **state) {
     (void)state;
     const char *const path = test_path("i.usda");
@@ -296,9 +379,13 @@ static void test_too_fast(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_gltf),     cmocka_unit_test(test_steps),
-        cmocka_unit_test(test_usd),      cmocka_unit_test(test_instances),
+        cmocka_unit_test(test_gltf),
+        cmocka_unit_test(test_steps),
+        cmocka_unit_test(test_usd),
+        cmocka_unit_test(test_instances),
         cmocka_unit_test(test_too_fast),
+        cmocka_unit_test(test_matrices),
+        cmocka_unit_test(test_half_turned_matrices),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
 }
