@@ -65,6 +65,18 @@ class Mends(SceneTest):
         self.assertEqual([each.name for each in sheet.modifiers], ["Subdivision"])
         self.assertFalse(os.path.exists(self.path()))
 
+    def test_far_from_its_origin(self):
+        """What floats of the cache do to a mesh that is 3 km from its object's origin is told."""
+        sheet, _ = self.add_pushed(), self.add_ball()
+        self.mend(sheet)
+        self.assertNotIn("floats of its cache", self.scene.tulle.report)
+        for block in sheet.data.shape_keys.key_blocks:
+            for point in block.data:
+                point.co.x += 3000
+        sheet.location.x -= 3000
+        self.mend(sheet)
+        self.assertRegex(self.scene.tulle.report, r"'sheet': floats of its cache move vertices by \S+e-0[45] m, .*Set Origin")
+
     def test_clean_comes_back(self):
         """Also loose vertices, of an object that turns and is scaled."""
         sheet = self.add_mesh(

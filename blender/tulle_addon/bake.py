@@ -151,6 +151,7 @@ class Bake(Job):
         if caches.has_run(self.folder) and (code != 2 or self.has_begun):
             self.take_over()
         frames = self.caches.frame_count if self.caches else 0
+        self.words += [body.note for body in self.caches.bodies if body.note] if self.caches else []
         if code == 0:
             self.tell("FINISHED", 1.0, "%d frames" % frames, "\n".join(self.words + words))
         elif code == 130 or (self.is_cancelled and code < 0):

@@ -45,11 +45,13 @@ class BodyCache:
         os.makedirs(os.path.join(folder, CACHE_FOLDER), exist_ok=True)
         self.path = os.path.join(folder, CACHE_FOLDER, link["name"] + ".pc2")
         self.writer = meshes.Pc2Writer(self.path, link["vertices"])
+        self.note = ""
 
     def append(self, frame: int) -> None:
         places = np.empty((len(self.used) + len(self.loose), 3))
         places[self.used] = meshes.to_local(self.source.read(frame), self.matrices[frame], self.scale)
         places[self.loose] = self.loose_places
+        self.note = self.note or meshes.tell_rounding(self.object_name, places[self.used], self.matrices[frame], self.scale)
         self.writer.append(places)
 
 

@@ -149,6 +149,7 @@ class Mending(Job):
         self.summary: Dict[str, Any] = {}
         self.result: Optional[Iterator[None]] = None
         self.code = 0
+        self.rounding = ""  # what is told of the cache
         self.began = 0.0
         self.recording = Recording(context, obj, self.work, os.path.basename(folder))
         self.begin_reading(self.recording.run())
@@ -216,7 +217,9 @@ class Mending(Job):
         for frame, matrix in enumerate(cloth.matrices):
             places, mended = given.read(frame).astype(np.float64), after.read(frame)
             is_away = np.any(mended != before.read(frame), axis=1)
-            places[cloth.used[is_away]] = meshes.to_local(mended[is_away], matrix, scale)
+            local = meshes.to_local(mended[is_away].astype(np.float64), matrix, scale)
+            self.rounding = self.rounding or meshes.tell_rounding(self.object_name, local, matrix, scale)
+            places[cloth.used[is_away]] = local
             writer.append(places)
             yield
 
@@ -253,7 +256,7 @@ class Mending(Job):
         caches.set_modifier(obj, self.keep_result(), self.recording.first, is_mended=True)
         color(context, obj, self.recording.cloth, departures)
         words = "Mended" if self.summary["frames_away"] else "As it was: nothing intersects"
-        self.tell("FINISHED", 1.0, words, "\n".join(self.list_words(scene) + self.words))
+        self.tell("FINISHED", 1.0, words, "\n".join(self.list_words(scene) + self.words + [self.rounding] * bool(self.rounding)))
 
     def measure_worst(self) -> np.ndarray:
         """[m] how far each vertex that was written is away in the worst frame."""

@@ -13,6 +13,7 @@ import numpy as np
 from .files import Refusal, replacing
 
 SLIVER = 1e-5  # height over longest side of a triangle whose corners lie on a line but for rounding
+ROUNDING_TOLD = 1e-6  # [m] what floats may move a vertex by without a word: half a step at 16 m
 
 PC2_HEAD = struct.Struct("<12siiffi")
 
@@ -57,6 +58,19 @@ def to_local(world: np.ndarray, matrix: np.ndarray, scale: float) -> np.ndarray:
     if np.array_equal(matrix, np.eye(4)) and scale == 1.0:
         return world
     return np.linalg.solve(matrix[:3, :3], (world.astype(np.float64) / scale - matrix[:3, 3]).T).T
+
+
+def tell_rounding(name: str, local: np.ndarray, matrix: np.ndarray, scale: float) -> str:
+    """What is to be told where a cache of floats in the object's own space moves vertices by more than ROUNDING_TOLD; else
+    nothing. Far from its origin floats are coarse, also where they are fine in the world."""
+    moved = (local.astype(np.float32) - local) @ np.asarray(matrix)[:3, :3].T * scale
+    largest = float(np.linalg.norm(moved, axis=1).max(initial=0.0))
+    if largest <= ROUNDING_TOLD:
+        return ""
+    return (
+        "'%s': floats of its cache move vertices by %.2g m, since these are far from the object's origin; layers that are nearer than "
+        "that may pass through each other. Object > Set Origin > Origin to Geometry helps" % (name, largest)
+    )
 
 
 def read_positions(mesh) -> np.ndarray:

@@ -67,7 +67,11 @@ TULLE_API tulle_animation_def tulle_animation_def_default(void);
 
 /* Writes an animation to the file `path`: .glb or .gltf with a .bin beside it (glTF 2.0), .usda,
  * .mdd (one surface), .npz or .abc, by its extension. One frame is written as meshes that stand
- * still. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a value out of range, a motion that the format
+ * still. Positions are rounded to float, but for those of NPZ with is_double. That they are then
+ * clean is not judged: where a gap is smaller than a float step at the largest coordinate (0.06 um
+ * at 1 m, 0.06 mm at 1 km), surfaces may pass through each other. tulle_detector_find_earliest
+ * from the exact positions to the rounded ones tells whether they do.
+ * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a value out of range, a motion that the format
  * does not have), TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that is not finite
  * or that float cannot hold), TULLE_ERROR_LIMIT (more than the format can count),
  * TULLE_ERROR_UNSUPPORTED (another extension), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL,

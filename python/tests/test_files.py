@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import tulle
 from conftest import ROOT
+from tulle._find_program import find_program
 
 STEP = 1 / 90
 SMALL = {"time.frames": 4, "cloth[0].mesh.resolution": [12, 12]}
@@ -131,6 +132,31 @@ def test_a_run_that_python_writes(tmp_path: Path, world: tulle.World) -> None:
     assert tulle.Run(tmp_path / "other").state == tulle.RunState.FAILED
     with pytest.raises(tulle.InvalidArgumentError, match="holds a run already"):
         tulle.RunWriter(tmp_path / "mine", world, STEP)
+
+
+def test_rounding_that_leads_a_far_obstacle_through_cloth_is_refused(tmp_path: Path) -> None:
+    """Far corners of a sloped triangle are rounded by up to a millimetre, so its middle sinks past a sheet right under it."""
+    sheet = np.array([[-10, -10, -9.72], [10, -10, 10.28], [-10, 10, -9.72], [10, 10, 10.28]]) / 1000
+    plane = np.array([[20000, 0, 20000.0009], [-10000, -17320, -9999.9996], [-10000, 17320, -9999.9996]])
+    far = tulle.World(threads=1, gravity=(0, 0, 0), contact_distance=1e-4, minimum_gap=1e-5)
+    far.add_cloth(tulle.Mesh(sheet, [[0, 1, 2], [2, 1, 3]]), name="sheet")
+    obstacle = far.add_obstacle(tulle.Mesh(plane, [[0, 1, 2]]), name="plane", drive="deforming")
+    with pytest.raises(tulle.LimitError, match="'plane'.*through.*'sheet'"), tulle.RunWriter(tmp_path / "far", far, STEP):
+        pass
+    assert obstacle.positions[0, 2] == 20000.0009
+
+
+def test_the_program_is_not_looked_for_in_the_present_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    for folder in (tmp_path, tmp_path / "elsewhere"):
+        (folder / "other").write_text("#!/bin/sh\n")
+        (folder / "other").chmod(0o755)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", os.pathsep.join([".", "", str(tmp_path / "elsewhere")]))
+    assert find_program("other") == tmp_path / "elsewhere" / "other" and find_program("./other") == tmp_path / "other"
+    monkeypatch.setenv("PATH", ".")
+    with pytest.raises(FileNotFoundError, match="names other"):
+        find_program("other")
 
 
 def test_what_never_moves_is_written_as_still(tmp_path: Path, world: tulle.World, ball: tulle.Mesh) -> None:

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Formats of floats: tulle convert tells where rounding leads a surface through another or itself, also where none intersects afterwards.
+# Formats of floats: tulle convert tells, and tulle mend refuses, where rounding leads a surface through another or itself, also where none intersects afterwards.
 # Far corners of a sloped triangle are rounded by up to a millimetre, so its middle sinks past a sheet right under it.
 set -uo pipefail
 work=$(mktemp -d)
@@ -9,7 +9,7 @@ faults=0
 fault() { echo "fault: $*"; faults=1; }
 
 plane="v 20000 0 20000.0009\nv -10000 -17320 -9999.9996\nv -10000 17320 -9999.9996\n"
-sheet="v -0.005 -0.005 -0.00472\nv 0.005 -0.005 0.00528\nv -0.005 0.005 -0.00472\nv 0.005 0.005 0.00528\n"
+sheet="v -0.01 -0.01 -0.00972\nv 0.01 -0.01 0.01028\nv -0.01 0.01 -0.00972\nv 0.01 0.01 0.01028\n"
 printf "%b%bf 1 2 3\nf 4 5 6\nf 6 5 7\n" "$plane" "$sheet" >both.obj
 printf "%bf 1 2 3\n" "$plane" >plane.obj
 printf "%bf 1 2 3\nf 3 2 4\n" "$sheet" >sheet.obj
@@ -44,5 +44,43 @@ END
 "$TULLE" check still.run >said || fault "the run is not clean: $(tail -n 1 said)"
 "$TULLE" convert still.run still.glb >said 2>&1 || fault "still.glb: $(cat said)"
 grep -q "in 4 frames $said 'plane' at .* m by .* m, and so through 'sheet'" said || fault "still.glb: $(cat said)"
+
+# tulle mend: the cloth is on one side of itself, and rounded on the other.
+printf "%bf 1 2 3\nf 4 5 6\nf 6 5 7\n" "$plane$sheet" >both_0.obj
+cp both_0.obj both_1.obj
+for name in out.pc2 out.mdd out.glb out.usda out.npz; do
+    rm -f $name
+    "$TULLE" mend 'both_%d.obj' -o $name >said 2>&1
+    code=$?
+    [ $code = 2 ] || fault "mend to $name: exit $code, $(cat said)"
+    grep -q "frame 0: floats move vertex 0 of 'both_%d.obj' at .* m by .* m, and so through itself; a format with doubles" said ||
+        fault "mend to $name: $(cat said)"
+    [ ! -e $name ] || fault "mend wrote $name"
+done
+for name in 'mended_%d.obj' 'mended_%d.vtp' 'mended.npz --double'; do
+    # shellcheck disable=SC2086
+    "$TULLE" mend 'both_%d.obj' -o $name >said 2>&1 || fault "mend to $name: $(cat said)"
+    grep -q "all 2 frames are as they were given" said || fault "mend to $name: $(cat said)"
+done
+
+# A body whose node moves floats to where none are, and which --bodies-out writes anew, by floats.
+python3 - <<'END' || fault "no glTF was made"
+import base64, json, struct
+corners = [(20000, 20000, 0), (-10000, -10000, 17320), (-10000, -10000, -17320)]
+data = b"".join(struct.pack("<3f", *corner) for corner in corners)
+json.dump({
+    "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "translation": [0, 0.0004, 0]}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}]}, open("plane.gltf", "w"))
+END
+cp sheet.obj sheet_0.obj
+cp sheet.obj sheet_1.obj
+"$TULLE" mend 'sheet_%d.obj' --body plane.gltf -o 'hung_%d.obj' >said 2>&1 || fault "a body that is not written: $(cat said)"
+rm -f hung_*.obj
+"$TULLE" mend 'sheet_%d.obj' --body plane.gltf -o 'hung_%d.obj' --bodies-out met >said 2>&1 && fault "a body was rounded through the cloth"
+grep -q "frame 0: floats move vertex 0 of 'plane.gltf' .*, and so through 'sheet_%d.obj'" said || fault "a body of floats: $(cat said)"
+[ ! -e hung_0.obj ] && [ ! -e met ] || fault "mend wrote what is rounded through"
 [ $faults = 0 ] && echo "what floats lead through each other is told"
 exit $faults

@@ -203,17 +203,57 @@ static tulle_status write_files(mend_bodies *bodies, size_t number, const mend_s
     return status;
 }
 
+/* More than one file, whose names are inside. */
+static bool is_several(const convert_source *source) {
+    return source->kind == SOURCE_RUN || convert_get_format(source->path) == CONVERT_GLTF;
+}
+
+static bool is_rounded(const mend_bodies *bodies, size_t number) {
+    const mend_surface *const surface = &bodies->input->surfaces[number];
+    return surface->is_float && surface->source.kind != SOURCE_RUN &&
+           (bodies->was_held[number] || is_several(&surface->source));
+}
+
+tulle_status mend_bodies_judge_rounding(const mend_bodies *bodies, const mend_store *store,
+                                        mend_follow *follow, tulle_error *error) {
+    const mend_input *const input = bodies->input;
+    size_t const size = 3 * input->vertex_count;
+    bool rounds = false;
+    for (size_t i = 1; i < input->surface_count; i++) rounds = rounds || is_rounded(bodies, i);
+    if (!rounds) return TULLE_OK;
+    double *const exact = calloc(2 * size, sizeof *exact);
+    if (!exact) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory");
+    double *const rounded = exact + size;
+    tulle_status status = mend_follow_let_all_move(follow, error);
+    for (uint32_t i = 0; i < input->frame_count && status == TULLE_OK; i++) {
+        status = interrupt_is_pending()
+                     ? error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted")
+                     : mend_store_read(store, i, 0, input->vertex_count, exact, error);
+        if (status != TULLE_OK) break;
+        memcpy(rounded, exact, size * sizeof *exact);
+        for (size_t k = 1; k < input->surface_count; k++)
+            if (is_rounded(bodies, k))
+                mend_input_round_body(input, k,
+                                      rounded + 3 * (size_t)input->surfaces[k].vertex_begin);
+        if (memcmp(exact, rounded, size * sizeof *exact) == 0) continue;
+        tulle_error found = {0};
+        status = mend_follow_judge_rounding(follow, exact, rounded, &found);
+        if (status != TULLE_OK)
+            error_set_at(error, status, bodies->folder, 0, 0, "frame %u: %.500s",
+                         mend_input_get_number(input, i), found.message);
+    }
+    free(exact);
+    return status;
+}
+
 tulle_status mend_bodies_write(mend_bodies *bodies, const mend_store *store, tulle_error *error) {
     tulle_status status = TULLE_OK;
     for (size_t i = 1; i < bodies->input->surface_count && status == TULLE_OK; i++) {
         const convert_source *const source = &bodies->input->surfaces[i].source;
-        /* more than one file, whose names are inside */
-        bool const is_several =
-            source->kind == SOURCE_RUN || convert_get_format(source->path) == CONVERT_GLTF;
         bodies->outputs[i].store = store;
         if (source->kind == SOURCE_FILES)
             status = write_files(bodies, i, store, error);
-        else if (bodies->was_held[i] || is_several)
+        else if (bodies->was_held[i] || is_several(source))
             status = mend_output_write(&bodies->outputs[i], error);
         else
             status = copy_file(source->path, bodies->paths[i], error);

@@ -3,6 +3,7 @@
 #ifndef TULLE_APP_MEND_BODIES_H
 #define TULLE_APP_MEND_BODIES_H
 
+#include "app/mend/follow.h"
 #include "app/mend/names.h"
 #include "app/mend/output.h"
 
@@ -24,6 +25,10 @@ void mend_bodies_close(mend_bodies *bodies);
 
 /* Takes notice of a frame: all vertices as they are given and as the cloth met them. */
 void mend_bodies_add(mend_bodies *bodies, const double *given, const double *met);
+/* Whether rounding to the floats of their files leads bodies through the cloth in a frame. Errors:
+ * TULLE_ERROR_LIMIT. */
+tulle_status mend_bodies_judge_rounding(const mend_bodies *bodies, const mend_store *store,
+                                        mend_follow *follow, tulle_error *error);
 /* Writes all from the frames in the store. */
 tulle_status mend_bodies_write(mend_bodies *bodies, const mend_store *store, tulle_error *error);
 

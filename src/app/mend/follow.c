@@ -41,7 +41,9 @@ static size_t count_cloth(const mend_follow *follow) {
 
 /* ---- what meets on a way ---- */
 
-static tulle_status make_detector(mend_follow *follow, const double *first, tulle_error *error) {
+/* `may_stand`: bodies of one frame never move. */
+static tulle_status make_detector(mend_follow *follow, const double *first, bool may_stand,
+                                  tulle_error *error) {
     const mend_input *const input = follow->solver.input;
     tulle_detect_surface *const surfaces = calloc(input->surface_count, sizeof *surfaces);
     if (!surfaces) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory");
@@ -52,7 +54,7 @@ static tulle_status make_detector(mend_follow *follow, const double *first, tull
                                              .triangle_begin = surface->triangle_begin,
                                              .triangle_end = surface->triangle_end,
                                              .is_obstacle = i > 0,
-                                             .is_static = i > 0 && surface->is_still};
+                                             .is_static = may_stand && i > 0 && surface->is_still};
     }
     tulle_detect_def def = tulle_detect_def_default();
     def.triangles = input->triangles;
@@ -82,6 +84,53 @@ static tulle_status find_events(mend_follow *follow, const double *start, const 
     return status;
 }
 
+static double measure_distance(const double *a, const double *b, size_t vertex) {
+    double sum = 0.0;
+    for (size_t k = 3 * vertex; k < 3 * vertex + 3; k++) sum += (a[k] - b[k]) * (a[k] - b[k]);
+    return sqrt(sum);
+}
+
+tulle_status mend_follow_let_all_move(mend_follow *follow, tulle_error *error) {
+    tulle_detector_destroy(follow->detector);
+    follow->detector = NULL;
+    return make_detector(follow, follow->now, false, error);
+}
+
+static const mend_surface *find_surface(const mend_input *input, uint32_t vertex) {
+    const mend_surface *surface = input->surfaces;
+    while (vertex >= surface->vertex_end) surface++;
+    return surface;
+}
+
+tulle_status mend_follow_judge_rounding(mend_follow *follow, const double *exact,
+                                        const double *rounded, tulle_error *error) {
+    const mend_input *const input = follow->solver.input;
+    tulle_detect_result result;
+    tulle_status const status =
+        tulle_detector_find_earliest(follow->detector, exact, rounded, &result, error);
+    if (status != TULLE_OK || result.event_count == 0) return status;
+    const uint32_t *const vertices = result.events[0].vertices;
+    uint32_t vertex = vertices[0];
+    for (size_t k = 1; k < 4; k++)
+        if (measure_distance(exact, rounded, vertices[k]) >
+            measure_distance(exact, rounded, vertex))
+            vertex = vertices[k];
+    const mend_surface *const surface = find_surface(input, vertex);
+    const mend_surface *other = find_surface(input, vertices[0]);
+    if (other == surface) other = find_surface(input, vertices[3]);
+    const double *const x = exact + 3 * (size_t)vertex;
+    return error_set(
+        error, TULLE_ERROR_LIMIT,
+        "floats move vertex %u of '%s' at (%.6g, %.6g, %.6g) %s by %.2g %s, and so "
+        "through %s%s%s; a format with doubles keeps them apart: .obj, .ply, .vtp, and "
+        ".npz with --double",
+        vertex - surface->vertex_begin, convert_source_get_name(&surface->source), x[0], x[1], x[2],
+        input->unit, measure_distance(exact, rounded, vertex), input->unit,
+        other == surface ? "itself" : "'",
+        other == surface ? "" : convert_source_get_name(&other->source),
+        other == surface ? "" : "'");
+}
+
 /* ---- which vertices are free ---- */
 
 /* Marks all vertices within so many edges of the marked ones. */
@@ -109,12 +158,6 @@ static uint32_t get_width(const mend_follow *follow) {
     return (uint32_t)ceil(FREE_REACHES * follow->solver.reach);
 }
 
-static double measure_distance(const double *a, const double *b, size_t vertex) {
-    double sum = 0.0;
-    for (size_t k = 3 * vertex; k < 3 * vertex + 3; k++) sum += (a[k] - b[k]) * (a[k] - b[k]);
-    return sqrt(sum);
-}
-
 /* From where all are (begin) to target. `departures` are those at the start. */
 static tulle_status choose_free(mend_follow *follow, const double *departures, size_t *event_count,
                                 tulle_error *error) {
@@ -139,7 +182,8 @@ static void round_cloth(const mend_follow *follow, double *positions) {
 }
 
 /* Puts vertices that ended next to their targets there, unless they would meet something: those
- * stay where the move left them. */
+ * stay where the move left them. The last round but rounds, and what that leads through something
+ * is an error. */
 static tulle_status settle(mend_follow *follow, tulle_error *error) {
     size_t const count = count_cloth(follow);
     size_t const all = follow->solver.input->vertex_count;
@@ -147,14 +191,16 @@ static tulle_status settle(mend_follow *follow, tulle_error *error) {
     memset(holds, 0, count);
     for (int round = 0; round <= SETTLE_ROUNDS; round++) {
         size_t event_count = 0;
+        bool const is_last = round == SETTLE_ROUNDS;
         memcpy(follow->rounded, follow->end, 3 * all * sizeof(double));
-        if (round < SETTLE_ROUNDS) round_cloth(follow, follow->rounded);
-        for (size_t v = 0; v < count && round < SETTLE_ROUNDS; v++)
+        round_cloth(follow, follow->rounded);
+        for (size_t v = 0; v < count && !is_last; v++)
             if (!holds[v] && measure_distance(follow->end, follow->target, v) <= follow->near)
                 memcpy(follow->rounded + 3 * v, follow->target + 3 * v, 3 * sizeof(double));
         if (memcmp(follow->rounded, follow->end, 3 * all * sizeof(double)) == 0) return TULLE_OK;
         tulle_status const status =
-            find_events(follow, follow->end, follow->rounded, holds, &event_count, error);
+            is_last ? mend_follow_judge_rounding(follow, follow->end, follow->rounded, error)
+                    : find_events(follow, follow->end, follow->rounded, holds, &event_count, error);
         if (status != TULLE_OK) return status;
         if (event_count > 0) continue;
         memcpy(follow->end, follow->rounded, 3 * all * sizeof(double));
@@ -429,7 +475,7 @@ tulle_status mend_follow_open(const mend_input *input, const mend_follow_options
         !follow->pressed || !follow->meets || !follow->queue || !follow->distances)
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for %zu vertices",
                          input->vertex_count);
-    status = make_detector(follow, first, error);
+    status = make_detector(follow, first, true, error);
     return status == TULLE_OK ? begin_frames(follow, first, error) : status;
 }
 

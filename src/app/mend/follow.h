@@ -52,5 +52,13 @@ void mend_follow_close(mend_follow *follow);
  * way to it, as is known. Errors: those of tulle_world_step. */
 tulle_status mend_follow_step(mend_follow *follow, const double *next, bool is_clear,
                               mend_outcome *outcome, tulle_error *error);
+/* From now on bodies of one frame may move where motions are judged: their rounding. No further
+ * step follows. */
+tulle_status mend_follow_let_all_move(mend_follow *follow, tulle_error *error);
+/* Judges the motion from positions of all vertices, which must not intersect, to what files of
+ * floats have of them. Errors: TULLE_ERROR_LIMIT where that leads a surface through another or
+ * itself, with the vertex. */
+tulle_status mend_follow_judge_rounding(mend_follow *follow, const double *exact,
+                                        const double *rounded, tulle_error *error);
 
 #endif

@@ -76,6 +76,22 @@ static tulle_status name_frame(const mend_frames *frames, uint32_t frame, tulle_
 
 /* ---- the first pass ---- */
 
+/* The first frame decides on which side of what the cloth is: rounding may not. Later frames follow
+ * the one before. */
+static tulle_status judge_first_rounding(mend_frames *frames, const double *given,
+                                         tulle_error *error) {
+    mend_input *const input = frames->input;
+    double *const exact = frames->way; /* not needed yet */
+    size_t const size = 3 * input->vertex_count * sizeof(double);
+    memcpy(exact, given, size);
+    mend_pairs pairs = {0};
+    tulle_status status = mend_input_read_exact(input, 0, exact, error);
+    if (status != TULLE_OK || memcmp(exact, given, size) == 0) return status;
+    status = judge(frames, exact, exact, &pairs, error);
+    if (status != TULLE_OK || pairs.own + pairs.bodies > 0) return status;
+    return mend_follow_judge_rounding(&frames->first, exact, given, error);
+}
+
 static tulle_status follow_given(mend_frames *frames, tulle_error *error) {
     double const start = timer_now();
     mend_input *const input = frames->input;
@@ -89,6 +105,7 @@ static tulle_status follow_given(mend_frames *frames, tulle_error *error) {
     if (status != TULLE_OK) return status;
     status = index == 0 ? mend_follow_open(input, frames->options, given, follow, error)
                         : mend_follow_step(follow, given, false, &row->outcome, error);
+    if (status == TULLE_OK && index == 0) status = judge_first_rounding(frames, given, error);
     if (status != TULLE_OK) return name_frame(frames, row->frame, status, error);
     mend_even_add(&frames->even, follow->now);
     frames->is_given[index % EVEN_FRAMES] =

@@ -183,8 +183,8 @@ uint32_t mend_input_get_number(const mend_input *input, uint32_t index) {
     return frame_range_get(input->surfaces[0].source.frames, index);
 }
 
-tulle_status mend_input_read_surface(mend_input *input, size_t surface, uint32_t index,
-                                     double *positions, tulle_error *error) {
+static tulle_status read_surface(mend_input *input, size_t surface, uint32_t index, bool rounds,
+                                 double *positions, tulle_error *error) {
     mend_surface *const read = &input->surfaces[surface];
     convert_source *const source = &read->source;
     uint32_t const frame = frame_range_get(source->frames, read->is_still ? 0 : index);
@@ -192,7 +192,7 @@ tulle_status mend_input_read_surface(mend_input *input, size_t surface, uint32_t
     if (status != TULLE_OK) return status;
     axes_apply(&read->change, positions, source->mesh.vertex_count);
     for (size_t k = 0; k < 3 * source->mesh.vertex_count; k++) {
-        if (surface == 0 && input->is_float) positions[k] = (double)(float)positions[k];
+        if (surface == 0 && rounds) positions[k] = (double)(float)positions[k];
         if (!isfinite(positions[k]))
             return error_set_at(error, TULLE_ERROR_INVALID_MESH, source->path, 0, 0,
                                 "frame %u: vertex %zu is farther away than can be held in this "
@@ -200,6 +200,16 @@ tulle_status mend_input_read_surface(mend_input *input, size_t surface, uint32_t
                                 frame, k / 3);
     }
     return TULLE_OK;
+}
+
+tulle_status mend_input_read_surface(mend_input *input, size_t surface, uint32_t index,
+                                     double *positions, tulle_error *error) {
+    return read_surface(input, surface, index, input->is_float, positions, error);
+}
+
+tulle_status mend_input_read_exact(mend_input *input, uint32_t index, double *positions,
+                                   tulle_error *error) {
+    return read_surface(input, 0, index, false, positions, error);
 }
 
 tulle_status mend_input_read(mend_input *input, uint32_t index, double *positions,

@@ -50,6 +50,9 @@ tulle_status mend_input_read(mend_input *input, uint32_t index, double *position
 /* The same of one surface. */
 tulle_status mend_input_read_surface(mend_input *input, size_t surface, uint32_t index,
                                      double *positions, tulle_error *error);
+/* Of the cloth alone, and not rounded to float. */
+tulle_status mend_input_read_exact(mend_input *input, uint32_t index, double *positions,
+                                   tulle_error *error);
 /* Rounds positions of a body as its file would. */
 void mend_input_round_body(const mend_input *input, size_t surface, double *positions);
 /* Vertices of the cloth. */

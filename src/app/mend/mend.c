@@ -374,6 +374,9 @@ int app_mend(int argc, char **argv) {
     interrupt_catch();
     tulle_status status = prepare(session, argv[0], &words, &error);
     if (status == TULLE_OK) status = make_frames(session, &error);
+    if (status == TULLE_OK && session->bodies_path)
+        status = mend_bodies_judge_rounding(&session->bodies, &session->store,
+                                            &session->frames.second, &error);
     if (status == TULLE_OK) status = mend_output_write(&session->output, &error);
     if (status == TULLE_OK && session->bodies_path)
         status = mend_bodies_write(&session->bodies, &session->store, &error);
