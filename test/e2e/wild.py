@@ -37,6 +37,8 @@ def read_obj(path):
 def measure(path):
     places, faces = read_obj(path)
     used = {corner for face in faces for corner in face}
+    if not used:
+        return 0, [0.0] * 3, [0.0] * 3
     low = [min(places[v][k] for v in used) for k in range(3)]
     high = [max(places[v][k] for v in used) for k in range(3)]
     return len(faces), low, high
