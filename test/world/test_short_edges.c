@@ -150,6 +150,7 @@ static void what_floats_do_not_hold_is_refused(void **state) {
     tulle_world *const world = make_world(&sheet, 0.0, 1);
     small_add_obstacle(world, &far);
     assert_int_equal(tulle_world_start(world, &error), TULLE_ERROR_INVALID_MESH);
+    assert_non_null(strstr(error.message, "the edge from vertex 60 to 61 is 2e-06 m long"));
     assert_non_null(strstr(error.message, "4.77e-06 m where the scene reaches 10 m"));
     tulle_world_destroy(world);
     tulle_mesh_destroy(&sheet);

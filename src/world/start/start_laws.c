@@ -56,13 +56,24 @@ static tulle_status check_heights(tulle_world *world, double extent, tulle_error
     const uint32_t *const corners = world->topo.triangles + 3 * found;
     size_t const surface = world->vertex_surface[corners[0]];
     uint32_t const begin = world->surfaces[surface].vertex_begin;
+    double shortest = (double)INFINITY;
+    uint32_t ends[2] = {0, 0};
+    for (size_t k = 0; k < 3; k++) {
+        uint32_t const a = corners[k], b = corners[(k + 1) % 3];
+        double const length =
+            vec3_norm(vec3_sub(vec3_load(world->rest, a), vec3_load(world->rest, b)));
+        if (!(length < shortest)) continue;
+        shortest = length;
+        ends[0] = (a < b ? a : b) - begin;
+        ends[1] = (a < b ? b : a) - begin;
+    }
     return error_set(error, TULLE_ERROR_INVALID_MESH,
-                     "'%s': the triangle of vertices %u, %u, %u is %.3g m high over its longest "
-                     "edge; floats in files hold no less than %.3g m where the scene reaches %.3g "
-                     "m from the origin: merge vertices whose edge is that short, move those that "
-                     "lie that near to an edge, or move the scene nearer",
-                     world_surface_name(world, surface), corners[0] - begin, corners[1] - begin,
-                     corners[2] - begin, lowest, least, extent);
+                     "'%s': the edge from vertex %u to %u is %.3g m long, and a triangle on it is "
+                     "%.3g m high; floats in files hold no cloth lower than %.3g m where the scene "
+                     "reaches %.3g m from the origin: merge vertices whose edge is that short, "
+                     "move those that lie that near to an edge, or move the scene nearer",
+                     world_surface_name(world, surface), ends[0], ends[1], shortest, lowest, least,
+                     extent);
 }
 
 /* Contact distance of one cloth against itself and obstacles [m]. */
