@@ -25,7 +25,7 @@ TULLE_API const char *tulle_run_state_name(tulle_run_state state);
 
 /* A cloth or an obstacle of the run. */
 typedef struct tulle_run_body {
-    /* unique; in file names letters, digits, '-', '_' and '.' stay as they are */
+    /* unique, UTF-8; in file names letters a to z, digits, '-', '_' and '.' stay as they are */
     const char *name;
     tulle_mesh_view mesh; /* start positions, written as an OBJ file */
     int is_obstacle;      /* 0: cloth */

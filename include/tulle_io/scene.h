@@ -67,8 +67,9 @@ TULLE_API tulle_start_intersections tulle_scene_get_start_intersections(const tu
 
 /* Number of cloths; they are in the order of the file. 0 for null. */
 TULLE_API size_t tulle_scene_get_cloth_count(const tulle_scene *loaded);
-/* Name of cloth `index`, below the count. Names of objects are unique and have letters, digits,
- * '-', '_' and '.' only. Null out of range and for a null scene. */
+/* Name of cloth `index`, below the count. Names of objects are unique and have letters and
+ * digits of any script in UTF-8, '-', '_', '.' and blanks within only, at most 64 bytes. Null out
+ * of range and for a null scene. */
 TULLE_API const char *tulle_scene_get_cloth_name(const tulle_scene *loaded, size_t index);
 /* Mesh of cloth `index` at the start, borrowed from the scene; empty out of range and for null. */
 TULLE_API tulle_mesh_view tulle_scene_get_cloth_mesh(const tulle_scene *loaded, size_t index);

@@ -1,4 +1,4 @@
-/* base/text.c - edit distance between words, for "did you mean".
+/* base/text.c - edit distance between words, for "did you mean"; characters of UTF-8.
  *
  * Takes a word and the known words, gives the known word with the fewest edits.
  *
@@ -63,4 +63,37 @@ static size_t measure_control(const char *text) {
 
 void text_hide_controls(char *text) {
     for (; *text; text++) memset(text, '?', measure_control(text));
+}
+
+unsigned text_take_character(const char *text, size_t *length) {
+    const unsigned char *const byte = (const unsigned char *)text;
+    size_t const wanted = byte[0] < 0xc0 ? 1 : byte[0] < 0xe0 ? 2 : byte[0] < 0xf0 ? 3 : 4;
+    unsigned character = wanted == 1 ? byte[0] : byte[0] & (0x7fu >> wanted);
+    for (*length = 1; *length < wanted && (byte[*length] & 0xc0) == 0x80; ++*length)
+        character = character << 6 | (byte[*length] & 0x3fu);
+    return character;
+}
+
+void text_drop_cut_character(char *text) {
+    size_t const end = strlen(text);
+    size_t begin = end;
+    while (begin > 0 && ((unsigned char)text[begin - 1] & 0xc0) == 0x80) begin--;
+    if (begin == 0 || (unsigned char)text[begin - 1] < 0xc0) return;
+    unsigned char const first = (unsigned char)text[--begin];
+    if (end - begin < (first < 0xe0 ? 2u : first < 0xf0 ? 3u : 4u)) text[begin] = '\0';
+}
+
+bool text_is_of_name(unsigned character) {
+    static const struct {
+        unsigned first, last;
+    } refused[] = {{0x7f, 0xa0},     {0x1680, 0x1680}, {0x2000, 0x200b},  {0x200e, 0x200f},
+                   {0x2028, 0x202f}, {0x205f, 0x206f}, {0x3000, 0x3000},  {0xd800, 0xdfff},
+                   {0xfeff, 0xfeff}, {0xfff0, 0xffff}, {0xe0000, 0xe0fff}};
+    if (character < 0x7f)
+        return (character >= 'a' && character <= 'z') || (character >= 'A' && character <= 'Z') ||
+               (character >= '0' && character <= '9') || character == '-' || character == '_' ||
+               character == '.' || character == ' ';
+    for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++)
+        if (character >= refused[i].first && character <= refused[i].last) return false;
+    return true;
 }

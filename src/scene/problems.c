@@ -64,10 +64,8 @@ shown_text show_text(const char *text) {
     for (; text[length] && length < longest; length++) shown.text[length] = text[length];
     shown.text[length] = '\0';
     if (text[length]) {
-        /* A multi-byte character that the cut went through is dropped whole. */
-        while (length > 0 && ((unsigned char)shown.text[length - 1] & 0xc0) == 0x80) length--;
-        if (length > 0 && (unsigned char)shown.text[length - 1] >= 0xc0) length--;
-        memcpy(shown.text + length, "...", 4);
+        text_drop_cut_character(shown.text);
+        strcat(shown.text, "...");
     }
     text_hide_controls(shown.text);
     return shown;

@@ -15,7 +15,7 @@ typedef enum schema_type {
     SCHEMA_INTEGER,  /* uint64_t */
     SCHEMA_BOOL,     /* bool */
     SCHEMA_TEXT,     /* const char * */
-    SCHEMA_NAME,     /* const char *; letters, digits, '-', '_', '.' */
+    SCHEMA_NAME,     /* const char *; text_is_of_name */
     SCHEMA_PATH,     /* const char *, as written */
     SCHEMA_CHOICE,   /* int: index into choices */
     SCHEMA_VECTOR,   /* schema_vector: list of least_count .. most_count numbers */

@@ -130,13 +130,12 @@ static bool read_bool(const value_work *work) {
 }
 
 static bool is_name(const char *text) {
-    size_t length = strlen(text);
-    if (length == 0 || length > 64 || text[0] == '.') return false;
-    for (; *text; text++) {
-        bool is_letter = (*text >= 'a' && *text <= 'z') || (*text >= 'A' && *text <= 'Z');
-        bool is_other = (*text >= '0' && *text <= '9') || strchr("-_.", *text);
-        if (!is_letter && !is_other) return false;
-    }
+    size_t const size = strlen(text);
+    if (size == 0 || size > 64 || text[0] == '.' || text[0] == ' ' || text[size - 1] == ' ')
+        return false;
+    size_t length = 0;
+    for (; *text; text += length)
+        if (!text_is_of_name(text_take_character(text, &length))) return false;
     return true;
 }
 
@@ -148,8 +147,8 @@ static bool read_text(const value_work *work) {
     if (!is_text) return refuse_at(work, node, found, "text");
     if (work->key->type == SCHEMA_NAME && !is_name(node->text))
         return refuse_at(work, node, found,
-                         "a name of 1 to 64 letters, digits, '-', '_' and '.', not beginning with "
-                         "'.'");
+                         "a name of letters and digits of any script, '-', '_', '.' and blanks "
+                         "within, of 1 to 64 bytes in UTF-8, not beginning with '.'");
     if (work->key->type == SCHEMA_PATH && !node->text[0])
         return refuse_at(work, node, found, "the path of a file, relative to the scene file");
     *(const char **)work->field = node->text;

@@ -3,6 +3,7 @@
  * in every locale, so that the text decides the scene. */
 #include "scene/schema.h"
 
+#include "base/text.h"
 #include "io/text/number.h"
 
 #include <math.h>
@@ -32,16 +33,6 @@ void text_append(text_buffer *buffer, const char *format, ...) {
     buffer->count += added;
 }
 
-/* The character of UTF-8 text that begins here, and how many bytes it has. */
-static unsigned take_character(const char *text, size_t *length) {
-    const unsigned char *const byte = (const unsigned char *)text;
-    size_t const wanted = byte[0] < 0xc0 ? 1 : byte[0] < 0xe0 ? 2 : byte[0] < 0xf0 ? 3 : 4;
-    unsigned character = wanted == 1 ? byte[0] : byte[0] & (0x7fu >> wanted);
-    for (*length = 1; *length < wanted && byte[*length]; ++*length)
-        character = character << 6 | (byte[*length] & 0x3fu);
-    return character;
-}
-
 /* Whether YAML takes a character for a line break, or does not take it at all. */
 static bool needs_escape(unsigned c) {
     return c < 0x20 || (c >= 0x7f && c < 0xa0) || c == 0x2028 || c == 0x2029 || c == 0xfeff ||
@@ -53,7 +44,7 @@ static void write_text(const char *text, text_buffer *buffer) {
     text_append(buffer, "\"");
     size_t length = 1;
     for (; *text; text += length) {
-        unsigned const c = take_character(text, &length);
+        unsigned const c = text_take_character(text, &length);
         if (c == '"' || c == '\\')
             text_append(buffer, "\\%c", (int)c);
         else if (needs_escape(c))

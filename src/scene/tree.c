@@ -213,6 +213,12 @@ static void report_syntax(tree_reader *reader, const yaml_parser_t *parser) {
                     "%s; the file must be UTF-8 text", problem);
         return;
     }
+    bool const is_at_tab = parser->buffer.pointer && *parser->buffer.pointer == '\t';
+    if (parser->error == YAML_SCANNER_ERROR && (is_at_tab || strstr(problem, "a tab character"))) {
+        (void)refuse(reader, place_at(reader, parser->problem_mark),
+                     "a tab: indent with spaces, YAML takes no tabs there");
+        return;
+    }
     problem_add(reader->problems, TULLE_ERROR_PARSE, place_at(reader, parser->problem_mark),
                 "not valid YAML: %s%s%s", problem, parser->context ? " " : "",
                 parser->context ? parser->context : "");

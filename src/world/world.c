@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/parallel.h"
+#include "base/text.h"
 #include "world/change/change.h"
 #include "world/defs.h"
 #include "world/record/record.h"
@@ -111,7 +112,7 @@ void tulle_world_destroy(tulle_world *world) {
 static void name_object(char name[WORLD_NAME_BYTES], const char *given, const char *kind,
                         size_t index) {
     if (given && given[0])
-        snprintf(name, WORLD_NAME_BYTES, "%s", given);
+        snprintf(name, WORLD_NAME_BYTES, "%s", given), text_drop_cut_character(name);
     else
         snprintf(name, WORLD_NAME_BYTES, "%s %zu", kind, index);
 }

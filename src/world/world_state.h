@@ -24,7 +24,7 @@
 #include "tulle/query.h"
 #include "world/motion.h"
 
-enum { WORLD_NAME_BYTES = 64, WORLD_MESSAGE_BYTES = 1024 };
+enum { WORLD_NAME_BYTES = 80, WORLD_MESSAGE_BYTES = 1024 };
 
 /* Set by the def defaults; another value means that a def was not made by them. */
 #define WORLD_DEF_COOKIE UINT32_C(0x7411e001)

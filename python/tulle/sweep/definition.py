@@ -15,7 +15,7 @@ RUNS_DEFAULT, RUNS_MAX = 1000, 100_000
 SEED_MAX = (1 << 53) - 1
 THREADS_MAX = 256      # as of `tulle run`
 FRAMES_MAX = 10_000_000
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_ .-]{0,59}")
+NAME = re.compile(r"[^\W\d][\w .-]{0,59}")
 
 # The columns of the table beside the parameters.
 OWN_COLUMNS = ("run", "state", "verdict", "exit_code", "frames", "steps", "state_hash", "largest_stretch",

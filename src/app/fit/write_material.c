@@ -4,6 +4,7 @@
 #include "app/commands.h"
 #include "app/fit/fit.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "io/text/number.h"
 
 #include "tulle_io/mesh_files.h"
@@ -56,12 +57,12 @@ static void write_name(FILE *stream, const char *path) {
     const char *const point = strrchr(base, '.');
     size_t const length = point && point > base ? (size_t)(point - base) : strlen(base);
     fputs("name: '", stream);
-    for (size_t i = 0; i < length && i < FIT_NAME_SIZE - 1; i++) {
-        char const letter = base[i];
-        bool const is_fine = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
-                             (letter >= '0' && letter <= '9') || letter == '-' || letter == '_' ||
-                             (letter == '.' && i > 0);
-        fputc(is_fine ? letter : '_', stream);
+    size_t size = 0;
+    for (size_t i = 0; i < length; i += size) {
+        unsigned const letter = text_take_character(base + i, &size);
+        if (i + size > FIT_NAME_SIZE - 1) break;
+        bool const is_fine = text_is_of_name(letter) && letter != ' ' && (letter != '.' || i > 0);
+        fprintf(stream, "%.*s", is_fine ? (int)size : 1, is_fine ? base + i : "_");
     }
     fputs("'\n", stream);
 }

@@ -123,13 +123,13 @@ static void describe(const side_search *self, size_t side, picture_sight *sight)
     sight->is_unseen = get_share(&self->sights[side]) < SEEN_LEAST;
     if (sight->is_unseen)
         snprintf(sight->said, sizeof sight->said,
-                 "no cloth is seen: \"%.60s\" hides it; leave that out with --hide, or look from "
+                 "no cloth is seen: \"%.70s\" hides it; leave that out with --hide, or look from "
                  "elsewhere with --camera",
                  hider);
     else if (sight->has_turned)
         snprintf(
             sight->said, sizeof sight->said,
-            "orbit=%.0fdeg,%.0fdeg, for from the usual side \"%.60s\" hides %.0f %% of the cloth",
+            "orbit=%.0fdeg,%.0fdeg, for from the usual side \"%.70s\" hides %.0f %% of the cloth",
             self->asked[side].azimuth / degree, self->asked[side].elevation / degree, hider,
             100.0 * (1.0 - get_share(&self->sights[0])));
 }

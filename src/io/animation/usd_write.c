@@ -131,6 +131,7 @@ static void make_name(usd_writer *writer, size_t surface) {
     size_t length = 0;
     if (name[0] >= '0' && name[0] <= '9') made[length++] = '_';
     for (const char *c = name; *c && length < NAME_STEM; c++) {
+        if (((unsigned char)*c & 0xc0) == 0x80) continue; /* a character of UTF-8 goes on */
         bool const is_plain =
             (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z') || (*c >= '0' && *c <= '9');
         made[length++] = is_plain ? *c : '_';

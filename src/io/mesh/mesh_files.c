@@ -53,6 +53,8 @@ static tulle_status read_format(memory *heap, const char *path, const file_data 
         return is_solid && !stl_has_binary_size(data)
                    ? stl_read_text(heap, path, data, mesh, error)
                    : stl_read_binary(heap, path, data, mesh, error);
+    if (ends_with(path, ".yaml") || ends_with(path, ".yml"))
+        return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0, FILE_SCENE_MESSAGE, path);
     return error_set_at(
         error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
         "its format is not known here; meshes end in .obj, .ply or .stl (tulle convert "

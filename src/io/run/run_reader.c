@@ -11,6 +11,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -216,6 +217,17 @@ tulle_status tulle_run_reader_open(const char *directory, tulle_run_reader **res
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "a directory of at most %d bytes should be given", RUN_DIRECTORY_MAX);
     *result = NULL;
+    struct stat facts;
+    if (stat(directory, &facts) == 0 && S_ISREG(facts.st_mode)) {
+        const char *const point = strrchr(directory, '.');
+        bool const is_scene =
+            point && (strcasecmp(point, ".yaml") == 0 || strcasecmp(point, ".yml") == 0);
+        if (is_scene)
+            return error_set_at(error, TULLE_ERROR_UNSUPPORTED, directory, 0, 0, FILE_SCENE_MESSAGE,
+                                directory);
+        return error_set_at(error, TULLE_ERROR_UNSUPPORTED, directory, 0, 0,
+                            "is a file, not the directory of a run");
+    }
     char path[RUN_PATH_SIZE];
     run_join(path, directory, RUN_FILE_RECORD);
     tulle_status status = TULLE_OK;

@@ -51,11 +51,12 @@ static tulle_status fail_memory(const char *path, tulle_error *error) {
 
 /* ---- from a def ---- */
 
-/* A name that every file system takes: no blanks, no slashes, no leading point. */
+/* A name that every file system takes: of ASCII, no blanks, no slashes, no leading point. */
 static void make_stem(const char *name, char stem[RUN_STEM_SIZE]) {
     size_t length = 0;
     for (; *name && length < RUN_STEM_SIZE - 20; name++) {
         char const c = *name;
+        if (((unsigned char)c & 0xc0) == 0x80) continue; /* a character goes on */
         int const is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
                              (c >= '0' && c <= '9') || c == '-' || c == '_' ||
                              (c == '.' && length > 0);
