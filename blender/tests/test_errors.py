@@ -53,7 +53,7 @@ class Errors(SceneTest):
 
     def test_zero_area(self):
         sheet = self.add_mesh("flat", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0), (3, 0, 0)], [(0, 1, 2), (1, 3, 4)])
-        self.refuse("zero area")
+        self.refuse("flat, frame 10: face 1 has no area\n", "zero area")
         self.assertEqual(self.get_selected(sheet), [1])
 
     def test_fan_names_a_vertex(self):

@@ -323,6 +323,20 @@ class Mends(SceneTest):
         self.add_ball(place=(0, 0, 4))
         self.refuse(sheet, "'flat': frame 10: triangle", "zero area")
         self.assertEqual((sheet.mode, self.get_selected(sheet)), ("EDIT", [1]))
+        self.assertTrue(self.scene.tulle.report.startswith("flat, frame 10: face 1 has no area\n"), self.scene.tulle.report)
+
+    def test_face_of_a_body(self):
+        """It is told and selected, but the cloth stays the active object: Mend, pressed again, means the cloth."""
+        sheet, body = self.add_pushed(), self.add_ball(name="the body")
+        body.data.polygons.foreach_set("select", [False] * len(body.data.polygons))
+        job = self.begin(sheet, self.STAGES["running"])
+        job.fail(
+            bpy.context, "meshes/sheet.pc2: frame 4: meshes/the_body.obj: triangle 157 (vertices 1, 2, 3) has zero area", [], 3
+        )
+        job.clear()
+        self.assertTrue(self.scene.tulle.report.startswith("the body, frame 14: face 157 has no area\n"), self.scene.tulle.report)
+        self.assertEqual((sheet.mode, body.mode, bpy.context.view_layer.objects.active), ("OBJECT", "OBJECT", sheet))
+        self.assertEqual((body.select_get(), self.get_selected(body)), (True, [157]))
 
     def test_turned_face(self):
         sheet = self.add_mesh(

@@ -194,7 +194,7 @@ class Bake(Job):
             else:
                 selection.read_words(words, links, picks)
             if picks.list_bodies():
-                selection.select_bodies(context, links, picks)
+                words = selection.tell_face(words, selection.select_bodies(context, links, picks), links["frame_start"])
         elif objects:
             selection.select(context, {name: (set(), set()) for name in objects if name in context.view_layer.objects})
         self.tell(

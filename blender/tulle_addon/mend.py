@@ -301,8 +301,9 @@ class Mending(Job):
             words, frame = self.translate(words, {link["name"] for link in links["bodies"]})
             picks = selection.Picks()
             selection.read_words(words, links, picks)
-            if picks.list_bodies():
-                selection.select_bodies(context, links, picks, frame)
+            if picks.list_bodies() and self.object_name in context.view_layer.objects:
+                chosen = selection.select_bodies(context, links, picks, frame, only=self.object_name)
+                words = selection.tell_face(words, chosen, frame)
             elif self.object_name in context.view_layer.objects:
                 context.scene.frame_set(frame)
                 selection.select(context, {self.object_name: (set(), set())})

@@ -11,6 +11,9 @@ from . import meshes, stack
 
 FACE_MARK, VERTEX_MARK = "tulle_face", "tulle_vertex"
 
+# Faces and vertices by the name of their object, in Blender's numbers.
+Chosen = Dict[str, Tuple[Set[int], Set[int]]]
+
 
 class Picks:
     """Triangles and vertices by body, numbered as in the mesh files."""
@@ -94,10 +97,24 @@ def find_originals(
     )
 
 
-def select_bodies(context, links: Dict[str, Any], picks: Picks, frame: Optional[int] = None) -> List[str]:
-    """Selects what was picked in the objects that the bodies are, and goes to the frame, or to the first one; names of these
-    objects."""
-    chosen: Dict[str, Tuple[Set[int], Set[int]]] = {}
+def tell_face(words: str, chosen: Chosen, frame: int) -> str:
+    """The program's words; where they refuse a face for its area, these first: the object's name, the frame, and the face in
+    Blender's numbers."""
+    fault = re.search(r"\b(has (?:zero|no) area|is too thin)\b", words)
+    faces = [(name, face) for name, (own, _) in chosen.items() for face in sorted(own)]
+    if fault is None or not faces:
+        return words
+    name, face = faces[0]
+    said = "is too thin" if fault[1] == "is too thin" else "has no area"
+    return "%s, frame %d: face %d %s\n%s" % (name, frame, face, said, words)
+
+
+def select_bodies(
+    context, links: Dict[str, Any], picks: Picks, frame: Optional[int] = None, only: Optional[str] = None
+) -> Chosen:
+    """Selects what was picked in the objects that the bodies are, as `select` does, and goes to the frame, or to the first
+    one; what is selected of these objects."""
+    chosen: Chosen = {}
     for link in links["bodies"]:
         if link["name"] not in picks.list_bodies() or link["object"] not in context.view_layer.objects:
             continue
@@ -121,13 +138,13 @@ def select_bodies(context, links: Dict[str, Any], picks: Picks, frame: Optional[
             }
         chosen[obj.name] = (faces - {-1}, vertices - {-1})
     context.scene.frame_set(links["frame_start"] if frame is None else frame)
-    select(context, chosen)
-    return list(chosen)
+    select(context, chosen, only)
+    return chosen
 
 
-def select(context, chosen: Dict[str, Tuple[Set[int], Set[int]]]) -> None:
+def select(context, chosen: Chosen, only: Optional[str] = None) -> None:
     """Objects with the faces and vertices that are to be selected in edit mode; an object without any is selected as a
-    whole."""
+    whole. With `only`, no other object comes into edit mode or becomes the active one."""
     layer = context.view_layer
     if layer.objects.active and layer.objects.active.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
@@ -136,15 +153,17 @@ def select(context, chosen: Dict[str, Tuple[Set[int], Set[int]]]) -> None:
     edited = [name for name, (faces, vertices) in chosen.items() if faces or vertices]
     for name in edited:
         set_flags(layer.objects[name].data, *chosen[name])
+    if only is not None:
+        edited = [name for name in edited if name == only]
     if edited:
-        by_faces = any(faces for faces, _ in chosen.values())
+        by_faces = any(chosen[name][0] for name in edited)
         for name in chosen:
             layer.objects[name].select_set(name in edited)
         layer.objects.active = layer.objects[edited[0]]
         context.tool_settings.mesh_select_mode = (not by_faces, False, by_faces)
         bpy.ops.object.mode_set(mode="EDIT")
     elif chosen:
-        layer.objects.active = layer.objects[next(iter(chosen))]
+        layer.objects.active = layer.objects[only or next(iter(chosen))]
     frame_view(context)
 
 
