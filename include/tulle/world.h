@@ -142,7 +142,9 @@ typedef struct tulle_world_def {
     double gravity[3]; /* [m/s^2]; default (0, 0, -9.81) */
     tulle_wind wind;   /* default: air at rest */
     /* [m] distance within which contact acts (delta_c), 0 .. 1; 0: derived from the meshes, or from
-     * the thickness where a cloth has one */
+     * the thickness where a cloth has one. Where the first state leaves less room than what is
+     * derived, contact keeps that room, down to four minimum gaps; not where untangling or ignoring
+     * is asked for. */
     double contact_distance;
     /* [m] distance within which pairs are looked for (delta_s). At least the contact distance of
      * every pair of objects, else the start fails; 0: 1.5 of it. */
@@ -609,8 +611,9 @@ TULLE_API tulle_world_detection tulle_world_get_detection(const tulle_world *wor
 TULLE_API tulle_response tulle_world_get_response(const tulle_world *world,
                                                   tulle_motion_space *motion_space);
 /* What the last step has to say: for example that a pinch begins or ends, or that an obstacle
- * appears in cloth and is ignored. Empty if nothing, and for null. Owned by the world, until its
- * next step. */
+ * appears in cloth and is ignored. After the start, that cloth lies nearer to something than the
+ * least contact distance that is chosen without a thickness. Empty if nothing, and for null. Owned
+ * by the world, until its next step. */
 TULLE_API const char *tulle_world_last_message(const tulle_world *world);
 
 /* Positions of a cloth: 3 * `*vertex_count` doubles [m]. Borrowed until the next step. For a stale

@@ -162,7 +162,12 @@ typedef struct contact_scene {
     const contact_law *laws;    /* surface_count^2, row-major, symmetric */
     double largest_contact, largest_separation; /* [m] distances of all laws */
     const surface_grain *grains;                /* surface_count; null: none has one */
-    contact_body *bodies;                       /* body_count */
+    /* [m] vertex_count: how much room there was at the start, INFINITY: enough. Contact of cloth
+     * keeps no more distance, where its distance is the automatic one of the cloth. Null: there is
+     * room everywhere */
+    const double *rooms;
+    const double *automatic; /* [m] surface_count, read beside rooms; 0: its thickness is given */
+    contact_body *bodies;    /* body_count */
     size_t body_count;
     const uint32_t *surface_bodies;    /* surface_count: body of each surface, or TULLE_NONE; may be
                                           null where body_count is 0 */

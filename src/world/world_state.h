@@ -343,11 +343,12 @@ struct tulle_world {
     /* of cloth vertices and triangles of sleepers in this substep; null where none may sleep */
     uint8_t *idle_vertices, *idle_triangles;
     size_t idle_vertex_count, idle_triangle_count;
-    double *rest;                                              /* [m] all vertices */
-    double *inverse_masses;                                    /* [1/kg] 0 for obstacles */
-    uint32_t *vertex_surface;                                  /* surface of each vertex */
-    contact_law *laws;                                         /* surface_count^2 */
-    surface_grain *grains;                                     /* surface_count; null: none */
+    double *rest;              /* [m] all vertices */
+    double *inverse_masses;    /* [1/kg] 0 for obstacles */
+    uint32_t *vertex_surface;  /* surface of each vertex */
+    contact_law *laws;         /* surface_count^2 */
+    surface_grain *grains;     /* surface_count; null: none */
+    double *rooms, *automatic; /* as of contact_scene; null: there is room everywhere */
     double contact_distance, separation_distance, minimum_gap; /* [m] */
     double edge_length;                                        /* [m] mean over all cloth */
     double

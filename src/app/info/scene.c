@@ -189,6 +189,8 @@ int info_print_scene(const char *path, const option_list *overrides, bool is_jso
             print_json(&facts, contact_distance);
         else
             print_text(&facts, contact_distance);
+        const char *const message = tulle_world_last_message(built.world);
+        if (message[0]) app_print_message("info", "%s", message);
     } else {
         app_print_error("info", &error);
     }

@@ -191,6 +191,9 @@ static tulle_status prepare_world(run_session *session, tulle_error *error) {
     if (status == TULLE_OK && !session->goes_on && !has_source)
         status = app_start_world(session->built.world, session->options.scene_path, error);
     if (status != TULLE_OK) return status;
+    const char *const message = tulle_world_last_message(session->built.world);
+    if (message[0]) progress_show_message(session, &(tulle_step_report){0}, message);
+    snprintf(session->totals.message, sizeof session->totals.message, "%s", message);
     session->body_count = session->built.cloth_count + session->built.obstacle_count;
     session->bodies = calloc(session->body_count, sizeof *session->bodies);
     session->positions = calloc(session->body_count, sizeof *session->positions);

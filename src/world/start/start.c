@@ -279,7 +279,12 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, const tulle
     if (status == TULLE_OK) status = world_set_grains(world);
     if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
     if (status == TULLE_OK) status = place_objects(world, NULL, error);
-    if (status == TULLE_OK && moment) { /* attachments take their places as at any start */
+    if (status != TULLE_OK) return status;
+    status = world_find_rooms(world);
+    if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
+    if (status != TULLE_OK)
+        return error_set(error, status, "the meshes have positions that are not finite");
+    if (moment) { /* attachments take their places as at any start */
         status = world_begin_attachments(world, error);
         if (status == TULLE_OK) status = place_objects(world, moment, error);
     }

@@ -110,6 +110,7 @@ void world_release_start(tulle_world *world) {
     query_trees_destroy(&world->queries, heap, world->topo.triangle_count);
     world->has_queries = false;
     if (world->collides) memory_release(heap, world->collides, surface_count * surface_count);
+    world_release_rooms(world);
     topology_destroy(heap, &world->topo);
     memory_release(heap, world->surfaces, surface_count * sizeof(surface_range));
     memory_release(heap, world->rest, 3 * n * sizeof(double));

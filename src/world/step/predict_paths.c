@@ -50,6 +50,8 @@ contact_scene world_make_scene(step_context *context) {
                            .largest_contact = world->contact_distance,
                            .largest_separation = world->separation_distance,
                            .grains = world->grains,
+                           .rooms = world->rooms,
+                           .automatic = world->automatic,
                            .gravity = vec3_load(world->def.gravity, 0),
                            .carriers = context->carriers,
                            .ignored = world->ignored_keys.data,

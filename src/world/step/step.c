@@ -195,6 +195,7 @@ static tulle_status end_step(step_context *context, tulle_status status) {
 static tulle_status make_step(tulle_world *world, double time_step, tulle_step_report *report,
                               tulle_error *error) {
     double const start = timer_now();
+    if (world->is_started) world->message[0] = '\0';
     tulle_status status = world_start(world, true, NULL, error);
     if (status != TULLE_OK) return status;
 
@@ -206,7 +207,6 @@ static tulle_status make_step(tulle_world *world, double time_step, tulle_step_r
                             .report = &local,
                             .error = error};
     const tulle_tasks *const before = parallel_use(world->tasks);
-    world->message[0] = '\0';
     atomic_store(&world->stop.is_stopped, false);
     world->step_end = world->now.time + time_step;
     bool const stands = world_stands_still(world, time_step);

@@ -1,0 +1,153 @@
+/* world/start/start_rooms.c - where the start leaves cloth less room than the contact distance that
+ * the start has chosen (start_laws.c). Part of the start.
+ *
+ * Takes positions at time 0 and the laws. Gives each vertex its room [m], INFINITY where there is
+ * enough: of cloth how near it lies to something, of an obstacle its part of the way to another
+ * obstacle. compute_pair_distances holds contact to it. A place that is narrower than the least
+ * contact distance is told in world->message.
+ *
+ * A world that unravels or ignores what intersects has no rooms: its start says nothing of them. */
+#include "contact/pairs/pair_rules.h"
+#include "detect/trees/broad_phase.h"
+#include "world/start/start.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* The least contact distance that follows from room, in minimum gaps: a tenth of the contact
+ * distance where the minimum gap is a fortieth. */
+static const double LEAST_GAPS = 4.0;
+/* Of the way between two obstacles, so that cloth in its middle touches neither. */
+static const double SHARE_OF_SLOT = 0.4;
+/* Nearer by less than this share is as near: rounding of a start that was made to fit. */
+static const double ROUNDING = 1e-6;
+
+/* The narrowest place of cloth. */
+typedef struct narrow_place {
+    double distance; /* [m] INFINITY: none */
+    uint32_t surfaces[2];
+    vec3 position; /* [m] */
+} narrow_place;
+
+static void note_room(double *room, double distance, double least) {
+    *room = fmin(*room, fmax(distance, least));
+}
+
+/* Rooms of the vertices of a pair that is `closest` apart. */
+static void note_pair(tulle_world *world, const uint32_t v[4], feature_kind kind,
+                      const double *rest_distance, double distance) {
+    size_t const a = world->vertex_surface[v[0]], b = world->vertex_surface[v[3]];
+    size_t const cloth_count = world->cloths.count;
+    double const least = LEAST_GAPS * world->minimum_gap;
+    double const contact = world->laws[a * world->set.surface_count + b].contact_distance;
+    if (a < cloth_count || b < cloth_count) {
+        /* what rests nearer is held to that (pair_rules.c) */
+        bool const rests_nearer = a == b && *rest_distance < contact;
+        if (!(distance < contact * (1.0 - ROUNDING)) || rests_nearer) return;
+        for (int k = 0; k < 4; k++)
+            if (v[k] < world->cloth_vertex_count) note_room(&world->rooms[v[k]], distance, least);
+        return;
+    }
+    /* of obstacles the vertex alone, or a large triangle would be narrow far from here */
+    double const room = SHARE_OF_SLOT * distance;
+    bool const is_body = world->surface_bodies && (world->surface_bodies[a] != TULLE_NONE ||
+                                                   world->surface_bodies[b] != TULLE_NONE);
+    if (kind != FEATURE_VERTEX_TRIANGLE || is_body || room < least) return;
+    if (!(room < world->contact_distance)) return;
+    note_room(&world->rooms[v[0]], room, least);
+}
+
+/* Goes through all pairs that are near at the start. */
+static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place *narrowest) {
+    size_t const triangle_pairs = pairs->vertex_triangle.count;
+    size_t const count = triangle_pairs + pairs->edge_edge.count;
+    for (size_t i = 0; i < count; i++) {
+        bool const has_triangle = i < triangle_pairs;
+        feature_kind const kind = has_triangle ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
+        feature_pair const pair = has_triangle ? pairs->vertex_triangle.data[i]
+                                               : pairs->edge_edge.data[i - triangle_pairs];
+        uint32_t v[4];
+        vec3 points[4], rest[4];
+        feature_pair_vertices(&world->topo, kind, pair, v);
+        load_points(world->now.positions, v, points);
+        load_points(world->rest, v, rest);
+        closest_points const closest = closest_of_pair(kind, points);
+        double const distance = sqrt(closest.distance2);
+        double const rest_distance = sqrt(closest_of_pair(kind, rest).distance2);
+        if (!(distance > 0.0)) continue; /* the judgement's, not ours */
+        note_pair(world, v, kind, &rest_distance, distance);
+        bool const is_own = world->vertex_surface[v[0]] == world->vertex_surface[v[3]];
+        bool const has_cloth = v[0] < world->cloth_vertex_count || v[3] < world->cloth_vertex_count;
+        if (!has_cloth || is_own || distance >= narrowest->distance) continue;
+        *narrowest = (narrow_place){
+            distance, {world->vertex_surface[v[0]], world->vertex_surface[v[3]]}, points[0]};
+    }
+}
+
+static void tell_narrow(tulle_world *world, const narrow_place *place) {
+    size_t const a = place->surfaces[0], b = place->surfaces[1];
+    double const least = LEAST_GAPS * world->minimum_gap, mm = 1e3;
+    if (!(place->distance < least)) return;
+    snprintf(world->message, sizeof world->message,
+             "'%s' lies %.3g mm from '%s' at the start, at (%.4g, %.4g, %.4g) m. The least contact "
+             "distance that is chosen without a thickness is %.3g mm here: contact pushes them "
+             "apart to that. To keep them as they lie give the cloth a thickness of %.3g mm",
+             world_surface_name(world, a), mm * place->distance, world_surface_name(world, b),
+             place->position.x, place->position.y, place->position.z, mm * least,
+             mm * place->distance);
+}
+
+tulle_status world_find_rooms(tulle_world *world) {
+    size_t const surface_count = world->set.surface_count, n = world->vertex_count;
+    bool has_any = false;
+    for (size_t i = 0; i < world->cloths.count; i++)
+        has_any |= !(world->cloths.data[i].thickness > 0.0);
+    if (!has_any || world->def.contact_distance > 0.0 ||
+        world->def.start_intersections != TULLE_START_REFUSE)
+        return TULLE_OK;
+    memory *const heap = &world->heap;
+    arena_mark const mark = arena_get_mark(&world->scratch);
+    surface_range *const ranges = ARENA_NEW(&world->scratch, surface_range, surface_count);
+    world->rooms = memory_allocate(heap, n * sizeof(double));
+    world->automatic = memory_allocate_zeroed(heap, surface_count, sizeof(double));
+    if (!ranges || !world->rooms || !world->automatic) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t v = 0; v < n; v++) world->rooms[v] = (double)INFINITY;
+    for (size_t i = 0; i < world->cloths.count; i++)
+        if (!(world->cloths.data[i].thickness > 0.0))
+            world->automatic[i] = world->laws[i * surface_count + i].contact_distance;
+    /* so that obstacles meet one another, too */
+    memcpy(ranges, world->surfaces, surface_count * sizeof *ranges);
+    for (size_t s = 0; s < surface_count; s++) ranges[s].is_body = ranges[s].is_obstacle;
+    surface_set set = world->set;
+    set.surfaces = ranges;
+    broad_phase *broad = NULL;
+    pair_list pairs = {0};
+    narrow_place narrowest = {.distance = (double)INFINITY};
+    double const reach = fmax(1.0 / SHARE_OF_SLOT, 1.0) * world->contact_distance;
+    tulle_status status =
+        broad_phase_create(heap, &set, world->now.positions, BROAD_PHASE_REFIT, &broad);
+    if (status == TULLE_OK)
+        status = build_trees(broad, &set, world->now.positions, world->now.positions, reach,
+                             world->threads);
+    if (status == TULLE_OK)
+        status = find_pairs(broad, &set, world->threads, PAIRS_SORTED, &pairs, NULL);
+    if (status == TULLE_OK) note_pairs(world, &pairs, &narrowest);
+    broad_phase_destroy(broad);
+    ARRAY_FREE(heap, &pairs.vertex_triangle);
+    ARRAY_FREE(heap, &pairs.edge_edge);
+    arena_release(&world->scratch, mark);
+    if (status != TULLE_OK) return status;
+    tell_narrow(world, &narrowest);
+    bool is_narrow = false;
+    for (size_t v = 0; v < n; v++) is_narrow |= world->rooms[v] < (double)INFINITY;
+    if (!is_narrow) world_release_rooms(world);
+    return TULLE_OK;
+}
+
+void world_release_rooms(tulle_world *world) {
+    memory *const heap = &world->heap;
+    memory_release(heap, world->rooms, world->vertex_count * sizeof(double));
+    memory_release(heap, world->automatic, world->set.surface_count * sizeof(double));
+    world->rooms = world->automatic = NULL;
+}
