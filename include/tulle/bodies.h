@@ -66,10 +66,10 @@ typedef struct tulle_body_drive {
     double angular_velocity[3];  /* [rad/s] up to 1e6 */
     double stiffness[3];         /* [N/m] 0 .. 1e12 */
     double damping[3];           /* [N s/m] 0 .. 1e12 */
-    double force_limit[3];       /* [N] >= 0; INFINITY: none */
+    double force_limit[3];       /* [N] >= 0; 0: no force at all, INFINITY: no limit */
     double angular_stiffness[3]; /* [N m/rad] 0 .. 1e12 */
     double angular_damping[3];   /* [N m s/rad] 0 .. 1e12 */
-    double torque_limit[3];      /* [N m] >= 0; INFINITY: none */
+    double torque_limit[3];      /* [N m] >= 0; 0: no torque at all, INFINITY: no limit */
 } tulle_body_drive;
 /* A drive that does nothing: no stiffness and no damping, no limits, the origin, no turn. */
 TULLE_API tulle_body_drive tulle_body_drive_default(void);

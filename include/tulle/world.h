@@ -142,9 +142,8 @@ typedef struct tulle_world_def {
     double gravity[3]; /* [m/s^2]; default (0, 0, -9.81) */
     tulle_wind wind;   /* default: air at rest */
     /* [m] distance within which contact acts (delta_c), 0 .. 1; 0: derived from the meshes, or from
-     * the thickness where a cloth has one. Where the first state leaves less room than what is
-     * derived, contact keeps that room, down to four minimum gaps; not where untangling or ignoring
-     * is asked for. */
+     * the thickness where a cloth has one. Derived from meshes it leaves the room of the first
+     * state as it is, down to four minimum gaps, unless the start unravels or ignores. */
     double contact_distance;
     /* [m] distance within which pairs are looked for (delta_s). At least the contact distance of
      * every pair of objects, else the start fails; 0: 1.5 of it. */
@@ -199,7 +198,7 @@ typedef struct tulle_springs {
     double stiffening_strain;
 } tulle_springs;
 /* A fabric in SI values, which do not depend on the mesh. The warp lies along the cloth's grain,
- * the weft across it. docs/guide/materials.md explains the values. */
+ * the weft across it. Begin with a preset: a value left at 0 is 0. docs/guide/materials.md. */
 typedef struct tulle_material {
     double area_density; /* [kg/m^2] > 0 */
     tulle_curve warp;    /* along the yarns of the warp */
@@ -425,8 +424,8 @@ TULLE_API tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_clo
 TULLE_API tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_def *def,
                                                 tulle_obstacle_id *id, tulle_error *error);
 
-/* Friction and restitution of a pair, in place of what the materials of the two objects say. Where
- * an object has a grain, its factor across the grain still counts. */
+/* Friction and restitution of a pair, in place of what the materials say; a grain's factor across
+ * it still counts. A dynamic_friction left at 0 lets what slides slide freely: say -1. */
 typedef struct tulle_contact_law {
     double static_friction;  /* Coulomb coefficient of contacts that do not slide, 0 .. 10 */
     double dynamic_friction; /* of contacts that slide, 0 .. static_friction; negative: the same */
@@ -611,9 +610,8 @@ TULLE_API tulle_world_detection tulle_world_get_detection(const tulle_world *wor
 TULLE_API tulle_response tulle_world_get_response(const tulle_world *world,
                                                   tulle_motion_space *motion_space);
 /* What the last step has to say: for example that a pinch begins or ends, or that an obstacle
- * appears in cloth and is ignored. After the start, that cloth lies nearer to something than the
- * least contact distance that is chosen without a thickness. Empty if nothing, and for null. Owned
- * by the world, until its next step. */
+ * appears in cloth and is ignored; what the start has to say before the first step. Empty if
+ * nothing, and for null. Owned by the world, until its next step. */
 TULLE_API const char *tulle_world_last_message(const tulle_world *world);
 
 /* Positions of a cloth: 3 * `*vertex_count` doubles [m]. Borrowed until the next step. For a stale

@@ -28,8 +28,9 @@ typedef struct tulle_animation_surface {
     const double *corner_uvs; /* 6 * triangle_count, NaN where there are none, as of
                                  tulle_mesh_source; null: none */
     tulle_animation_motion motion; /* how it moves */
-    size_t prototype; /* index of the first surface with the same mesh, not after itself; only
-                         rigid surfaces have another than their own */
+    size_t prototype; /* index of the first surface with the same mesh, not after itself: its own
+                         index where it has a mesh of its own. Only rigid surfaces have another than
+                         their own, and 0 counts as surface 0. Another mesh there is refused */
     double color[3];  /* red, green, blue, linear, 0 to 1 */
 } tulle_animation_surface;
 

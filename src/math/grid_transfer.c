@@ -13,14 +13,11 @@ enum { MOST_LINES = 2 * BLOCK_LINES - 1 + 2 };
 
 /* ---- the grid ---- */
 
-static bool is_joined(const block_matrix *matrix, size_t row, size_t column) {
-    return block_matrix_find(matrix, (uint32_t)row, (uint32_t)column) != TULLE_NONE;
-}
-
 /* Vertices of a row: up to the first that is not joined to the next. */
 static size_t count_columns(const block_matrix *matrix) {
-    size_t count = 1;
-    while (count < matrix->row_count && is_joined(matrix, count - 1, count)) count++;
+    uint32_t count = 1;
+    while (count < matrix->row_count && block_matrix_find(matrix, count - 1, count) != TULLE_NONE)
+        count++;
     return count;
 }
 

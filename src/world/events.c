@@ -104,20 +104,19 @@ tulle_status world_find_touching(tulle_world *world, const world_motion_state *s
                       : error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
 }
 
-static bool is_overstretched(const tulle_world *world, size_t surface) {
-    const surface_range *const range = &world->surfaces[surface];
-    for (size_t t = range->triangle_begin; t < range->triangle_end; t++)
-        if (cloth_is_overstretched(world->model, world->now.positions, t)) return true;
-    return false;
-}
-
 /* What an object is now; surface_count stands for the world. */
 static uint8_t find_marks(const tulle_world *world, size_t surface) {
     size_t const cloth_count = world->cloths.count;
     if (surface < cloth_count) {
         bool const is_asked = is_watched(world->events, TULLE_EVENT_OVERSTRETCH_BEGIN) ||
                               is_watched(world->events, TULLE_EVENT_OVERSTRETCH_END);
-        int cloth_marks = is_asked && is_overstretched(world, surface) ? IS_OVERSTRETCHED : 0;
+        const surface_range *const range = &world->surfaces[surface];
+        int cloth_marks = 0;
+        for (size_t t = range->triangle_begin; is_asked && t < range->triangle_end; t++) {
+            if (!cloth_is_overstretched(world->model, world->now.positions, t)) continue;
+            cloth_marks = IS_OVERSTRETCHED;
+            break;
+        }
         if (surface < world->cloth_rest_count && world->now.cloth_rests[surface].is_asleep)
             cloth_marks |= IS_ASLEEP;
         return (uint8_t)cloth_marks;

@@ -145,6 +145,8 @@ tulle_status live_build(view_live *live, tulle_error *error) {
     tulle_world_set_stop_request(live->built.world, is_stopped, live);
     status = tulle_world_start(live->built.world, error);
     live->is_started = status == TULLE_OK;
+    const char *const message = tulle_world_last_message(live->built.world);
+    if (live->is_started && message[0]) live_say(live, "%s", message);
     return status;
 }
 

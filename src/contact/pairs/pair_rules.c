@@ -96,11 +96,19 @@ static bool are_neighbours(const contact_scene *scene, feature_kind kind,
     }
 }
 
-/* [m] The room of a pair with a contact distance. A side of cloth has the room of its narrowest
- * vertex, one of an obstacle that of its point that is nearest at x0: a large face is narrow where
- * it borders on a narrow place. */
+/* [m] The room of a pair with a contact distance; all of it where that is not the one which the
+ * start has chosen for its cloth. A side of cloth has the room of its narrowest vertex, one of an
+ * obstacle that of its point that is nearest at x0: a large face is narrow where it borders on a
+ * narrow place. */
 static double find_room(const contact_scene *scene, feature_kind kind, const uint32_t v[4],
                         double contact) {
+    double const a = scene->automatic[scene->vertex_surface[v[0]]];
+    double const b = scene->automatic[scene->vertex_surface[v[3]]];
+    bool const is_cloth[2] = {v[0] < scene->cloth_vertex_count, v[3] < scene->cloth_vertex_count};
+    bool const has_chosen = !is_cloth[0]   ? contact == b
+                            : !is_cloth[1] ? contact == a
+                                           : a > 0.0 && b > 0.0 && contact == 0.5 * (a + b);
+    if (!has_chosen) return contact;
     double rooms[4], least = contact;
     for (int k = 0; k < 4; k++) {
         rooms[k] = fmin(scene->rooms[v[k]], contact);
@@ -112,21 +120,11 @@ static double find_room(const contact_scene *scene, feature_kind kind, const uin
     closest_points const closest = closest_of_pair(kind, points);
     double room = contact, on_sides[2] = {0.0, 0.0};
     for (int k = 0; k < 4; k++) {
-        bool const is_second = k >= (kind == FEATURE_EDGE_EDGE ? 2 : 1);
-        bool const is_cloth = v[k] < scene->cloth_vertex_count;
-        if (is_cloth) room = fmin(room, rooms[k]);
-        on_sides[is_second] += fabs(closest.weights[k]) * (is_cloth ? contact : rooms[k]);
+        int const side = k >= (kind == FEATURE_EDGE_EDGE ? 2 : 1);
+        if (is_cloth[side]) room = fmin(room, rooms[k]);
+        on_sides[side] += fabs(closest.weights[k]) * (is_cloth[side] ? contact : rooms[k]);
     }
     return fmin(room, fmin(on_sides[0], on_sides[1]));
-}
-
-/* Whether the contact distance of a pair is that which the start has chosen for its cloth. */
-static bool is_automatic(const contact_scene *scene, const uint32_t v[4], double contact) {
-    double const a = scene->automatic[scene->vertex_surface[v[0]]];
-    double const b = scene->automatic[scene->vertex_surface[v[3]]];
-    size_t const count = scene->cloth_vertex_count;
-    if (v[0] >= count || v[3] >= count) return contact == (v[0] < count ? a : b);
-    return a > 0.0 && b > 0.0 && contact == 0.5 * (a + b);
 }
 
 pair_distances compute_pair_distances(const contact_scene *scene, feature_kind kind,
@@ -134,7 +132,7 @@ pair_distances compute_pair_distances(const contact_scene *scene, feature_kind k
     const contact_law *const law = get_contact_law(scene, vertices);
     pair_distances distances = {law->contact_distance, law->separation_distance,
                                 scene->settings.minimum_gap};
-    if (scene->rooms && is_automatic(scene, vertices, law->contact_distance)) {
+    if (scene->rooms) {
         double const room = find_room(scene, kind, vertices, law->contact_distance);
         if (room < distances.contact) {
             distances.separation *= room / distances.contact;

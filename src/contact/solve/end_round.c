@@ -12,12 +12,6 @@
  * they add up: with a larger part cloth slides too fast (docs/experiments/contact.md). */
 static const double SETTLED_SHARE = 0.01;
 
-/* Whether a side of the row is of an obstacle, which no impulse moves. */
-static bool is_on_obstacle(const contact_scene *scene, const row_frame *frame) {
-    return !frame->has_body && (frame->vertices[0] >= scene->cloth_vertex_count ||
-                                frame->vertices[3] >= scene->cloth_vertex_count);
-}
-
 /* Whether misfits give a cloth that nothing holds more speed than settings and the step's own
  * change of its motion allow, or a cloth still slips as a whole on the rows that hold it: their
  * multipliers, which still gain, say so. */
@@ -73,13 +67,16 @@ tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iter
         if (sticks)
             slip = vec3_sub(vec3_reject(get_relative_velocity(row, u), row->frame.normal),
                             row->law.return_velocity);
+        /* a side is of an obstacle, which no impulse moves */
+        bool const is_on_obstacle =
+            !row->frame.has_body && (row->frame.vertices[0] >= scene->cloth_vertex_count ||
+                                     row->frame.vertices[3] >= scene->cloth_vertex_count);
         for (int k = 0; k < 4; k++) {
             if (row->frame.vertices[k] >= scene->cloth_vertex_count) continue;
             size_t const surface = scene->vertex_surface[row->frame.vertices[k]];
             friction_sums *const sum = &sums[surface];
             double const weight = row->frame.weights[k];
-            bool const is_given =
-                is_on_obstacle(scene, &row->frame) && !scene->set->surfaces[surface].is_in_pieces;
+            bool const is_given = is_on_obstacle && !scene->set->surfaces[surface].is_in_pieces;
             vec3 *const to = is_given ? &sum->missed : &sum->misfit;
             *to = vec3_add_scaled(*to, misfit, weight);
             sum->slip = vec3_add_scaled(sum->slip, slip, weight * penalty);

@@ -124,6 +124,10 @@ static tulle_status refuse(tulle_error *error, const char *path, const char *tex
     return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0, "%s", text);
 }
 
+/* By how much of its largest coordinate a copy of a mesh may differ from its prototype: positions
+ * whose pose was taken away are rounded, and files hold them as float. */
+static const double COPY_ROUNDING = 1e-6;
+
 static tulle_status check_surface(const char *path, const tulle_animation_def *def, size_t number,
                                   tulle_error *error) {
     const tulle_animation_surface *const s = &def->surfaces[number];
@@ -148,6 +152,21 @@ static tulle_status check_surface(const char *path, const tulle_animation_def *d
         def->surfaces[s->prototype].prototype != s->prototype ||
         def->surfaces[s->prototype].motion != TULLE_ANIMATION_RIGID)
         return refuse(error, path, "a surface names a prototype that is none");
+    const tulle_mesh_view *const own = &s->mesh, *const shown = &def->surfaces[s->prototype].mesh;
+    bool is_same =
+        own->vertex_count == shown->vertex_count && own->triangle_count == shown->triangle_count;
+    double largest = 0.0;
+    for (size_t i = 0; is_same && i < 3 * own->triangle_count; i++)
+        is_same = own->triangles[i] == shown->triangles[i];
+    for (size_t i = 0; i < 3 * own->vertex_count; i++)
+        largest = fmax(largest, fabs(own->positions[i]));
+    for (size_t i = 0; is_same && i < 3 * own->vertex_count; i++)
+        is_same = fabs(own->positions[i] - shown->positions[i]) <= COPY_ROUNDING * largest;
+    if (!is_same)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                            "%s: its prototype, surface %zu, has another mesh; a surface with a "
+                            "mesh of its own is its own prototype, %zu",
+                            s->name, s->prototype, number);
     return TULLE_OK;
 }
 

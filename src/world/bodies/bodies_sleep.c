@@ -34,14 +34,6 @@ void world_wake_all(const tulle_world *world, world_motion_state *state) {
     world_wake_cloths(world, state);
 }
 
-static bool are_near(const surface_box *own, const surface_box *way, double distance) {
-    bool is_near = true;
-    for (size_t c = 0; c < 3; c++)
-        is_near = is_near && own->low[c] <= way->high[c] + distance &&
-                  way->low[c] <= own->high[c] + distance;
-    return is_near;
-}
-
 /* The ways in this substep of obstacles that are no free bodies and move. Returns how many; there
  * is room for all. */
 static size_t list_ways(const step_context *context, surface_box *ways) {
@@ -63,8 +55,14 @@ static bool is_near_ways(const step_context *context, const surface_range *range
                          const surface_box *ways, size_t count) {
     const double *const positions = context->state->positions;
     surface_box const own = measure_surface_box(range, positions, positions);
-    for (size_t i = 0; i < count; i++)
-        if (are_near(&own, &ways[i], context->world->separation_distance)) return true;
+    double const distance = context->world->separation_distance;
+    for (size_t i = 0; i < count; i++) {
+        bool is_near = true;
+        for (size_t c = 0; c < 3; c++)
+            is_near = is_near && own.low[c] <= ways[i].high[c] + distance &&
+                      ways[i].low[c] <= own.high[c] + distance;
+        if (is_near) return true;
+    }
     return false;
 }
 

@@ -27,6 +27,5 @@ tulle_status world_set_grains(tulle_world *world);
 /* start_rooms.c: notes where the start is narrower than the contact distances, see rooms. Errors of
  * the search without a text. */
 tulle_status world_find_rooms(tulle_world *world);
-void world_release_rooms(tulle_world *world);
 
 #endif

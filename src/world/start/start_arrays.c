@@ -110,7 +110,8 @@ void world_release_start(tulle_world *world) {
     query_trees_destroy(&world->queries, heap, world->topo.triangle_count);
     world->has_queries = false;
     if (world->collides) memory_release(heap, world->collides, surface_count * surface_count);
-    world_release_rooms(world);
+    memory_release(heap, world->rooms, n * sizeof(double));
+    memory_release(heap, world->automatic, surface_count * sizeof(double));
     topology_destroy(heap, &world->topo);
     memory_release(heap, world->surfaces, surface_count * sizeof(surface_range));
     memory_release(heap, world->rest, 3 * n * sizeof(double));
@@ -141,6 +142,7 @@ void world_release_start(tulle_world *world) {
     world->vertex_surface = NULL;
     world->laws = NULL;
     world->grains = NULL;
+    world->rooms = world->automatic = NULL;
     world->vertex_count = world->cloth_vertex_count = world->particle_count = 0;
     world->body_count = world->lag_vertex_count = 0;
     world->plastic_count = world->pose_count = world->cloth_rest_count = 0;

@@ -30,58 +30,46 @@ typedef struct narrow_place {
     vec3 position; /* [m] */
 } narrow_place;
 
-static void note_room(double *room, double distance, double least) {
-    *room = fmin(*room, fmax(distance, least));
-}
-
-/* Rooms of the vertices of a pair that is `closest` apart. */
-static void note_pair(tulle_world *world, const uint32_t v[4], feature_kind kind,
-                      const double *rest_distance, double distance) {
-    size_t const a = world->vertex_surface[v[0]], b = world->vertex_surface[v[3]];
-    size_t const cloth_count = world->cloths.count;
-    double const least = LEAST_GAPS * world->minimum_gap;
-    double const contact = world->laws[a * world->set.surface_count + b].contact_distance;
-    if (a < cloth_count || b < cloth_count) {
-        /* what rests nearer is held to that (pair_rules.c) */
-        bool const rests_nearer = a == b && *rest_distance < contact;
-        if (!(distance < contact * (1.0 - ROUNDING)) || rests_nearer) return;
-        for (int k = 0; k < 4; k++)
-            if (v[k] < world->cloth_vertex_count) note_room(&world->rooms[v[k]], distance, least);
-        return;
-    }
-    /* of obstacles the vertex alone, or a large triangle would be narrow far from here */
-    double const room = SHARE_OF_SLOT * distance;
-    bool const is_body = world->surface_bodies && (world->surface_bodies[a] != TULLE_NONE ||
-                                                   world->surface_bodies[b] != TULLE_NONE);
-    if (kind != FEATURE_VERTEX_TRIANGLE || is_body || room < least) return;
-    if (!(room < world->contact_distance)) return;
-    note_room(&world->rooms[v[0]], room, least);
-}
-
-/* Goes through all pairs that are near at the start. */
+/* Notes the rooms of vertices of all pairs that are near at the start. */
 static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place *narrowest) {
     size_t const triangle_pairs = pairs->vertex_triangle.count;
     size_t const count = triangle_pairs + pairs->edge_edge.count;
+    double const least = LEAST_GAPS * world->minimum_gap;
     for (size_t i = 0; i < count; i++) {
         bool const has_triangle = i < triangle_pairs;
         feature_kind const kind = has_triangle ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
         feature_pair const pair = has_triangle ? pairs->vertex_triangle.data[i]
                                                : pairs->edge_edge.data[i - triangle_pairs];
         uint32_t v[4];
-        vec3 points[4], rest[4];
+        vec3 points[4];
         feature_pair_vertices(&world->topo, kind, pair, v);
         load_points(world->now.positions, v, points);
-        load_points(world->rest, v, rest);
-        closest_points const closest = closest_of_pair(kind, points);
-        double const distance = sqrt(closest.distance2);
-        double const rest_distance = sqrt(closest_of_pair(kind, rest).distance2);
+        double const distance = sqrt(closest_of_pair(kind, points).distance2);
         if (!(distance > 0.0)) continue; /* the judgement's, not ours */
-        note_pair(world, v, kind, &rest_distance, distance);
-        bool const is_own = world->vertex_surface[v[0]] == world->vertex_surface[v[3]];
-        bool const has_cloth = v[0] < world->cloth_vertex_count || v[3] < world->cloth_vertex_count;
-        if (!has_cloth || is_own || distance >= narrowest->distance) continue;
-        *narrowest = (narrow_place){
-            distance, {world->vertex_surface[v[0]], world->vertex_surface[v[3]]}, points[0]};
+        vec3 const place = points[0];
+        uint32_t const a = world->vertex_surface[v[0]], b = world->vertex_surface[v[3]];
+        if (a >= world->cloths.count && b >= world->cloths.count) {
+            /* of obstacles the vertex alone, or a large triangle would be narrow far from here */
+            double const room = SHARE_OF_SLOT * distance;
+            bool const is_body = world->surface_bodies && (world->surface_bodies[a] != TULLE_NONE ||
+                                                           world->surface_bodies[b] != TULLE_NONE);
+            if (has_triangle && !is_body && room >= least && room < world->contact_distance)
+                world->rooms[v[0]] = fmin(world->rooms[v[0]], room);
+            continue;
+        }
+        bool const is_chosen = (a >= world->cloths.count || world->automatic[a] > 0.0) &&
+                               (b >= world->cloths.count || world->automatic[b] > 0.0);
+        if (!is_chosen) continue;
+        double const contact = world->laws[a * world->set.surface_count + b].contact_distance;
+        load_points(world->rest, v, points);
+        /* own pairs that rest nearer are held to that (pair_rules.c) */
+        bool const rests_nearer = a == b && sqrt(closest_of_pair(kind, points).distance2) < contact;
+        if (distance < contact * (1.0 - ROUNDING) && !rests_nearer)
+            for (int k = 0; k < 4; k++)
+                if (v[k] < world->cloth_vertex_count)
+                    world->rooms[v[k]] = fmin(world->rooms[v[k]], fmax(distance, least));
+        if (a != b && distance < narrowest->distance)
+            *narrowest = (narrow_place){distance, {a, b}, place};
     }
 }
 
@@ -141,13 +129,9 @@ tulle_status world_find_rooms(tulle_world *world) {
     tell_narrow(world, &narrowest);
     bool is_narrow = false;
     for (size_t v = 0; v < n; v++) is_narrow |= world->rooms[v] < (double)INFINITY;
-    if (!is_narrow) world_release_rooms(world);
-    return TULLE_OK;
-}
-
-void world_release_rooms(tulle_world *world) {
-    memory *const heap = &world->heap;
-    memory_release(heap, world->rooms, world->vertex_count * sizeof(double));
-    memory_release(heap, world->automatic, world->set.surface_count * sizeof(double));
+    if (is_narrow) return TULLE_OK;
+    memory_release(heap, world->rooms, n * sizeof(double));
+    memory_release(heap, world->automatic, surface_count * sizeof(double));
     world->rooms = world->automatic = NULL;
+    return TULLE_OK;
 }

@@ -369,6 +369,28 @@ static void usd_names_differ(void **state) {
     free(text);
 }
 
+/* A rigid surface whose prototype was left at 0 would show the mesh of surface 0. */
+static void another_prototype_is_refused(void **state) {
+    (void)state;
+    static const double one[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0},
+                        other[9] = {0, 0, 0, 2, 0, 0, 0, 1, 0};
+    static const uint32_t corners[3] = {0, 1, 2};
+    static const double time = 0.0;
+    tulle_animation_surface surfaces[2] = {
+        {.name = "one", .mesh = {one, 3, corners, 1}, .motion = TULLE_ANIMATION_RIGID},
+        {.name = "other", .mesh = {other, 3, corners, 1}, .motion = TULLE_ANIMATION_RIGID}};
+    tulle_animation_def def = tulle_animation_def_default();
+    def.surfaces = surfaces;
+    def.surface_count = 2;
+    def.times = &time;
+    def.frame_count = 1;
+    def.read = read_sample;
+    tulle_error error = {0};
+    assert_int_equal(tulle_animation_write(test_path("prototype.gltf"), &def, &error),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "other: its prototype, surface 0, has another mesh"));
+}
+
 /* Frames nearly at a whole time code are at it, but no two at the same. */
 static void usd_times_differ(void **state) {
     (void)state;
@@ -476,12 +498,19 @@ static void every_failing_allocation(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gltf_comes_back),          cmocka_unit_test(any_name_comes_back),
-        cmocka_unit_test(many_targets_come_back),   cmocka_unit_test(too_large_files_are_refused),
-        cmocka_unit_test(everything_moves),         cmocka_unit_test(faults_are_told),
-        cmocka_unit_test(uses_are_limited),         cmocka_unit_test(usd_names_differ),
-        cmocka_unit_test(usd_times_differ),         cmocka_unit_test(damage_is_found),
-        cmocka_unit_test(damaged_caches_are_found), cmocka_unit_test(every_failing_allocation),
+        cmocka_unit_test(gltf_comes_back),
+        cmocka_unit_test(any_name_comes_back),
+        cmocka_unit_test(many_targets_come_back),
+        cmocka_unit_test(too_large_files_are_refused),
+        cmocka_unit_test(everything_moves),
+        cmocka_unit_test(faults_are_told),
+        cmocka_unit_test(uses_are_limited),
+        cmocka_unit_test(usd_names_differ),
+        cmocka_unit_test(another_prototype_is_refused),
+        cmocka_unit_test(usd_times_differ),
+        cmocka_unit_test(damage_is_found),
+        cmocka_unit_test(damaged_caches_are_found),
+        cmocka_unit_test(every_failing_allocation),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
 }
