@@ -314,8 +314,10 @@ static const schema_key copies_table[] = {
 };
 const schema_map copies_map = {
     .title = "Copies",
-    .meaning = "Places an obstacle many times. Each copy is scaled and turned by the obstacle's "
-               "scale and rotate, set down by the layout, and moved by translate.",
+    .meaning =
+        "Places an obstacle many times. Each copy is scaled and turned by the obstacle's "
+        "scale and rotate, set down by the layout, and moved by translate. Copies count from 000: "
+        "three copies of post are post.000, post.001 and post.002.",
     MAP_OF(copies_table, copies_keys),
     .needs_alternative = true};
 

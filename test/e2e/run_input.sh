@@ -67,6 +67,9 @@ bad_mesh 'edge' 'v 0 0 1\nv 1 0 1\nv 0 1 1\nv 0 -1 1\nv 0 0 2\nf 1 2 3\nf 2 1 4\
 
 # A start that intersects.
 refuse 'sheet' "$scene" -o out --set 'cloth[0].translate=[0, 0, 0.05]'
+grep -q '^tulle run: .* pairs of triangles intersect at the start:$' stderr || fault "the first line of a start that intersects: $(cat stderr)"
+[ "$(grep -c '^  [0-9.e-]* m deep at (.*(vertices [0-9, ]*)$' stderr)" = 3 ] || fault "three pairs, a line each: $(cat stderr)"
+grep -q '^To mend it, .*an exception to the promise' stderr || fault "how to mend it, on a line: $(cat stderr)"
 
 # The output.
 refuse 'missing' "$scene" -o missing/out
@@ -90,6 +93,13 @@ refuse 'the scene was changed' "$scene" -o run --resume --set 'cloth[0].translat
 diff -r run before || fault "a refused run changed the directory"
 "$TULLE" run "$scene" -o run --force --frames 1 --progress none >stdout || fault "--force: exit $?"
 grep -q '^frames: 2, ' stdout || fault "--force did not replace the run"
+
+# After --set, the line that the message names goes on.
+set_height=(--set 'cloth[0].translate=[0, 0, 0.3]')
+"$TULLE" run "$scene" -o run --force --frames 1 "${set_height[@]}" --progress none >stdout || fault "--set: exit $?"
+refuse "as it was: tulle run 'run/scene.yaml' -o 'run' --resume;" "$scene" -o run --resume
+"$TULLE" run 'run/scene.yaml' -o 'run' --resume --frames 2 --progress none >stdout || fault "the line that was told: exit $?"
+grep -q '^frames: 3, ' stdout || fault "the line that was told does not go on: $(cat stdout)"
 
 # The default directory, and what ParaView reads.
 "$TULLE" run "$scene" --frames 2 --write vtp --progress none >stdout || fault "vtp: exit $?"

@@ -27,8 +27,8 @@ code=$?
 [ $code = 2 ] || fault "exit $code, not 2"
 [ -e out ] && fault "the output directory was made"
 grep -q '^{"event":"untangle","round":[0-9]*,"left":[0-9]*,"intersections":[0-9]*}$' stderr || fault "no JSON line of a round"
-message=$(grep '^tulle run: ' stderr)
-count=$(sed 's/^[^0-9]* \([0-9]*\) pairs of triangles intersect.*/\1/' <<<"$message")
+message=$(grep -v '^{' stderr)
+count=$(sed -n 's/^[^0-9]* \([0-9]*\) pairs of triangles intersect.*/\1/p' <<<"$message")
 [[ "$message" == *"lines: $count of 'level' with 'post'; "*" pinned vertices lie inside an obstacle"* ]] ||
     fault "the message is: $message"
 [ "$(head -1 left.csv)" = object_a,triangle_a,a0,a1,a2,object_b,triangle_b,b0,b1,b2,depth,x,y,z ] || fault "the first line is $(head -1 left.csv)"
@@ -36,7 +36,7 @@ count=$(sed 's/^[^0-9]* \([0-9]*\) pairs of triangles intersect.*/\1/' <<<"$mess
     fault "$count pairs are left, the list has $(wc -l <left.csv) lines"
 tail -n +2 left.csv | cut -d, -f11 | sort -grc || fault "the deepest pair is not the first"
 deepest=$(sed -n 2p left.csv | cut -d, -f11)
-awk -v told="$(sed 's/ m deep at (.*//; s/.* //' <<<"$message")" -v listed="$deepest" \
+awk -v told="$(grep -m 1 ' m deep at ' <<<"$message" | sed 's/ m deep at (.*//; s/.* //')" -v listed="$deepest" \
     'BEGIN { exit !(told > 0 && told < 1.01 * listed && told > 0.99 * listed) }' || fault "$deepest m in the list; the message is: $message"
 "$TULLE" run held.yaml -o out --progress none --list-left missing/left.csv 2>stderr && fault "exit 0"
 grep -q 'missing/left.csv: cannot be written' stderr || fault "nothing said of the file: $(cat stderr)"

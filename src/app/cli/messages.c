@@ -57,8 +57,15 @@ void app_print_error(const char *command, const tulle_error *error) {
         if (error->line > 0 && error->column > 0) fprintf(stderr, ":%d", error->column);
         fputs(": ", stderr);
     }
-    app_print_names(stderr, "%s",
-                    error->message[0] ? error->message : tulle_status_text(error->status));
+    const char *line = error->message[0] ? error->message : tulle_status_text(error->status);
+    /* This one has lines, and no names but those of a scene, which have no control characters. */
+    while (error->status == TULLE_ERROR_INTERSECTING_START && strchr(line, '\n')) {
+        int const length = (int)strcspn(line, "\n");
+        app_print_names(stderr, "%.*s", length, line);
+        fputc('\n', stderr);
+        line += length + 1;
+    }
+    app_print_names(stderr, "%s", line);
     fputc('\n', stderr);
 }
 

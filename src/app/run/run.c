@@ -400,8 +400,9 @@ static int end_run(run_session *session, tulle_status status, tulle_error *error
                           (unsigned long long)steps, session->options.directory);
     }
     if (state == TULLE_RUN_INTERRUPTED)
-        app_print_message("run", "interrupted after step %llu; --resume goes on from there",
-                          (unsigned long long)steps);
+        app_print_message(
+            "run", "interrupted after step %llu; the same line with --resume goes on from there",
+            (unsigned long long)steps);
     print_summary(session, state == TULLE_RUN_FAILED ? error->message : NULL);
     tulle_run_set_outcome(session->writer, &session->outcome);
     tulle_error close_error = {0};

@@ -190,6 +190,14 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
                          ? "it keeps velocities alone, which is not asked for now"
                          : "it has no debug records or velocities, which are asked for now";
     if (!difference) return TULLE_OK;
+    int const length = (int)(strlen(path) - strlen("/" RUN_FILE_RECORD));
+    if (old->scene_hash != new->scene_hash && old->has_scene_text && !old->is_older_format)
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                            "the run here cannot be resumed: %s, or another --set was given; to go "
+                            "on with the scene as it was: tulle run '%.*s/" RUN_FILE_SCENE
+                            "' -o '%.*s' --resume; or run into another directory, or replace this "
+                            "run (--force)",
+                            difference, length, path, length, path);
     return error_set_at(
         error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
         "the run here cannot be resumed: %s; run into another directory, or replace "

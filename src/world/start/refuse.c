@@ -93,11 +93,11 @@ tulle_status world_refuse_intersections(tulle_world *world, const double *positi
     size_t length = 0;
     text[0] = '\0';
     for (size_t i = 0; i < count && i < NAMED_PAIRS && length < size; i++) {
-        length += (size_t)snprintf(text + length, size - length, "%s", i > 0 ? "; " : "");
+        length += (size_t)snprintf(text + length, size - length, "\n  ");
         if (length < size) length += describe_pair(world, i, text + length, size - length);
     }
     if (count > NAMED_PAIRS && length < size)
-        (void)snprintf(text + length, size - length, "; and %zu more", count - NAMED_PAIRS);
+        (void)snprintf(text + length, size - length, "\n  and %zu more", count - NAMED_PAIRS);
     bool const is_untangled = world->def.start_intersections == TULLE_START_UNTANGLE;
     bool const is_late = world->is_started; /* only the start is untangled */
     const char *advice = "move them apart, or set start_intersections to untangle, or to ignore";
@@ -109,8 +109,9 @@ tulle_status world_refuse_intersections(tulle_world *world, const double *positi
     if (is_late)
         advice = "let it appear elsewhere or at another time, or set start_intersections to ignore";
     return error_set(error, TULLE_ERROR_INTERSECTING_START,
-                     "%zu pairs of triangles intersect %s: %s. To mend it, %s "
-                     "(an ignored pair counts once it has come apart)",
+                     "%zu pairs of triangles intersect %s:%s\n"
+                     "To mend it, %s (an exception to the promise: an ignored pair counts once it "
+                     "has come apart)",
                      count, when, text, advice);
 }
 
@@ -126,7 +127,7 @@ tulle_status world_refuse_bodies(tulle_world *world, const char *what, tulle_err
     return error_set(error, TULLE_ERROR_INTERSECTING_START,
                      "%zu pairs of triangles intersect at the start in which no cloth takes part "
                      "(%s), and untangling moves cloth only; move the objects apart, or set "
-                     "start_intersections to ignore (an ignored pair counts once it has come "
-                     "apart). The deepest: %s",
+                     "start_intersections to ignore (an exception to the promise: an ignored pair "
+                     "counts once it has come apart). The deepest:\n  %s",
                      world_count_intersecting_bodies(world), what, text);
 }
