@@ -24,8 +24,10 @@ static int write_block(void *file, const void *bytes, size_t byte_count) {
 
 static tulle_mesh make_mesh(tulle_shape shape, double height) {
     tulle_shape_def def = tulle_shape_def_default(shape);
-    def.radius = 0.2;
-    if (shape == TULLE_SHAPE_RECTANGLE) def.resolution[0] = def.resolution[1] = 17;
+    if (shape == TULLE_SHAPE_RECTANGLE)
+        def.resolution[0] = def.resolution[1] = 17;
+    else
+        def.radius = 0.2;
     tulle_mesh mesh;
     require(tulle_shape_generate(&def, &mesh, &error));
     for (size_t v = 0; v < mesh.vertex_count; v++) mesh.positions[3 * v + 2] += height;

@@ -23,10 +23,11 @@ tulle_mesh shapes_take_cloth(fuzz_bytes *bytes) {
     tulle_shape const shape = shapes[fuzz_take_below(bytes, 5)];
     tulle_shape_def def = tulle_shape_def_default(shape);
     bool const is_round = shape == TULLE_SHAPE_TUBE || shape == TULLE_SHAPE_DISC;
-    def.size[0] = fuzz_take_between(bytes, 0.1, 0.5);
-    def.size[1] = fuzz_take_between(bytes, 0.05, 0.5);
-    def.radius = def.size[0];
-    def.height = def.size[1];
+    double const first = fuzz_take_between(bytes, 0.1, 0.5);
+    double const second = fuzz_take_between(bytes, 0.05, 0.5);
+    if (def.size[0] != 0.0) def.size[0] = first, def.size[1] = second; /* 0: it has none */
+    if (def.radius != 0.0) def.radius = first;
+    if (def.height != 0.0) def.height = second;
     def.resolution[0] = 2 + fuzz_take_below(bytes, 3) + (shape == TULLE_SHAPE_TUBE ? 2 : 0);
     def.resolution[1] = is_round ? 4 + fuzz_take_below(bytes, 3) : 2 + fuzz_take_below(bytes, 3);
     def.is_irregular = (int)fuzz_take_below(bytes, 2);
@@ -45,11 +46,15 @@ tulle_mesh shapes_take_obstacle(fuzz_bytes *bytes, int *is_closed) {
                                          TULLE_SHAPE_SPHERE, TULLE_SHAPE_CONE, TULLE_SHAPE_PLANE};
     tulle_shape const shape = shapes[fuzz_take_below(bytes, 5)];
     tulle_shape_def def = tulle_shape_def_default(shape);
-    for (int k = 0; k < 3; k++) def.size[k] = fuzz_take_between(bytes, 0.03, 0.4);
-    def.radius = 0.5 * def.size[0];
-    def.height = def.size[1];
-    def.resolution[0] = shape == TULLE_SHAPE_CONE ? 5 : 2;
-    def.resolution[1] = 2;
+    double size[3];
+    for (int k = 0; k < 3; k++) {
+        size[k] = fuzz_take_between(bytes, 0.03, 0.4);
+        if (def.size[k] != 0.0) def.size[k] = size[k]; /* 0: it has none */
+    }
+    if (def.radius != 0.0) def.radius = 0.5 * size[0];
+    if (def.height != 0.0) def.height = size[1];
+    if (shape != TULLE_SHAPE_TETRAHEDRON) def.resolution[0] = shape == TULLE_SHAPE_CONE ? 5 : 2;
+    if (shape == TULLE_SHAPE_CONE || shape == TULLE_SHAPE_PLANE) def.resolution[1] = 2;
     *is_closed = shape != TULLE_SHAPE_PLANE;
     tulle_mesh mesh = {0};
     tulle_error error = {0};

@@ -28,7 +28,9 @@ static const double time_step = 1.0 / 90.0; /* [s] */
 
 static tulle_mesh make_mesh(tulle_shape shape, double size, uint32_t resolution, double z) {
     tulle_shape_def def = tulle_shape_def_default(shape);
-    def.size[0] = def.size[1] = def.size[2] = def.radius = size;
+    for (int k = 0; k < 3; k++)
+        if (def.size[k] != 0.0) def.size[k] = size; /* 0: the shape has none */
+    if (def.radius != 0.0) def.radius = size;
     def.resolution[0] = def.resolution[1] = resolution;
     tulle_mesh mesh = {0};
     FUZZ_CHECK(tulle_shape_generate(&def, &mesh, NULL) == TULLE_OK);

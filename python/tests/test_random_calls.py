@@ -68,7 +68,7 @@ class Calls(RuleBasedStateMachine):
     @rule(shape=st.sampled_from(["rectangle", "disc", "sphere", "box", "cone"]), place=st.tuples(*[st.floats(-0.5, 0.5)] * 3),
           kind=st.sampled_from(["cloth", "body", "none", "rigid", "deforming"]))
     def add(self, shape: str, place: tuple[float, ...], kind: str) -> None:
-        mesh = tulle.make_shape(shape, resolution=4).transform(scale=0.2, translation=place)
+        mesh = tulle.make_shape(shape, resolution=None if shape == "tetrahedron" else 4).transform(scale=0.2, translation=place)
         calls = {"cloth": lambda: self.world.add_cloth(mesh), "body": lambda: self.world.add_obstacle(mesh, body={"density": 200.0})}
         if len(self.world.objects) < 6:
             self.attempt(calls.get(kind, lambda: self.world.add_obstacle(mesh, drive=kind)))
@@ -89,7 +89,7 @@ class Calls(RuleBasedStateMachine):
         material=st.sampled_from(["cotton", "silk", "nothing", None, {"area_density": -1}, {"poisson": 7.0}]))
     def add_cloth(self, shape: str, place: Any, settings: Any, material: Any) -> None:
         def call() -> None:
-            mesh = tulle.make_shape(shape, resolution=4).transform(scale=0.2, translation=place)
+            mesh = tulle.make_shape(shape, resolution=None if shape == "tetrahedron" else 4).transform(scale=0.2, translation=place)
             self.world.add_cloth(mesh, material=material, pins=[tulle.Pin([0])], **settings)
         if len(self.world.objects) < 6:
             self.attempt(call)
@@ -98,7 +98,7 @@ class Calls(RuleBasedStateMachine):
           drive=st.sampled_from(["none", "rigid", "deforming", "hover"]), frames=st.one_of(st.none(), arrays()))
     def add_obstacle(self, shape: str, place: Any, body: Any, drive: str, frames: Any) -> None:
         def call() -> None:
-            mesh = tulle.make_shape(shape, resolution=4).transform(scale=0.2, translation=place)
+            mesh = tulle.make_shape(shape, resolution=None if shape == "tetrahedron" else 4).transform(scale=0.2, translation=place)
             self.world.add_obstacle(mesh, body=body, drive=drive, frames=frames)
         if len(self.world.objects) < 6:
             self.attempt(call)

@@ -231,8 +231,8 @@ def make_shape(shape: Union[structs.Shape, str], *, size: Optional[ArrayLike] = 
     """Generates a mesh: cloth ("rectangle", "disc", "cape" ...) or an obstacle ("sphere", "needle" ...), see Shape.
 
     size: [m] along x, y and z, as many as the shape has. Other lengths in metres, angle in radians. resolution: vertices
-    along its sides; one number serves both. What is left out has the default of the shape. Raises InvalidArgumentError,
-    which names the field, and LimitError for over 10,000,000 vertices.
+    along its sides; one number serves both. What is left out has the default of the shape. What the shape does not have is
+    refused. Raises InvalidArgumentError, which names the field, and LimitError for over 10,000,000 vertices.
 
     >>> sheet = make_shape("rectangle", size=(1, 1), resolution=40)
     >>> ball = make_shape("sphere", radius=0.3)
@@ -255,6 +255,9 @@ def make_shape(shape: Union[structs.Shape, str], *, size: Optional[ArrayLike] = 
         if row.ndim != 1 or not 1 <= row.size <= most or row.dtype.kind not in ("fiu" if name == "size" else "iu"):
             kinds = "numbers" if name == "size" else "whole numbers"
             raise InvalidArgumentError(f"{name} should be 1 to {most} {kinds}, not {values!r}")
+        count = sum(each != 0 for each in definition.size)  # 0: the shape has none along this axis
+        if name == "size" and count > 0 and row.size != count:
+            raise InvalidArgumentError(f"{name} is {values!r}; {kind.name.lower()} takes {count} numbers")
         if name != "size":
             row = np.resize(row, most)
             if row.min() < 0 or row.max() > 0xFFFFFFFF:

@@ -82,6 +82,7 @@ tulle_shape_def tulle_shape_def_default(tulle_shape shape) {
         break;
     default: break;
     }
+    if (is_known_shape(shape)) shape_clear_unused(&def);
     return def;
 }
 

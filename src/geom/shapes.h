@@ -23,7 +23,10 @@ tulle_status shape_make_sphere(const tulle_shape_def *def, tulle_mesh *mesh, tul
 tulle_status shape_make_tetrahedron(const tulle_shape_def *def, tulle_mesh *mesh,
                                     tulle_error *error);
 
-/* Range checks of every field that the shape uses, then the values that 0 leaves to the shape. */
+/* Sets the fields that the shape does not use to 0. */
+void shape_clear_unused(tulle_shape_def *def);
+/* Refuses fields that the shape does not use. Range checks of every field that it uses, then the
+ * values that 0 leaves to the shape. */
 tulle_status shape_check_def(const tulle_shape_def *def, tulle_error *error);
 void shape_derive_def(tulle_shape_def *def);
 /* Checks that need the derived values: how the fields fit together. */

@@ -1,7 +1,11 @@
 /* geom/shapes_check.c - ranges of a shape's fields, the values that 0 leaves open, and how fields
- * must fit together. Every message names the shape, the field, its value and what is allowed. */
+ * must fit together; fields that a shape does not use. Every message names the shape, the field,
+ * its value and what is allowed. */
 #include "base/error.h"
 #include "geom/shapes.h"
+
+#include <stdio.h>
+#include <string.h>
 
 /* [m] Lengths far from these have no use in a scene of cloth, and would cost digits. */
 static const double LENGTH_MIN = 1e-6, LENGTH_MAX = 1e6;
@@ -25,37 +29,82 @@ static const double DEFAULT_EDGES = 50.0;
      SHAPE_BIT(NEEDLE) | SHAPE_BIT(TORUS) | HEADED)
 #define ALL_SHAPES ((UINT32_C(1) << TULLE_SHAPE_COUNT) - 1)
 
-/* A length: its name, place in the def, the shapes that use it, and whether 0 is a default. */
-typedef struct length_field {
-    const char *name;
-    size_t offset;
-    uint32_t shapes;
-    bool may_be_zero;
-} length_field;
+#define CUT                                                                                        \
+    (SHAPE_BIT(RECTANGLE) | SHAPE_BIT(RIBBON) | SHAPE_BIT(DISC) | SHAPE_BIT(TUBE) |                \
+     SHAPE_BIT(CAPE) | SHAPE_BIT(NET))
+#define GRIDS (ALL_SHAPES & ~(SHAPE_BIT(NET) | SHAPE_BIT(TETRAHEDRON)))
+#define ONE_RESOLUTION (SHAPE_BIT(BOX) | SHAPE_BIT(SPHERE))
 
-#define OFFSET(field) offsetof(tulle_shape_def, field)
-static const length_field length_fields[] = {
-    {"size[0]", OFFSET(size), SIZED, false},
-    {"size[1]", OFFSET(size) + sizeof(double), SIZED, false},
-    {"size[2]", OFFSET(size) + 2 * sizeof(double), SOLIDS, false},
-    {"radius", OFFSET(radius), ALL_SHAPES & ~(uint32_t)SIZED, false},
-    {"inner_radius", OFFSET(inner_radius), SHAPE_BIT(CAPE) | SHAPE_BIT(TORUS), true},
-    {"height", OFFSET(height), HIGH, false},
-    {"tip_height", OFFSET(tip_height), SHAPE_BIT(NEEDLE), true},
-    {"head_radius", OFFSET(head_radius), HEADED, true},
-    {"head_height", OFFSET(head_height), SHAPE_BIT(NAIL), true},
-    {"strand", OFFSET(strand), SHAPE_BIT(NET), true},
-    {"wavelength", OFFSET(wavelength), WAVED, true},
+/* A field of the def: its name, its place, and the shapes that use it. */
+typedef struct shape_field {
+    const char *name;
+    size_t offset, size;
+    uint32_t shapes;
+    bool is_length, may_be_zero; /* of lengths: whether 0 is a default */
+} shape_field;
+
+#define FIELD(field) #field, offsetof(tulle_shape_def, field), sizeof((tulle_shape_def){0}.field)
+static const shape_field shape_fields[] = {
+    {FIELD(size[0]), SIZED, true, false},
+    {FIELD(size[1]), SIZED, true, false},
+    {FIELD(size[2]), SOLIDS, true, false},
+    {FIELD(radius), ALL_SHAPES & ~(uint32_t)SIZED, true, false},
+    {FIELD(inner_radius), SHAPE_BIT(CAPE) | SHAPE_BIT(TORUS), true, true},
+    {FIELD(height), HIGH, true, false},
+    {FIELD(tip_height), SHAPE_BIT(NEEDLE), true, true},
+    {FIELD(head_radius), HEADED, true, true},
+    {FIELD(head_height), SHAPE_BIT(NAIL), true, true},
+    {FIELD(angle), SHAPE_BIT(CAPE), false, false},
+    {FIELD(strand), SHAPE_BIT(NET), true, true},
+    {FIELD(wavelength), WAVED, true, true},
+    {FIELD(resolution[0]), GRIDS, false, false},
+    {FIELD(resolution[1]), GRIDS & ~ONE_RESOLUTION, false, false},
+    {FIELD(cells[0]), SHAPE_BIT(NET), false, false},
+    {FIELD(cells[1]), SHAPE_BIT(NET), false, false},
+    {FIELD(strand_resolution), SHAPE_BIT(NET), false, false},
+    {FIELD(is_irregular), CUT, false, false},
+    {FIELD(seed), CUT | WAVED, false, false},
 };
+enum { SHAPE_FIELD_COUNT = sizeof shape_fields / sizeof shape_fields[0] };
 
 static bool has_shape(uint32_t set, const tulle_shape_def *def) {
     return (set >> (unsigned)def->shape & 1) != 0;
 }
 
+void shape_clear_unused(tulle_shape_def *def) {
+    for (size_t i = 0; i < SHAPE_FIELD_COUNT; i++)
+        if (!has_shape(shape_fields[i].shapes, def))
+            memset((char *)def + shape_fields[i].offset, 0, shape_fields[i].size);
+}
+
+/* What was set and has no effect is refused: its author meant something by it. */
+static tulle_status check_unused(const tulle_shape_def *def, tulle_error *error) {
+    static const char none[sizeof(double)];
+    bool const is_repeated = has_shape(ONE_RESOLUTION, def) && def->resolution[0] != 0 &&
+                             def->resolution[1] == def->resolution[0];
+    for (size_t i = 0; i < SHAPE_FIELD_COUNT; i++) {
+        const shape_field *const field = &shape_fields[i];
+        if (has_shape(field->shapes, def) ||
+            memcmp((const char *)def + field->offset, none, field->size) == 0 ||
+            (is_repeated && field->offset == offsetof(tulle_shape_def, resolution[1])))
+            continue;
+        char list[200] = "";
+        size_t used = 0;
+        for (size_t k = 0; k < SHAPE_FIELD_COUNT; k++)
+            if (has_shape(shape_fields[k].shapes, def))
+                used += (size_t)snprintf(list + used, sizeof list - used, "%s%s",
+                                         used > 0 ? ", " : "", shape_fields[k].name);
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: %s does not apply to this shape; it takes %s",
+                         tulle_shape_name(def->shape), field->name, list);
+    }
+    return TULLE_OK;
+}
+
 static tulle_status check_lengths(const tulle_shape_def *def, tulle_error *error) {
-    for (size_t i = 0; i < sizeof length_fields / sizeof length_fields[0]; i++) {
-        const length_field *const field = &length_fields[i];
-        if (!has_shape(field->shapes, def)) continue;
+    for (size_t i = 0; i < SHAPE_FIELD_COUNT; i++) {
+        const shape_field *const field = &shape_fields[i];
+        if (!field->is_length || !has_shape(field->shapes, def)) continue;
         double const value = *(const double *)((const char *)def + field->offset);
         if ((field->may_be_zero && value == 0.0) || (value >= LENGTH_MIN && value <= LENGTH_MAX))
             continue;
@@ -69,7 +118,7 @@ static tulle_status check_lengths(const tulle_shape_def *def, tulle_error *error
 }
 
 static tulle_status check_resolution(const tulle_shape_def *def, tulle_error *error) {
-    if (has_shape(SHAPE_BIT(NET) | SHAPE_BIT(TETRAHEDRON), def)) return TULLE_OK;
+    if (!has_shape(GRIDS, def)) return TULLE_OK;
     for (int k = 0; k < 2; k++) {
         bool const is_closed = (k == 0 && has_shape(TURNED, def)) ||
                                (k == 1 && has_shape(SHAPE_BIT(TORUS) | SHAPE_BIT(DISC), def));
@@ -95,7 +144,8 @@ static tulle_status check_net(const tulle_shape_def *def, tulle_error *error) {
 }
 
 tulle_status shape_check_def(const tulle_shape_def *def, tulle_error *error) {
-    tulle_status status = check_lengths(def, error);
+    tulle_status status = check_unused(def, error);
+    if (status == TULLE_OK) status = check_lengths(def, error);
     if (status == TULLE_OK) status = check_resolution(def, error);
     if (status == TULLE_OK && def->shape == TULLE_SHAPE_NET) status = check_net(def, error);
     /* The narrowest sector is one that a triangle can still fill. */
@@ -173,9 +223,9 @@ void shape_derive_def(tulle_shape_def *def) {
         derive_length(&def->strand, 0.2 * fmin(def->size[0] / (def->cells[0] + 1.0),
                                                def->size[1] / (def->cells[1] + 1.0)));
         break;
-    case TULLE_SHAPE_PLANE:
-    case TULLE_SHAPE_BOX: derive_least(def, 2, 2); break;
-    case TULLE_SHAPE_SPHERE: derive_least(def, 16, 2); break;
+    case TULLE_SHAPE_PLANE: derive_least(def, 2, 2); break;
+    case TULLE_SHAPE_BOX: derive_least(def, 2, 0); break;
+    case TULLE_SHAPE_SPHERE: derive_least(def, 16, 0); break;
     case TULLE_SHAPE_HEMISPHERE:
         derive_least(def, 64, 0);
         derive_resolution(def, 1, fmax(2.0, def->resolution[0] / 4.0), 0);

@@ -171,6 +171,8 @@ static void print_shapes(FILE *stream) {
             fprintf(stream, " `%s`", key->name);
             if (strcmp(key->name, "size") == 0)
                 fprintf(stream, " (%zu numbers)", shape_size_count(shape));
+            if (strcmp(key->name, "resolution") == 0 && shape_resolution_count(shape) == 1)
+                fprintf(stream, " (1 number)");
         }
         fprintf(stream, " |\n");
     }

@@ -300,5 +300,7 @@ extern const schema_map scene_map, time_map, wind_map, mesh_map, curve_map, mate
 
 /* Whether a shape takes two or three numbers as its size; 0: none. */
 size_t shape_size_count(int shape);
+/* How many resolutions a shape takes: 2, 1, or 0. */
+size_t shape_resolution_count(int shape);
 
 #endif

@@ -16,10 +16,16 @@
     (BIT(TUBE) | BIT(CYLINDER) | BIT(CONE) | BIT(NEEDLE) | BIT(TETRAHEDRON) | BIT(NAIL) |          \
      GROUNDS | BIT(TILE) | BIT(SCEPTRE))
 #define CUT (BIT(RECTANGLE) | BIT(RIBBON) | BIT(DISC) | BIT(TUBE) | BIT(CAPE) | BIT(NET))
+#define GRIDS (ALL_SHAPES & ~(BIT(TETRAHEDRON) | BIT(NET)))
 
 size_t shape_size_count(int shape) {
     if (SIZE_3 >> shape & 1) return 3;
     return SIZE_2 >> shape & 1 ? 2 : 0;
+}
+
+size_t shape_resolution_count(int shape) {
+    if ((BIT(BOX) | BIT(SPHERE)) >> shape & 1) return 1;
+    return GRIDS >> shape & 1 ? 2 : 0;
 }
 
 #define BY_SHAPE .derived = "by shape"
@@ -132,7 +138,7 @@ static const schema_key mesh_table[] = {
      .most_count = 2,
      .minimum = 2,
      .maximum = 10000000,
-     .applies = ALL_SHAPES & ~(BIT(TETRAHEDRON) | BIT(NET)),
+     .applies = GRIDS,
      BY_SHAPE,
      FIELD(mesh_keys, resolution),
      .meaning =

@@ -65,7 +65,7 @@ static void fill_shape(const scene_work *work, const mesh_keys *keys, tulle_shap
     if (schema_is_given(&mesh_map, keys, "strand_resolution"))
         def->strand_resolution = (uint32_t)keys->strand_resolution;
     def->is_irregular = keys->irregular;
-    def->seed = resolve_seed(work->scene, keys->seed);
+    if (def->seed != 0) def->seed = resolve_seed(work->scene, keys->seed); /* 0: it takes none */
 }
 
 static bool generate(const scene_work *work, const mesh_keys *keys, tulle_mesh *mesh) {
@@ -75,6 +75,16 @@ static bool generate(const scene_work *work, const mesh_keys *keys, tulle_mesh *
                     "%s.size: is a list of %zu, must be a list of %zu for shape %s",
                     keys->head.path, keys->size.count, size_count,
                     tulle_shape_name((tulle_shape)keys->shape));
+        return false;
+    }
+    const uint64_t *const fineness = keys->resolution.value;
+    if (shape_resolution_count(keys->shape) == 1 && keys->resolution.count == 2 &&
+        fineness[0] != fineness[1]) {
+        problem_add(work->problems, TULLE_ERROR_PARSE, schema_place(keys, "resolution"),
+                    "%s.resolution: is [%llu, %llu]; shape %s has one resolution, as in [%llu]",
+                    keys->head.path, (unsigned long long)fineness[0],
+                    (unsigned long long)fineness[1], tulle_shape_name((tulle_shape)keys->shape),
+                    (unsigned long long)fineness[0]);
         return false;
     }
     tulle_shape_def def = tulle_shape_def_default((tulle_shape)keys->shape);

@@ -19,7 +19,7 @@ cloth:
     velocity: [0, 0, -1.5]
 obstacles:
   - name: ball
-    mesh: {shape: sphere, radius: 0.2, resolution: [48, 48]}
+    mesh: {shape: sphere, radius: 0.2, resolution: [48]}
 END_OF_SCENE
 # largest DIR COLUMN: of the column, over all steps.
 largest() {

@@ -207,7 +207,7 @@ static void test_near(void **state) {
         "mesh: {shape: ribbon, size: [2, 0.05], resolution: [101, 2]}, rotate: [0.5, 0.4, 0.3]",
         "mesh: {shape: tube, radius: 0.3, height: 1, resolution: [20, 15]}, rotate: [1, 0, 0]"};
     static const char *const obstacles[] = {
-        "mesh: {shape: sphere, radius: 0.1, resolution: [6, 6]}, translate: [0.2, 0, 0]",
+        "mesh: {shape: sphere, radius: 0.1, resolution: [6]}, translate: [0.2, 0, 0]",
         "mesh: {shape: tetrahedron, radius: 1, height: 0.2}, translate: [0.6, 0, -0.19]",
         ("mesh: {shape: needle, radius: 0.01, height: 0.5, resolution: [3]}, rotate: [0, 1, 0], "
          "copies: {ring: {count: 3, radius: 0.05}}")};

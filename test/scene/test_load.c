@@ -219,6 +219,12 @@ static const refusal refusals[] = {
      TULLE_ERROR_LIMIT, "s.yaml", 3, 5, "cloth[0].mesh: "},
     {TIME "cloth:\n  - mesh: {shape: rectangle, size: [1, 2, 3]}\n", TULLE_ERROR_PARSE, "s.yaml", 3,
      36, "cloth[0].mesh.size: is a list of 3, must be a list of 2 for shape rectangle"},
+    {TIME SHEET "obstacles:\n  - mesh: {shape: sphere, resolution: [24, 12]}\n", TULLE_ERROR_PARSE,
+     "s.yaml", 5, 39,
+     "obstacles[0].mesh.resolution: is [24, 12]; shape sphere has one resolution, as in [24]"},
+    {TIME SHEET "obstacles:\n  - mesh: {shape: box, resolution: [4, 9]}\n", TULLE_ERROR_PARSE,
+     "s.yaml", 5, 36,
+     "obstacles[0].mesh.resolution: is [4, 9]; shape box has one resolution, as in [4]"},
     {TIME "cloth:\n  - mesh: {file: none.obj}\n", TULLE_ERROR_IO, "none.obj", 0, 0,
      "read for cloth[0].mesh, "},
     {TIME "cloth:\n  - mesh: {file: bad.obj}\n", TULLE_ERROR_PARSE, "bad.obj", 3, -1,
@@ -548,8 +554,46 @@ static void test_sequence_contents_count_in_the_hash(void **state) {
     tulle_scene_destroy(other);
 }
 
+/* Between keys about different axes a turn goes the shorter way: told from half a turn on. */
+static void long_ways_between_axes_are_noted(void **state) {
+    (void)state;
+    static const struct {
+        const char *keys, *note; /* null: none */
+    } cases[] = {
+        {"{time: 0}, {time: 1, rotate: {axis: [0, 0, 1], angle: 720 deg}}", NULL},
+        {"{time: 0, rotate: {axis: [0, 0, 1], angle: -300 deg}}, "
+         "{time: 1, rotate: {axis: [0, 0, 1], angle: 300 deg}}",
+         NULL},
+        {"{time: 0, rotate: {axis: [1, 0, 0], angle: 100 deg}}, "
+         "{time: 1, rotate: {axis: [0, 1, 0], angle: 100 deg}}",
+         NULL},
+        {"{time: 0, rotate: {axis: [1, 0, 0], angle: 150 deg}}, "
+         "{time: 1, rotate: {axis: [0, 1, 0], angle: 150 deg}}",
+         "s.yaml:5: obstacles[0].motion.keyframes[1].rotate: is about another axis than the "
+         "keyframe before and goes by 212.132 deg from there; the turn goes the shorter way"},
+        {"{time: 0, rotate: [10 deg, 20 deg, 0]}, {time: 1, rotate: [10 deg, 20 deg, 179 deg]}",
+         NULL},
+        {"{time: 0, rotate: [10 deg, 20 deg, 0]}, {time: 1, rotate: [10 deg, 20 deg, 200 deg]}",
+         "goes by 200 deg from there; the turn goes the shorter way"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[1000];
+        snprintf(text, sizeof text,
+                 TIME SHEET "obstacles:\n  - {mesh: {shape: box}, translate: [0, 0, -3], motion: "
+                            "{keyframes: [%s]}}\n",
+                 cases[i].keys);
+        tulle_scene *const loaded = load_good(text);
+        size_t const count = tulle_scene_get_note_count(loaded);
+        const char *const note = tulle_scene_get_note(loaded, 0);
+        if (count != (cases[i].note != NULL) || (note && !strstr(note, cases[i].note)))
+            fail_msg("case %zu has %zu notes, the first: %s", i, count, note ? note : "none");
+        tulle_scene_destroy(loaded);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(long_ways_between_axes_are_noted),
         cmocka_unit_test(test_placement_and_time),
         cmocka_unit_test(test_copies),
         cmocka_unit_test(test_pins),

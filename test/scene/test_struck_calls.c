@@ -23,7 +23,7 @@ typedef struct small_case {
 
 #define TIME "time: {step: 1/90 s, frames: 9}\n"
 #define SHEET(n) "  - mesh: {shape: rectangle, size: [0.3, 0.3], resolution: [" n "]}\n"
-#define SPHERE "  - {name: ball, mesh: {shape: sphere, radius: 0.2, resolution: [6, 6]}}\n"
+#define SPHERE "  - {name: ball, mesh: {shape: sphere, radius: 0.2, resolution: [6]}}\n"
 static const small_case cases[] = {
     {"cloth with all keys",
      TIME
@@ -93,7 +93,7 @@ static const small_case cases[] = {
           "     dynamic: {density: 500, sleep_speed: 100, sleep_time: 0.001}, copies: {row: "
           "{count: 2, offset: [0, 0, 0.06]}}}\n"
           "  - {mesh: {shape: plane, size: [1, 1]}}\n"
-          "  - {mesh: {shape: sphere, radius: 0.02, resolution: [5, 5]}, translate: [0, 0, 0.16], "
+          "  - {mesh: {shape: sphere, radius: 0.02, resolution: [5]}, translate: [0, 0, 0.16], "
           "appears: 0.03, dynamic: {velocity: [0, 0, -2]}}\n",
      6},
     {"cloth that sleeps",
@@ -118,12 +118,11 @@ static const small_case cases[] = {
                  "obstacles:\n" SPHERE "contact: {start_intersections: untangle}\n",
      1},
     {"a start that intersects",
-     TIME
-     "cloth:\n" SHEET("7, 7") "    translate: [0, 0, 0.19]\n"
-                              "obstacles:\n" SPHERE
-                              "  - {mesh: {shape: sphere, radius: 0.05, resolution: [5, 5]}, "
-                              "translate: [0.1, 0.1, 0.19], appears: 0.015, disappears: 0.03}\n"
-                              "contact: {start_intersections: ignore}\n",
+     TIME "cloth:\n" SHEET(
+         "7, 7") "    translate: [0, 0, 0.19]\n"
+                 "obstacles:\n" SPHERE "  - {mesh: {shape: sphere, radius: 0.05, resolution: [5]}, "
+                 "translate: [0.1, 0.1, 0.19], appears: 0.015, disappears: 0.03}\n"
+                 "contact: {start_intersections: ignore}\n",
      4},
     {"obstacles that change shape",
      TIME "cloth:\n  - mesh: {shape: net, size: [0.4107, 0.4107], cells: [2, 2], "

@@ -65,7 +65,7 @@ static inline tulle_mesh subdivide(tulle_mesh_view mesh, const tulle_subdivision
 /* A shape of at most 12 x 12 vertices, cloth jittered if so asked. */
 static inline tulle_mesh make_shape(tulle_shape shape, bool is_irregular) {
     tulle_shape_def def = tulle_shape_def_default(shape);
-    def.is_irregular = is_irregular;
+    def.is_irregular = is_irregular && tulle_shape_is_cloth(shape);
     for (int k = 0; k < 2; k++)
         if (def.resolution[k] > 12) def.resolution[k] = 12;
     tulle_mesh mesh;

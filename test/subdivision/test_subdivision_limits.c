@@ -354,8 +354,10 @@ static void flat_cloth_keeps_its_outline(void **state) {
         shape.is_irregular = i % 2;
         shape.resolution[0] = shape.resolution[1] = shapes[i / 2] == TULLE_SHAPE_NET ? 0 : 7;
         if (i / 2 == 1) shape.size[1] = 0.2 * shape.size[0];
-        shape.cells[0] = shape.cells[1] = 1;
-        shape.strand_resolution = 1 + (uint32_t)(i % 3);
+        if (shapes[i / 2] == TULLE_SHAPE_NET) {
+            shape.cells[0] = shape.cells[1] = 1;
+            shape.strand_resolution = 1 + (uint32_t)(i % 3);
+        }
         tulle_mesh mesh;
         tulle_error error = {0};
         if (tulle_shape_generate(&shape, &mesh, &error) != TULLE_OK) fail_msg("%s", error.message);

@@ -124,7 +124,7 @@ static tulle_mesh make_box(double x, double y, double z) {
     tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_BOX);
     def.size[0] = x;
     def.size[1] = y;
-    def.height = z;
+    def.size[2] = z;
     return small_shape(def, 0.0, 0.0, -0.5 * z);
 }
 

@@ -41,10 +41,11 @@ static plain_object *add_sheet(plain_scene *scene, double side, double z) {
 
 static plain_object *add_solid(plain_scene *scene, tulle_shape kind, double size, vec3 at) {
     tulle_shape_def def = tulle_shape_def_default(kind);
-    def.size[0] = def.size[1] = def.size[2] = size;
-    def.radius = size;
-    def.height = 2.0 * size;
-    def.resolution[0] = 3;
+    for (int k = 0; k < 3; k++)
+        if (def.size[k] != 0.0) def.size[k] = size;
+    if (def.radius != 0.0) def.radius = size;
+    if (def.height != 0.0) def.height = 2.0 * size;
+    if (kind != TULLE_SHAPE_TETRAHEDRON) def.resolution[0] = 3;
     plain_object *const object = add(scene, small_shape(def, at.x, at.y, at.z));
     object->is_obstacle = true;
     return object;

@@ -115,7 +115,7 @@ static void board_through_a_tube(void **state) {
     tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_BOX);
     def.size[0] = 0.02;
     def.size[1] = 0.5;
-    def.size[2] = def.height = 0.6;
+    def.size[2] = 0.6;
     tulle_mesh board = make_arm(def, 0.0, 0.45);
     assert_comes_clean(&sleeve, &board, "board through a tube");
 }
