@@ -90,7 +90,7 @@ static tulle_world_def take_def(fuzz_bytes *bytes) {
     def.response = choices % 8 == 0 ? TULLE_RESPONSE_PAPER : TULLE_RESPONSE_COUPLED;
     def.motion_space = (tulle_motion_space)(choices / 8 % 2);
     def.start_intersections = (tulle_start_intersections)(choices / 16 % 3);
-    def.on_pinch = (tulle_on_pinch)(choices / 48 % 4 % 3);
+    def.on_pinch = (tulle_on_pinch)(choices / 48 % 3);
     def.membrane = choices % 7 > 4 ? TULLE_MEMBRANE_SPRINGS : TULLE_MEMBRANE_WOVEN;
     def.untangle_limit = 20;
     unsigned const effort = fuzz_take_below(bytes, 9);
