@@ -65,7 +65,9 @@ static options_outcome read_words(int argc, char **argv, detect_words *words) {
          .kind = OPTION_CHOICE,
          .value = &words->certificate,
          .argument = "on|off",
-         .help = "off: patches are skipped by their cones alone; misses collisions (default: on)",
+         .help =
+             "off: patches are skipped by their cones alone; misses collisions, an exception to "
+             "the promise (default: on)",
          .choices = switch_names},
         {.name = "patches",
          .kind = OPTION_CHOICE,
