@@ -39,8 +39,8 @@ static void what_has_stopped_has_no_speed(void **state) {
     tulle_shape_def shape = tulle_shape_def_default(TULLE_SHAPE_SPHERE);
     shape.radius = 0.1;
     tulle_mesh ball = small_shape(shape, 0.0, 5.0, 0.0);
-    tulle_keyframe const keys[2] = {{0.0, {0, 0, 0}, {1, 0, 0, 0}},
-                                    {MOVES_UNTIL, {0.5, 0, 0}, {1, 0, 0, 0}}};
+    tulle_keyframe const keys[2] = {{0.0, {0, 0, 0}, {0, 0, 0}},
+                                    {MOVES_UNTIL, {0.5, 0, 0}, {0, 0, 0}}};
     tulle_obstacle_def moving = tulle_obstacle_def_default();
     moving.mesh = tulle_mesh_get_view(&ball);
     moving.motion.keys = keys;
