@@ -127,8 +127,10 @@ static tulle_status parse_reference(usd_layer *layer, uint32_t prim, bool is_inh
         return usd_text_fail_word(text, "a path or a file's name", error);
     if (text->kind == USD_ASSET) {
         is_other = text->word.count > 0;
-        if (is_other && layer->passed.other_files++ == 0)
+        if (is_other && layer->passed.other_files++ == 0) {
+            layer->passed.file_place = text->place;
             status = keep_word(layer, &layer->passed.first_file, error);
+        }
         if (status == TULLE_OK) status = next(layer, error);
         text->word.count *= text->kind == USD_PATH;
         text->word.data[text->word.count] = '\0';

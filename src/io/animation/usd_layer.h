@@ -82,6 +82,7 @@ typedef struct usd_passed {
     size_t variant_sets, other_files, shapes, hidden, smooth, skins, changing;
     size_t classes;                   /* that are not there */
     uint32_t first_file, first_class; /* in texts, of other_files and classes */
+    usd_place file_place;             /* where first_file is named */
 } usd_passed;
 
 typedef struct usd_layer {

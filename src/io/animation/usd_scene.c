@@ -671,6 +671,30 @@ static void mark_used(usd_scene *scene) {
 
 /* ---- the scene ---- */
 
+/* Why there is no mesh, and what helps. */
+static tulle_status fail_empty(const usd_layer *layer, tulle_error *error) {
+    const usd_passed *const passed = &layer->passed;
+    const char *const path = layer->text.path;
+    if (passed->other_files > 0)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, passed->file_place.line,
+                            passed->file_place.column,
+                            "shows no meshes; @%.100s@ and other files that it refers to are not "
+                            "read: write all into one file, as usdcat --flatten does",
+                            usd_layer_get_text(layer, passed->first_file));
+    if (passed->shapes > 0)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "shows no meshes; shapes as spheres and curves, of which it has %zu, "
+                            "are not read: make meshes of them",
+                            passed->shapes);
+    if (passed->hidden > 0)
+        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                            "shows no meshes; %zu prims are hidden: set visibility or purpose to "
+                            "show them",
+                            passed->hidden);
+    return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
+                        "shows no meshes; it needs a Mesh with points and faces, defined by `def`");
+}
+
 tulle_status usd_scene_read(usd_layer *layer, usd_scene *scene, tulle_error *error) {
     *scene = (usd_scene){
         .layer = layer,
@@ -680,13 +704,7 @@ tulle_status usd_scene_read(usd_layer *layer, usd_scene *scene, tulle_error *err
     for (; prim != USD_NONE && status == TULLE_OK; prim = layer->prims.data[prim].next)
         status = build_prim(scene, USD_NONE, prim, 0, error);
     if (status) return status;
-    if (scene->vertex_count == 0 && layer->passed.other_files > 0)
-        return error_set_at(error, TULLE_ERROR_PARSE, layer->text.path, 0, 0,
-                            "shows no meshes; what it refers to in other files is not read, as "
-                            "@%.100s@",
-                            usd_layer_get_text(layer, layer->passed.first_file));
-    if (scene->vertex_count == 0)
-        return error_set_at(error, TULLE_ERROR_PARSE, layer->text.path, 0, 0, "shows no meshes");
+    if (scene->vertex_count == 0) return fail_empty(layer, error);
     mark_used(scene);
     status = usd_scene_make_frames(scene, error);
     if (status == TULLE_OK) status = usd_scene_turn(scene, error);

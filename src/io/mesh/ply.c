@@ -176,7 +176,11 @@ static tulle_status read_text_line(ply_reader *reader, tulle_error *error) {
     if (status) return status;
     text_word const rest = text_take_word(&reader->text);
     if (rest.length > 0)
-        return fail_value(reader, rest.text, "line", "has more values than properties", error);
+        return fail_value(
+            reader, rest.text, "line",
+            "has more values than the properties of the header: add to it those that it "
+            "leaves out, each list as a list",
+            error);
     return TULLE_OK;
 }
 

@@ -357,8 +357,12 @@ static void expect_refused(const char *text, int line, int column, const char *m
 static void faults_are_told(void **state) {
     (void)state;
     expect_refused("", 1, 1, "should begin with");
-    expect_refused("#usda 1.0\n", 0, 0, "shows no meshes");
-    expect_refused("#usda 1.0\ndef Xform \"a\" ( references = @b.usd@ ) {}", 0, 0, "as @b.usd@");
+    expect_refused("#usda 1.0\n", 0, 0, "shows no meshes; it needs a Mesh");
+    expect_refused("#usda 1.0\ndef Xform \"a\" ( references = @b.usd@ ) {}", 2, 30,
+                   "@b.usd@ and other files that it refers to are not read: write all into one");
+    expect_refused("#usda 1.0\ndef Sphere \"a\" {}", 0, 0, "of which it has 1, are not read");
+    expect_refused("#usda 1.0\ndef Mesh \"a\" { token visibility = \"invisible\" }", 0, 0,
+                   "1 prims are hidden: set visibility or purpose");
     expect_refused("#usda 1.0\nMesh", 2, 1, "\"Mesh\" should be def, over or class");
     expect_refused("#usda 1.0\n}\n", 2, 1, "should be def");
     expect_refused("#usda 1.0\ndef Mesh m\n", 2, 10, "name of a prim in quotes");
