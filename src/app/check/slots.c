@@ -14,7 +14,7 @@ size_t check_slots_count(frame_range range, int threads) {
 static tulle_status report_slots(check_slots *slots, size_t count, const check_report *report,
                                  check_totals *totals, tulle_error *error) {
     tulle_status status = TULLE_OK;
-    progress_bar_clear(&slots->bar);
+    frame_progress_clear(&slots->progress);
     for (size_t slot = 0; slot < count; slot++) {
         check_frame *const frame = &slots->frames[slot];
         if (status == TULLE_OK && frame->status != TULLE_OK)
@@ -32,7 +32,9 @@ tulle_status check_slots_judge(check_slots *slots, frame_range range, const chec
                                check_totals *totals, tulle_error *error) {
     uint32_t const frame_count = frame_range_get_count(range);
     tulle_status status = TULLE_OK;
-    slots->bar = progress_bar_begin();
+    slots->progress = frame_progress_begin("check", NULL);
+    if (report->is_json && slots->progress.kind == PROGRESS_LINES)
+        slots->progress.kind = PROGRESS_NONE; /* its lines on standard output tell how far it is */
     for (uint32_t first = 0; first < frame_count && status == TULLE_OK;) {
         size_t count = 0;
         while (count < slots->count && first + count < frame_count && status == TULLE_OK) {
@@ -44,10 +46,8 @@ tulle_status check_slots_judge(check_slots *slots, frame_range range, const chec
         tulle_status const judged = report_slots(slots, count, report, totals, error);
         if (judged != TULLE_OK) status = judged;
         first += (uint32_t)count;
-        progress_bar_show(&slots->bar, first, frame_count,
-                          "%u of %u frames judged, %llu intersections", first, frame_count,
-                          (unsigned long long)totals->intersection_count);
+        frame_progress_show(&slots->progress, first, frame_count);
     }
-    progress_bar_clear(&slots->bar);
+    frame_progress_clear(&slots->progress);
     return status;
 }

@@ -4,8 +4,8 @@
 #define TULLE_APP_CHECK_SLOTS_H
 
 #include "app/check/frame.h"
+#include "app/cli/frame_progress.h"
 #include "app/cli/frame_range.h"
-#include "app/cli/progress_bar.h"
 
 /* Fills frames[slot] with frame `number`. */
 typedef tulle_status (*check_frame_reader)(void *context, size_t slot, uint32_t number,
@@ -18,14 +18,15 @@ typedef struct check_slots {
     int threads;
     check_frame_reader read;
     void *context;
-    progress_bar bar;
+    frame_progress progress;
 } check_slots;
 
 /* How many frames are judged side by side by so many threads. */
 size_t check_slots_count(frame_range range, int threads);
 
 /* Judges the frames of the range, prints each and adds them to the totals; a bar on standard error
- * if it is a terminal. Stops at the first frame that cannot be read or judged. */
+ * if it is a terminal, a line every ten seconds elsewhere, nothing there with JSON on standard
+ * output. Stops at the first frame that cannot be read or judged. */
 tulle_status check_slots_judge(check_slots *slots, frame_range range, const check_report *report,
                                check_totals *totals, tulle_error *error);
 
