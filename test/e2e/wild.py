@@ -1,7 +1,9 @@
-"""usage: wild.py FOLDER WORK TABLE EVERY: reads each EVERY-th file of FOLDER, compares triangles, box and area with assimp's where it
-reads the format, drops a napkin on it for a second, lets it fall as cloth where it or its repair is a manifold; a row a file.
+"""usage: wild.py FOLDER WORK TABLE EVERY: reads each EVERY-th file of FOLDER, compares triangles, box, area and volume with assimp's
+where it reads the format, drops a napkin on it for a second, lets it fall as cloth where it or its repair is a manifold; a row a file.
 
-Ends with 1 where a file crashes the program, a message names no file, a run intersects, or another reader's box is other."""
+Ends with 1 where a file crashes the program, another reader's triangles, box, area or volume are other, a run intersects, or a refusal
+lacks the file's name, a place in it or advice."""
+import math
 import os
 import re
 import subprocess
@@ -9,6 +11,16 @@ import sys
 
 TULLE = os.environ["TULLE"]
 LIMIT = 60  # [s] for a command
+# Files whose difference is the other reader's fault, and the reason.
+OTHERS = {
+    "cubevt.obj": "assimp calls its own mesh of it invalid, and writes no face",
+}
+# A refusal says where: a line, a byte, an element, or that the whole file lacks something.
+PLACE = re.compile(r":\d+(:\d+)?: |\bbyte \d+|\b(triangle|triangles|vertex|vertices|face|edge|frame|node|mesh|accessor)s? '?\d+"
+                   r"|\bholds no |\bshows no |\bhas no |\bis empty|\bno (meshes|triangles)|\bcannot be ")
+# And what should be there, or what helps.
+ADVICE = re.compile(r"\bshould\b|\bneeds?\b|\bmust\b|\?|[:;,] (write|make|merge|move|give|set|use|save|add|correct|turn|remove|close"
+                    r"|choose|export|run|try|convert)\b|\bis needed\b")
 ENDINGS = (".obj", ".stl", ".ply", ".glb", ".gltf", ".usda")
 
 
@@ -22,7 +34,7 @@ def run(*words, limit=LIMIT):
 
 
 def read_obj(path):
-    """Places and triangles that `tulle convert` wrote."""
+    """Places and triangles; lines and points are none."""
     places, faces = [], []
     with open(path, encoding="utf-8") as file:
         for line in file:
@@ -30,43 +42,64 @@ def read_obj(path):
             if words[:1] == ["v"]:
                 places.append(tuple(map(float, words[1:4])))
             elif words[:1] == ["f"]:
-                faces.append(tuple(int(word) - 1 for word in words[1:4]))
+                faces.append(tuple(int(word.split("/")[0]) - 1 for word in words[1:4]))
     return places, faces
 
 
 def measure(path):
+    """Triangles, the box of those, area and volume."""
     places, faces = read_obj(path)
     used = {corner for face in faces for corner in face}
     if not used:
-        return 0, [0.0] * 3, [0.0] * 3
+        return 0, [0.0] * 3, [0.0] * 3, 0.0, 0.0
     low = [min(places[v][k] for v in used) for k in range(3)]
     high = [max(places[v][k] for v in used) for k in range(3)]
-    return len(faces), low, high
+    area = volume = 0.0
+    for face in faces:
+        a, b, c = ([places[v][k] - low[k] for k in range(3)] for v in face)
+        u, w = ([q - p for p, q in zip(a, other)] for other in (b, c))
+        normal = (u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0])
+        area += 0.5 * math.sqrt(sum(x * x for x in normal))
+        volume += sum(x * y for x, y in zip(a, normal)) / 6
+    return len(faces), low, high, area, volume
 
 
-def ask_assimp(path, is_y_up):
-    """Triangles and box, with z up; None where it does not read the file."""
-    code, said = run("assimp", "info", path)
-    faces = re.search(r"^Faces:\s+(\d+)", said, re.M)
-    low = re.search(r"^Minimum point\s+\(([^)]*)\)", said, re.M)
-    high = re.search(r"^Maximum point\s+\(([^)]*)\)", said, re.M)
-    if code != 0 or not (faces and low and high):
+def ask_assimp(path, work, is_y_up):
+    """The same of what assimp reads and writes as OBJ, with z up; None where it does not read the file."""
+    out = os.path.join(work, "assimp.obj")
+    run("rm", "-f", out)
+    code, _ = run("assimp", "export", path, out, "-tri")
+    if code != 0 or not os.path.exists(out):
         return None
-    low, high = (list(map(float, found[1].split())) for found in (low, high))
+    count, low, high, area, volume = measure(out)
     if is_y_up:
         low, high = [low[0], -high[2], low[1]], [high[0], -low[2], high[1]]
-    return int(faces[1]), low, high
+    return count, low, high, area, volume
 
 
-def differ(one, other):
-    """Whether two boxes are others: assimp prints six digits."""
+def compare(one, other):
+    """What of two measurements is other: floats, and quads that are cut along the other diagonal."""
     size = max(abs(x) for x in one[1] + one[2]) or 1.0
-    return any(abs(a - b) > 2e-5 * size for a, b in zip(one[1] + one[2], other[1] + other[2]))
+    found = ["%d triangles, not %d" % (one[0], other[0])] if one[0] != other[0] else []
+    if any(abs(a - b) > 2e-5 * size for a, b in zip(one[1] + one[2], other[1] + other[2])):
+        found.append("the box")
+    if abs(one[3] - other[3]) > 1e-4 * one[3]:
+        found.append("area %g, not %g" % (one[3], other[3]))
+    if abs(one[4] - other[4]) > 1e-4 * one[3] ** 1.5:
+        found.append("volume %g, not %g" % (one[4], other[4]))
+    return ", ".join(found)
+
+
+def find_lack(said):
+    """What a refusal lacks."""
+    words = " ".join(said.split())
+    lacks = [what for what, pattern in (("a place", PLACE), ("advice", ADVICE)) if not pattern.search(words)]
+    return "without %s: " % " and ".join(lacks) if lacks else ""
 
 
 def drop(work, mesh, box, is_cloth):
     """Of a napkin on the obstacle, or of the mesh as cloth, what `check` says of a second."""
-    _, low, high = box
+    low, high = box[1:3]
     size = max(b - a for a, b in zip(low, high)) or 1.0
     scale, top = 1.0 / size, (high[2] - low[2]) / size
     place = [-0.5 * (a + b) * scale for a, b in zip(low, high)]
@@ -87,7 +120,9 @@ def drop(work, mesh, box, is_cloth):
         return "over %d s" % LIMIT, False
     if code != 0:
         words = [line for line in said.splitlines() if ":" in line]
-        return "refused: " + (words[0] if words else said)[:160].replace(work + "/", ""), code < 0 or code > 4
+        lack = find_lack(said)
+        told = "refused: " + lack + (words[0] if words else said)[:160].replace(work + "/", "")
+        return told, code < 0 or code > 4 or lack != ""
     code, said = run(TULLE, "check", out, "--list", "0")
     return said.splitlines()[-1] if said else "not judged", code != 0
 
@@ -97,15 +132,22 @@ def row(path, work):
     mesh = os.path.join(work, "mesh.obj")
     code, said = run(TULLE, "convert", path, mesh, *([] if path.endswith((".obj", ".stl", ".ply")) else ["--frame", "0"]))
     if code != 0:
-        words = said.strip().splitlines()
-        is_fault = code not in (2, 3, 124) or (code != 124 and os.path.basename(path) not in said)
-        return ["-", "-", "over %d s" % LIMIT if code == 124 else "refused: " + words[0][:200], "-", "-"], is_fault
+        if code == 124:
+            return ["-", "-", "over %d s" % LIMIT, "-", "-"], False
+        lack, words = find_lack(said), said.strip().splitlines() or [""]
+        is_fault = code not in (2, 3) or os.path.basename(path) not in said or lack != ""
+        return ["-", "-", "refused: " + lack + words[0][:200], "-", "-"], is_fault
     box = measure(mesh)
     if box[0] == 0:
         return ["0", "-", "no triangles", "-", "-"], False
     is_y_up = path.endswith((".glb", ".gltf"))
-    other = ask_assimp(path, is_y_up) if not path.endswith(".usda") else None
-    same = "-" if other is None else "box differs" if differ(box, other) else "same box, %d triangles" % other[0]
+    other = ask_assimp(path, work, is_y_up) if not path.endswith(".usda") else None
+    unlike = compare(box, other) if other else ""
+    same = "-" if other is None else unlike or "same triangles, box, area and volume"
+    reason = OTHERS.get(os.path.basename(path))
+    is_unlike = unlike != "" and reason is None
+    if unlike and reason:
+        same += ": " + reason
     obstacle, is_bad = drop(work, mesh, box, False)
     fixed = os.path.join(work, "fixed.obj")
     code, said = run(TULLE, "convert", mesh, fixed, "--repair")
@@ -115,7 +157,7 @@ def row(path, work):
         cloth, is_torn = drop(work, fixed, measure(fixed), True)
         if "repaired    nothing" not in said:
             cloth = "repaired; " + cloth
-    return [str(box[0]), same, "read", obstacle, cloth], is_bad or is_torn
+    return [str(box[0]), same, "read", obstacle, cloth], is_unlike or is_bad or is_torn
 
 
 def main():
