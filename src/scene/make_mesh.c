@@ -130,7 +130,21 @@ tulle_status drop_duplicates(const scene_work *work, const char *path, tulle_mes
 
 static int compare_points(const void *a, const void *b) { return memcmp(a, b, 3 * sizeof(double)); }
 
-/* Files for pictures have several vertices where cloth has one; it would fall apart there. */
+/* Boundary vertices that a repair joins with others in the same place. */
+static size_t count_joined(const tulle_mesh *mesh) {
+    tulle_mesh copy = {0};
+    tulle_mesh_repairs repairs = {0};
+    if (tulle_mesh_create(mesh->vertex_count, mesh->triangle_count, &copy, NULL) != TULLE_OK)
+        return 0;
+    memcpy(copy.positions, mesh->positions, 3 * mesh->vertex_count * sizeof(double));
+    memcpy(copy.triangles, mesh->triangles, 3 * mesh->triangle_count * sizeof(uint32_t));
+    tulle_status const status = tulle_mesh_repair(&copy, 0.0, &repairs, NULL);
+    tulle_mesh_destroy(&copy);
+    return status == TULLE_OK ? repairs.counts[TULLE_REPAIR_JOINED] : 0;
+}
+
+/* Files of pictures and of panels have several vertices where cloth has one; it would fall apart
+ * there. */
 static void note_seams(const scene_work *work, const char *path, const tulle_mesh *mesh) {
     memory heap = memory_default();
     size_t const count = mesh->vertex_count, size = 3 * count * sizeof(double);
@@ -142,16 +156,21 @@ static void note_seams(const scene_work *work, const char *path, const tulle_mes
     for (size_t i = 1; i < count; i++)
         same_count += compare_points(points + 3 * i - 3, points + 3 * i) == 0;
     memory_release(&heap, points, size);
-    if (same_count > 0)
-        note_add(work,
-                 "%s: %zu vertices are in the place of others, and nothing joins them: the cloth "
-                 "comes apart there; join them first, as Blender does with Merge by Distance",
-                 path, same_count);
+    if (same_count == 0) return;
+    bool const is_animation = frame_cache_is_animation(path);
+    char advice[SCENE_PATH_LIMIT] = "join them first, as Blender does with Merge by Distance";
+    if (count_joined(mesh) >= same_count)
+        snprintf(advice, sizeof advice, "join them first: 'tulle convert %s OUT.ply --repair%s'",
+                 path, is_animation ? " --frame 0" : "");
+    note_add(work,
+             "%s: %zu vertices are in the place of others, and nothing joins them: the cloth "
+             "comes apart there; %s",
+             path, same_count, advice);
 }
 
 /* Reads the first frame of an animation. */
-static tulle_status read_first_frame(const scene_work *work, const char *path, tulle_mesh_role role,
-                                     source_mesh *made, tulle_error *error) {
+static tulle_status read_first_frame(const scene_work *work, const char *path, source_mesh *made,
+                                     tulle_error *error) {
     frame_cache cache;
     tulle_status status = frame_cache_open(path, &cache, error);
     if (status != TULLE_OK) return status;
@@ -162,7 +181,6 @@ static tulle_status read_first_frame(const scene_work *work, const char *path, t
                  path, (unsigned)cache.frame_count);
     status = frame_cache_make_mesh(&cache, 0, made->mesh, error);
     frame_cache_close(&cache);
-    if (status == TULLE_OK && role == TULLE_MESH_ROLE_CLOTH) note_seams(work, path, made->mesh);
     return status;
 }
 
@@ -215,7 +233,7 @@ tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role
     made->is_of_file = true;
     made->axes = (file_axes){false, 1.0};
     tulle_status status = frame_cache_is_animation(path)
-                              ? read_first_frame(work, path, role, made, error)
+                              ? read_first_frame(work, path, made, error)
                               : tulle_mesh_read_source(path, mesh, &source, error);
     if (status != TULLE_OK) return status;
     made->polygons_hash = source.polygons_hash;
@@ -226,6 +244,7 @@ tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role
     tulle_mesh_lines const lines = {source.vertex_lines, source.triangle_lines};
     if (status == TULLE_OK && role != TULLE_MESH_ROLE_DEFORMING)
         status = tulle_mesh_validate_lines(tulle_mesh_get_view(mesh), role, lines, error);
+    if (status == TULLE_OK && role == TULLE_MESH_ROLE_CLOTH) note_seams(work, path, mesh);
     if (status != TULLE_OK && !error->file[0])
         snprintf(error->file, sizeof error->file, "%s", path);
     if (kept && status == TULLE_OK)

@@ -34,6 +34,14 @@ expect 0 '^  as obstacle +can be used' fan.obj
 grep -Eq '^  as cloth +can be used' out && { echo "three triangles on an edge pass as cloth"; faults=1; }
 expect 0 '^sheet.obj: triangle mesh' solid.obj sheet.obj
 
+# Panels that meet with doubled vertices: cloth would come apart there, unless it is joined.
+printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nf 1 2 3 4\nf 5 6 7 8\n' >panels.obj
+expect 0 '^ +but 2 boundary vertices are in the place of others' panels.obj
+expect 0 "^ +'tulle convert panels.obj OUT.ply --repair' joins them$" panels.obj
+"$TULLE" convert panels.obj joined.ply --repair >/dev/null || faults=1
+expect 0 '^  as cloth +can be used' joined.ply
+grep -q 'in the place of others' out && { echo "joined panels are told of seams"; faults=1; }
+
 # As other tools write them, and a triangle twice.
 printf 'o it\nv 0 0 0\nv 1 0 0\nv 0 1 0\nseam 1 2\nl 1 2\nl 2 3\nvt 0 0\nf 1/1 2/1 3/1\nf 3 2 1\n' >other.obj
 expect 0 "^  file +passed over: 1 'o' \\(line 1\\), 1 'seam' \\(line 5\\), 2 'l' \\(line 6\\)$" other.obj

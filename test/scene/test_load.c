@@ -555,6 +555,30 @@ static void test_sequence_contents_count_in_the_hash(void **state) {
 }
 
 /* Between keys about different axes a turn goes the shorter way: told from half a turn on. */
+/* Panels that meet with doubled vertices are two pieces of cloth; an OBJ file is told as others. */
+static void seams_of_cloth_are_noted(void **state) {
+    (void)state;
+    write_text_file("panels.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 0\nv 2 0 0\nv 2 1 0\n"
+                                  "v 1 1 0\nf 1 2 3 4\nf 5 6 7 8\n");
+    tulle_scene *const loaded = load_good(
+        TIME "contact: {start_intersections: untangle}\ncloth:\n  - mesh: {file: panels.obj}\n");
+    assert_int_equal(tulle_scene_get_note_count(loaded), 1);
+    const char *const note = tulle_scene_get_note(loaded, 0);
+    if (!strstr(note, "panels.obj: 2 vertices are in the place of others") ||
+        !strstr(note, "panels.obj OUT.ply --repair'"))
+        fail_msg("%s", note);
+    tulle_scene_world built = {0};
+    tulle_scene_destroy(loaded);
+    tulle_scene *const refused = load_good(TIME "cloth:\n  - mesh: {file: panels.obj}\n");
+    tulle_error error = {0};
+    assert_int_equal(tulle_scene_build_world(refused, 1, NULL, &built, &error), TULLE_OK);
+    assert_int_equal(tulle_world_start(built.world, &error), TULLE_ERROR_INTERSECTING_START);
+    if (!strstr(error.message, "join vertices that are in one place"))
+        fail_msg("%s", error.message);
+    tulle_scene_destroy_world(&built);
+    tulle_scene_destroy(refused);
+}
+
 static void long_ways_between_axes_are_noted(void **state) {
     (void)state;
     static const struct {
@@ -593,6 +617,7 @@ static void long_ways_between_axes_are_noted(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(seams_of_cloth_are_noted),
         cmocka_unit_test(long_ways_between_axes_are_noted),
         cmocka_unit_test(test_placement_and_time),
         cmocka_unit_test(test_copies),

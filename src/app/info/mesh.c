@@ -87,14 +87,13 @@ static void print_use(tulle_mesh_view mesh, tulle_mesh_role role, const tulle_me
                     status == TULLE_OK ? "can be used" : reason.message);
 }
 
-/* Where the mesh cannot be cloth: whether a repair helps. */
+/* Whether a repair makes cloth of a mesh, or joins the pieces that cloth would fall into. */
 static void print_remedy(const char *path, tulle_mesh_view mesh) {
     tulle_mesh copy = {0};
     tulle_mesh_repairs repairs;
     tulle_error reason = {0};
-    if (tulle_mesh_validate(mesh, TULLE_MESH_ROLE_CLOTH, NULL) == TULLE_OK ||
-        tulle_mesh_create(mesh.vertex_count, mesh.triangle_count, &copy, NULL) != TULLE_OK)
-        return;
+    bool const is_cloth = tulle_mesh_validate(mesh, TULLE_MESH_ROLE_CLOTH, NULL) == TULLE_OK;
+    if (tulle_mesh_create(mesh.vertex_count, mesh.triangle_count, &copy, NULL) != TULLE_OK) return;
     if (mesh.vertex_count > 0)
         memcpy(copy.positions, mesh.positions, 3 * mesh.vertex_count * sizeof(double));
     if (mesh.triangle_count > 0)
@@ -103,6 +102,15 @@ static void print_remedy(const char *path, tulle_mesh_view mesh) {
     if (status == TULLE_OK)
         status = tulle_mesh_validate(tulle_mesh_get_view(&copy), TULLE_MESH_ROLE_CLOTH, &reason);
     tulle_mesh_destroy(&copy);
+    size_t const joined = is_cloth && status == TULLE_OK ? repairs.counts[TULLE_REPAIR_JOINED] : 0;
+    if (joined > 0) {
+        printf("  %-16s but %zu boundary vertices are in the place of others, and nothing joins "
+               "them: it comes apart there;\n",
+               "", joined);
+        app_print_names(stdout, "  %-16s 'tulle convert %s OUT.ply --repair' joins them\n", "",
+                        path);
+    }
+    if (is_cloth) return;
     if (status == TULLE_OK)
         app_print_names(stdout, "  %-16s 'tulle convert %s OUT.ply --repair' makes it cloth\n", "",
                         path);

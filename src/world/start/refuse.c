@@ -9,6 +9,7 @@
 #include "world/world_state.h"
 
 #include <stdio.h>
+#include <string.h>
 
 enum { NAMED_PAIRS = 3 }; /* pairs that a message describes */
 
@@ -100,6 +101,20 @@ tulle_status world_refuse_intersections(tulle_world *world, const double *positi
         (void)snprintf(text + length, size - length, "\n  and %zu more", count - NAMED_PAIRS);
     bool const is_untangled = world->def.start_intersections == TULLE_START_UNTANGLE;
     bool const is_late = world->is_started; /* only the start is untangled */
+    size_t doubled = 0;                     /* pairs of one cloth that have corners in one place */
+    for (size_t i = 0; i < count; i++) {
+        const tulle_intersection *const pair = &world->intersections.data[i];
+        const surface_range *const surface = &world->surfaces[pair->object_a];
+        const uint32_t *const all = world->topo.triangles + 3 * (size_t)surface->triangle_begin;
+        bool is_doubled = false;
+        for (size_t k = 0; k < 9 && pair->object_a == pair->object_b; k++) {
+            uint32_t const a = all[3 * (size_t)pair->triangle_a + k / 3];
+            uint32_t const b = all[3 * (size_t)pair->triangle_b + k % 3];
+            is_doubled |= a != b && memcmp(positions + 3 * (size_t)a, positions + 3 * (size_t)b,
+                                           3 * sizeof *positions) == 0;
+        }
+        doubled += is_doubled;
+    }
     const char *advice = "move them apart, or set start_intersections to untangle, or to ignore";
     if (world_count_intersecting_bodies(world) > 0)
         advice = "move them apart (untangling moves cloth only), or set start_intersections to "
@@ -108,11 +123,16 @@ tulle_status world_refuse_intersections(tulle_world *world, const double *positi
         advice = "move them apart, raise untangle_limit, or set start_intersections to ignore";
     if (is_late)
         advice = "let it appear elsewhere or at another time, or set start_intersections to ignore";
-    return error_set(error, TULLE_ERROR_INTERSECTING_START,
-                     "%zu pairs of triangles intersect %s:%s\n"
-                     "To mend it, %s (an exception to the promise: an ignored pair counts once it "
-                     "has come apart)",
-                     count, when, text, advice);
+    return error_set(
+        error, TULLE_ERROR_INTERSECTING_START,
+        "%zu pairs of triangles intersect %s:%s\n"
+        "To mend it, %s%s (an exception to the promise: an ignored pair counts once it "
+        "has come apart)",
+        count, when, text,
+        doubled > 0 ? "join vertices that are in one place ('tulle convert IN OUT "
+                      "--repair' joins those of boundaries), or "
+                    : "",
+        advice);
 }
 
 tulle_status world_refuse_bodies(tulle_world *world, const char *what, tulle_error *error) {
