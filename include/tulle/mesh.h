@@ -49,7 +49,9 @@ typedef enum tulle_mesh_role {
  * indices out of range, a triangle that uses a vertex twice, duplicate triangles. Of all but
  * deforming obstacles also: zero-area or needle-thin triangles (height under 1e-9 of the longest
  * edge). Of cloth also: edges with more than two triangles, neighbours with opposite orientation,
- * vertices whose triangles do not form one fan, unreferenced vertices. Errors:
+ * vertices whose triangles do not form one fan, unreferenced vertices, triangles lower than four
+ * steps of float at half the mesh's size. How far it is from the origin does not count: the start
+ * of a world judges cloth where it lies. Errors:
  * TULLE_ERROR_INVALID_MESH, TULLE_ERROR_INVALID_ARGUMENT (an array of the view is null, no such
  * role), TULLE_ERROR_LIMIT (over 2^31 - 1 vertices or triangles), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_validate(tulle_mesh_view mesh, tulle_mesh_role role,

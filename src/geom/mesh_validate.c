@@ -168,12 +168,19 @@ static edge_range measure_edges(const check *c, size_t triangle) {
     return range;
 }
 
-/* Cloth is stored as floats, which hold no edges and heights below some size. */
+/* Cloth is stored as floats, which hold no edges and heights below some size. Where it lies is
+ * judged at the start of a world: here it is taken to lie about the origin, as well as it can. */
 static tulle_status check_float_heights(const check *c) {
     double extent = 0.0, height = 0.0;
     defect found = {0, 0};
-    for (size_t i = 0; i < 3 * c->mesh.vertex_count; i++)
-        extent = fmax(extent, fabs(c->mesh.positions[i]));
+    for (size_t axis = 0; axis < 3; axis++) {
+        double low = (double)INFINITY, high = -(double)INFINITY;
+        for (size_t v = 0; v < c->mesh.vertex_count; v++) {
+            low = fmin(low, c->mesh.positions[3 * v + axis]);
+            high = fmax(high, c->mesh.positions[3 * v + axis]);
+        }
+        extent = fmax(extent, 0.5 * (high - low));
+    }
     for (size_t t = 0; t < c->mesh.triangle_count; t++) {
         double const own = measure_edges(c, t).longest *
                            triangle_get_height_ratio(c->mesh.positions, c->mesh.triangles + 3 * t);
@@ -189,7 +196,7 @@ static tulle_status check_float_heights(const check *c) {
         c, get_line(c->lines.triangles, found.first),
         "triangle %s is %.3g m high over its longest edge%s; its shortest edge, from "
         "vertex %s at %s to %s at %s, is %.3g m long. Floats in files hold no cloth lower "
-        "than %.3g m where the mesh reaches %.3g m from the origin: merge vertices so "
+        "than %.3g m in a mesh that reaches %.3g m from its middle: merge vertices so "
         "near, or move them away from the edge that they are so near to",
         show_triangle(c, found.first).text, height, get_rest(found).text,
         show_vertex(c, ends[0]).text, get_place(c->mesh, ends[0]).text,

@@ -65,6 +65,13 @@ for name in run info check detect; do
     grep -q "^tulle $name: other.obj:10: triangle 1 has the same corners as triangle 0 (line 9) and is dropped$" notes || { echo "$name: no warning: $(cat notes)"; faults=1; }
 done
 
+# Far from the origin floats do not hold it, nearer they do; and never where an edge is too short for the mesh itself.
+printf 'v 500000 0 0\nv 500000.02 0 0\nv 500000.02 0.02 0\nv 500000 0.02 0\nf 1 2 3 4\n' >far.obj
+expect 0 '^  as cloth +can be used$' far.obj
+expect 0 '^ +within 2\.97e\+04 m of the origin only, and it reaches 5e\+05 m: .* triangle, of 0\.0141 m,' far.obj
+printf 'v 0 0 0\nv 1 0 0\nv 1 1e-7 0\nf 1 2 3\n' >low.obj
+expect 0 '^  as cloth +triangle 0 \(line 4\) is 1e-07 m high .* is 1e-07 m long\. .* 2\.38e-07 m in a mesh that reaches 0\.5 m from its middle' low.obj
+
 # An obstacle goes without triangles that have no area.
 printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 0 0\nf 1 2 3\nf 1 4 2\n' >flat.obj
 expect 0 '^  as cloth +triangle 1 \(line 6\) .* has zero area' flat.obj

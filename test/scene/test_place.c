@@ -106,6 +106,37 @@ static void test_keys_alone(void **state) {
     }
 }
 
+/* Floats hold the cloth where it is placed, not where its file has it. */
+static void test_far_file_is_brought_near(void **state) {
+    (void)state;
+    write_text_file("far.obj", "v 500000 0 0\nv 500000.02 0 0\nv 500000.02 0.02 0\n"
+                               "v 500000 0.02 0\nf 1 2 3 4\n");
+    static const struct {
+        const char *keys;
+        const char *error; /* of the start; null: none */
+    } cases[] = {
+        {"place: {center: true, on: 1 m}", NULL},
+        {"translate: [-500000, 0, 1]", NULL},
+        {"translate: [0, 0, 1]", "where the scene reaches 5e+05 m from the origin"},
+        {"scale: 0.00001, translate: [0, 0, 1]", "where the scene reaches 5 m from the origin"},
+        {"scale: 0.00001, place: {size: 0.02, center: true}", NULL},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[400];
+        snprintf(text, sizeof text, TIME "cloth:\n  - {mesh: {file: far.obj}, %s}\n",
+                 cases[i].keys);
+        tulle_scene *const loaded = load_good(text);
+        tulle_error error = {0};
+        tulle_scene_world built;
+        assert_int_equal(tulle_scene_build_world(loaded, 1, NULL, &built, &error), TULLE_OK);
+        tulle_status const status = tulle_world_start(built.world, &error);
+        assert_int_equal(status, cases[i].error ? TULLE_ERROR_INVALID_MESH : TULLE_OK);
+        if (cases[i].error) assert_non_null(strstr(error.message, cases[i].error));
+        tulle_scene_destroy_world(&built);
+        end_scene(loaded);
+    }
+}
+
 /* A tower of obstacles, with copies, and a cloth on top; vertices that no triangle uses do not
  * count. */
 static void test_on_top_of(void **state) {
@@ -264,6 +295,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_keys_act_in_order),
         cmocka_unit_test(test_keys_alone),
+        cmocka_unit_test(test_far_file_is_brought_near),
         cmocka_unit_test(test_on_top_of),
         cmocka_unit_test(test_rest_is_placed_alike),
         cmocka_unit_test(test_sequence_is_placed_by_its_start),

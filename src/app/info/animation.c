@@ -55,14 +55,6 @@ static tulle_status print_frame(convert_source *source, uint32_t frame, const ax
     return status;
 }
 
-static void print_use(const convert_source *source, tulle_mesh_role role, const char *label) {
-    tulle_error reason = {0};
-    tulle_status const status =
-        tulle_mesh_validate(tulle_mesh_get_view(&source->mesh), role, &reason);
-    app_print_names(stdout, "  %-16s %s\n", label,
-                    status == TULLE_OK ? "can be used" : reason.message);
-}
-
 static tulle_status print_all(convert_source *source, tulle_error *error) {
     frame_range const frames = source->frames;
     double ends[2];
@@ -87,7 +79,8 @@ static tulle_status print_all(convert_source *source, tulle_error *error) {
         status = print_frame(source, frames.last, &change, error);
     if (status != TULLE_OK || source->mesh.triangle_count == 0) return status;
     axes_apply(&change, source->mesh.positions, source->mesh.vertex_count);
-    print_use(source, TULLE_MESH_ROLE_CLOTH, "as cloth");
+    info_print_use(tulle_mesh_get_view(&source->mesh), TULLE_MESH_ROLE_CLOTH, &source->described,
+                   "as cloth");
     return info_print_use_as_obstacle(&source->mesh, &source->described, true, error);
 }
 

@@ -17,6 +17,9 @@ tulle_status info_print_cache(const char *path, tulle_error *error);
 /* An animation with its triangles, or numbered meshes: sizes, frames, axes and unit, bounds of the
  * first and last frame in metres with z up, what it can be used for. */
 tulle_status info_print_animation(const char *path, tulle_error *error);
+/* Whether a mesh can be cloth or an obstacle; else why not. Of cloth also how near the origin. */
+void info_print_use(tulle_mesh_view mesh, tulle_mesh_role role, const tulle_mesh_source *source,
+                    const char *label);
 /* Whether a mesh can be an obstacle, or one that `deforms`, and what of it is left out there; it is
  * then dropped from the mesh. */
 tulle_status info_print_use_as_obstacle(tulle_mesh *mesh, const tulle_mesh_source *source,

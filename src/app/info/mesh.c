@@ -77,14 +77,46 @@ static void print_parts(const tulle_mesh_source *source, tulle_mesh_part_kind ki
     if (has_more) printf("  %-16s ...\n", "");
 }
 
-/* Whether the mesh can be cloth or an obstacle; else why not. */
-static void print_use(tulle_mesh_view mesh, tulle_mesh_role role, const tulle_mesh_source *source,
-                      const char *label) {
+/* [of the largest coordinate] A world starts with no lower cloth: four steps of float. */
+static const double LEAST_HEIGHT = 4.0 * 0x1p-23;
+
+/* [m] Of a triangle over its longest edge. */
+static double find_height(const double *positions, const uint32_t corners[3]) {
+    double edges[3][3], longest = 0.0;
+    for (size_t k = 0; k < 3; k++) {
+        const double *const a = positions + 3 * (size_t)corners[k];
+        const double *const b = positions + 3 * (size_t)corners[(k + 1) % 3];
+        for (size_t axis = 0; axis < 3; axis++) edges[k][axis] = b[axis] - a[axis];
+        longest = fmax(longest, hypot(hypot(edges[k][0], edges[k][1]), edges[k][2]));
+    }
+    const double *const u = edges[0], *const v = edges[1];
+    double const across = hypot(hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2]),
+                                u[0] * v[1] - u[1] * v[0]);
+    return across / longest;
+}
+
+/* Where cloth lies too far from the origin for floats: how near it must be. */
+static void print_reach(tulle_mesh_view mesh) {
+    double extent = 0.0, lowest = (double)INFINITY;
+    for (size_t i = 0; i < 3 * mesh.vertex_count; i++)
+        extent = fmax(extent, fabs(mesh.positions[i]));
+    for (size_t t = 0; t < mesh.triangle_count; t++)
+        lowest = fmin(lowest, find_height(mesh.positions, mesh.triangles + 3 * t));
+    if (lowest < LEAST_HEIGHT * extent)
+        printf("  %-16s within %.3g m of the origin only, and it reaches %.3g m: floats hold its "
+               "lowest triangle, of %.3g m, no further out; move it there by 'place' or "
+               "'translate'\n",
+               "", lowest / LEAST_HEIGHT, extent, lowest);
+}
+
+void info_print_use(tulle_mesh_view mesh, tulle_mesh_role role, const tulle_mesh_source *source,
+                    const char *label) {
     tulle_mesh_lines const lines = {source->vertex_lines, source->triangle_lines};
     tulle_error reason = {0};
     tulle_status const status = tulle_mesh_validate_lines(mesh, role, lines, &reason);
     app_print_names(stdout, "  %-16s %s\n", label,
                     status == TULLE_OK ? "can be used" : reason.message);
+    if (status == TULLE_OK && role == TULLE_MESH_ROLE_CLOTH) print_reach(mesh);
 }
 
 /* Whether a repair makes cloth of a mesh, or joins the pieces that cloth would fall into. */
@@ -135,7 +167,7 @@ tulle_status info_print_use_as_obstacle(tulle_mesh *mesh, const tulle_mesh_sourc
     if (leaves_some) status = tulle_mesh_drop_marked(mesh, marks, lines, error);
     free(marks);
     if (status != TULLE_OK) return status;
-    print_use(tulle_mesh_get_view(mesh), TULLE_MESH_ROLE_OBSTACLE, source, "as obstacle");
+    info_print_use(tulle_mesh_get_view(mesh), TULLE_MESH_ROLE_OBSTACLE, source, "as obstacle");
     if (twice.count > 0) {
         printf("  %-16s dropped there: %zu triangles with the same corners as others; triangle %u",
                "", twice.count, twice.dropped);
@@ -169,7 +201,7 @@ tulle_status info_print_mesh(const char *path, tulle_error *error) {
         if (source.note[0]) app_print_names(stdout, "  %-16s %s\n", "file", source.note);
         print_parts(&source, TULLE_MESH_PART_GROUP, "groups");
         print_parts(&source, TULLE_MESH_PART_MATERIAL, "materials");
-        print_use(view, TULLE_MESH_ROLE_CLOTH, &source, "as cloth");
+        info_print_use(view, TULLE_MESH_ROLE_CLOTH, &source, "as cloth");
         print_remedy(path, view);
         status = info_print_use_as_obstacle(&mesh, &source, false, error);
     } else if (error->file[0] == '\0') {
