@@ -32,7 +32,7 @@ function(tulle_add_objects name)
 endfunction()
 
 # Files without public names, of which libtulle_io holds a copy of its own.
-set(common_sources base/arena.c base/error.c base/hash.c base/memory.c base/sort.c base/text.c base/words.c geom/big_integer.c geom/cut_polygon.c
+set(common_sources base/arena.c base/error.c base/hash.c base/memory.c base/sort.c base/text.c base/words.c geom/big_integer.c geom/cut_polygon.c geom/cut_polygons.c
     geom/exact_predicates.c geom/mesh_indices.c geom/topology.c)
 list(TRANSFORM common_sources PREPEND ${PROJECT_SOURCE_DIR}/src/)
 list(REMOVE_ITEM library_sources ${common_sources})

@@ -47,6 +47,25 @@ tulle_status polygon_cut(polygon_cutter *cutter, const double *positions, uint32
                          size_t triangle_count, tulle_error *error);
 void polygon_cutter_destroy(polygon_cutter *cutter);
 
+/* A polygon of more than three corners. */
+typedef struct polygon_fan {
+    size_t first;           /* triangle */
+    uint32_t count, number; /* triangles; as of the cutter */
+    bool is_turned;         /* written by polygons_cut */
+} polygon_fan;
+
+typedef struct polygon_list {
+    const double *positions;
+    uint32_t *triangles, *corner_uvs; /* of the whole mesh; the latter, one per corner, or null */
+    polygon_fan *fans;
+    size_t fan_count;
+} polygon_list;
+
+/* Cuts polygons, and moves the texture coordinates of their corners along. Polygons whose corners
+ * lie in the same places, in the same or the opposite order, are cut along the same diagonals, so
+ * that their triangles are duplicates. Errors as of polygon_cut. */
+tulle_status polygons_cut(polygon_cutter *cutter, const polygon_list *list, tulle_error *error);
+
 /* "2 polygons are not flat (the first in line 12), ..." to `text`; empty where there is nothing to
  * tell. */
 void polygon_cutter_describe(const polygon_cutter *cutter, char *text, size_t size);

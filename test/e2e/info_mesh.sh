@@ -106,6 +106,19 @@ grep -q 'T-junctions' out && { echo "a T-junction is mended without a tolerance"
 "$TULLE" convert 'flat_%d.obj' no.ply --repair 2>out && { echo "two frames are repaired at once"; faults=1; }
 grep -q 'choose it by --frame' out || { echo "two frames: $(cat out)"; faults=1; }
 
+# Polygons that are there twice, the other way round and from another corner, are duplicates.
+printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 4 3 2 1\n' >double.obj
+{
+    printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n'
+    printf 'f %s\n' '4 3 2 1' '5 6 7 8' '1 2 6 5' '2 3 7 6' '3 4 8 7' '4 1 5 8'
+    printf 'f %s\n' '1 2 3 4' '8 7 6 5' '5 6 2 1' '6 7 3 2' '7 8 4 3' '8 5 1 4'
+} >double_cube.obj
+expect 0 '^ +dropped there: 2 triangles with the same corners as others; triangle 2 \(line 6\) is triangle 0 \(line 5\) again$' double.obj
+repair '^  repaired    2 triangles with the same corners as others dropped' double.obj double.ply
+grep -q '^element face 2$' double.ply || { echo "a double quad keeps more than 2 triangles"; faults=1; }
+repair '^  repaired    12 triangles with the same corners as others dropped' double_cube.obj double_cube.ply
+grep -aq '^element face 12$' double_cube.ply || { echo "a double cube keeps more than 12 triangles"; faults=1; }
+
 # Names by which a scene chooses triangles.
 printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng left all\nusemtl Red Wool\nf 1 2 3\ng right all\nf 1 3 4\n' >named.obj
 expect 0 '^  groups +left: 1 triangles$' named.obj

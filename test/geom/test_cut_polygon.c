@@ -355,6 +355,55 @@ static void too_many_corners_are_refused(void **unused) {
     free(triangles);
 }
 
+/* A polygon, and twice more the same: its corners from `start` on, backwards, as vertices of their
+ * own; and from the second one on, forwards. Texture coordinates are the vertices. */
+static void expect_doubles(const double (*points)[2], uint32_t count, uint32_t start) {
+    memory heap = memory_default();
+    sample s[3];
+    double positions[6 * CORNERS_MAX];
+    uint32_t triangles[9 * CORNERS_MAX], uvs[9 * CORNERS_MAX];
+    polygon_fan fans[3];
+    uint32_t const third = 3 * (count - 2);
+    for (uint32_t k = 0; k < 3; k++) {
+        make(&s[k], points, count);
+        for (uint32_t i = 0; i < count; i++)
+            s[k].corners[i] = k == 0   ? i
+                              : k == 1 ? count + (start + count - i) % count
+                                       : (i + 1) % count;
+        make_fan(&s[k]);
+        memcpy(triangles + k * third, s[k].triangles, third * sizeof(uint32_t));
+        fans[k] = (polygon_fan){k * (count - 2), count - 2, k, true};
+    }
+    for (size_t k = 0; k < 2; k++)
+        memcpy(positions + 3 * k * count, s[0].positions, 3 * count * sizeof(double));
+    memcpy(uvs, triangles, 3 * third * sizeof(uint32_t));
+    polygon_cutter alone = cut(&s[0]), cutter = {.heap = &heap, .path = "a.obj", .place = "line"};
+    polygon_list const list = {positions, triangles, uvs, fans, 3};
+    tulle_error error;
+    assert_int_equal(polygons_cut(&cutter, &list, &error), TULLE_OK);
+    assert_memory_equal(triangles, uvs, 3 * third * sizeof(uint32_t));
+    assert_memory_equal(triangles, s[0].triangles, third * sizeof(uint32_t));
+    assert_memory_equal(triangles, triangles + 2 * third, third * sizeof(uint32_t));
+    static const uint32_t turned[3] = {0, 2, 1};
+    for (uint32_t i = 0; i < third; i++)
+        assert_int_equal(triangles[third + i], count + triangles[i / 3 * 3 + turned[i % 3]]);
+    finish(cutter, 0, 0);
+    finish(alone, 0, 0);
+}
+
+static void doubles_are_cut_alike(void **unused) {
+    (void)unused;
+    static const double square[][2] = {{-0.0, 0}, {1, 0}, {1, 1}, {0, 1}},
+                        pentagon[][2] = {{0, 0}, {2, 0}, {3, 1}, {2, 3}, {0, 2}},
+                        corner[][2] = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}},
+                        frame[][2] = {{0, 0}, {3, 0}, {3, 3}, {0, 3}, {0, 0},
+                                      {1, 1}, {1, 2}, {2, 2}, {2, 1}, {1, 1}};
+    for (uint32_t start = 0; start < 4; start++) expect_doubles(square, 4, start);
+    for (uint32_t start = 0; start < 5; start++) expect_doubles(pentagon, 5, start);
+    for (uint32_t start = 0; start < 6; start++) expect_doubles(corner, 6, start);
+    for (uint32_t start = 0; start < 10; start++) expect_doubles(frame, 10, start);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(convex_polygons_keep_their_fan),
@@ -366,6 +415,7 @@ int main(void) {
         cmocka_unit_test(faults_are_told),
         cmocka_unit_test(repeated_corners_take_a_triangle_each),
         cmocka_unit_test(too_many_corners_are_refused),
+        cmocka_unit_test(doubles_are_cut_alike),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -293,6 +293,8 @@ void add_triangles(alembic_file *file, found_mesh *found, size_t vertex_begin) {
     std::vector<double> positions;
     for (size_t i = 0; i < found->vertex_count; i++)
         for (int k = 0; k < 3; k++) positions.push_back((double)(*points)[i][k]);
+    std::vector<uint32_t> triangles;
+    std::vector<polygon_fan> fans;
     size_t begin = 0;
     for (size_t face = 0; counts && corners && face < counts->size(); face++) {
         int32_t const corner_count = (*counts)[face];
@@ -302,18 +304,21 @@ void add_triangles(alembic_file *file, found_mesh *found, size_t vertex_begin) {
         for (int32_t k = 0; k < corner_count; k++)
             if (around[k] < 0 || (size_t)around[k] >= found->vertex_count)
                 throw std::runtime_error("a face of " + name + " uses a vertex that is not there");
-        std::vector<uint32_t> fan;
+        if (corner_count > 3)
+            fans.push_back(
+                {triangles.size() / 3, (uint32_t)corner_count - 2, (uint32_t)face, false});
         for (int32_t k = 2; k < corner_count; k++)
-            for (int32_t const corner : {0, k - 1, k}) fan.push_back((uint32_t)around[corner]);
-        file->cutter.number = face;
-        tulle_error error = {};
-        if (!fan.empty() && polygon_cut(&file->cutter, positions.data(), fan.data(), fan.size() / 3,
-                                        &error) != TULLE_OK)
-            throw std::runtime_error(name + ": " + error.message);
-        for (uint32_t const vertex : fan)
-            file->triangles.push_back((uint32_t)vertex_begin + vertex);
+            for (int32_t const corner : {0, k - 1, k})
+                triangles.push_back((uint32_t)around[corner]);
         begin += (size_t)corner_count;
     }
+    polygon_list const list = {positions.data(), triangles.data(), nullptr, fans.data(),
+                               fans.size()};
+    tulle_error error = {};
+    if (polygons_cut(&file->cutter, &list, &error) != TULLE_OK)
+        throw std::runtime_error(name + ": " + error.message);
+    for (uint32_t const vertex : triangles)
+        file->triangles.push_back((uint32_t)vertex_begin + vertex);
     found->triangle_count = file->triangles.size() / 3 - found->triangle_begin;
 }
 

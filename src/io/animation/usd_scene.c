@@ -267,12 +267,14 @@ static tulle_status read_faces(usd_scene *scene, const usd_piece *piece, face_ar
     return status;
 }
 
-/* Adds the triangles of a face as if the mesh were right-handed: they are numbered from its first
+/* Adds the fan of a face as if the mesh were right-handed: triangles are numbered from its first
  * vertex on until all are cut. */
 static tulle_status add_face(usd_scene *scene, const usd_piece *piece, const face_arrays *faces,
-                             size_t first, size_t corner_count, tulle_error *error) {
+                             size_t face, size_t first, tulle_error *error) {
     usd_text *const text = &scene->layer->text;
-    if (!ARRAY_RESERVE(text->heap, &scene->triangles, 3 * (corner_count - 2)))
+    size_t const corner_count = (size_t)faces->counts[face];
+    if (!ARRAY_RESERVE(text->heap, &scene->triangles, 3 * (corner_count - 2)) ||
+        !ARRAY_RESERVE(text->heap, &scene->fans, 1))
         return fail_memory(scene, error);
     for (size_t i = 0; i < corner_count; i++) {
         double const vertex = faces->indices[first + i];
@@ -281,19 +283,22 @@ static tulle_status add_face(usd_scene *scene, const usd_piece *piece, const fac
                                  "corner %zu is vertex %g, but there are only %zu", first + i,
                                  vertex, piece->vertex_count);
     }
-    uint32_t *const fan = scene->triangles.data + scene->triangles.count;
+    if (corner_count > 3)
+        scene->fans.data[scene->fans.count++] = (polygon_fan){
+            scene->triangles.count / 3, (uint32_t)(corner_count - 2), (uint32_t)face, false};
     for (size_t i = 2; i < corner_count; i++) {
         size_t const corners[3] = {first, first + i - 1, first + i};
         for (int k = 0; k < 3; k++)
             scene->triangles.data[scene->triangles.count++] = (uint32_t)faces->indices[corners[k]];
     }
-    return polygon_cut(&scene->cutter, faces->points, fan, corner_count - 2, error);
+    return TULLE_OK;
 }
 
 static tulle_status make_triangles(usd_scene *scene, const usd_piece *piece,
                                    const face_arrays *faces, tulle_error *error) {
     usd_text *const text = &scene->layer->text;
     size_t first = 0, next_hole = 0;
+    scene->fans.count = 0;
     for (size_t i = 0; i < faces->count; i++) {
         double const count = faces->counts[i];
         if (!(count >= 3.0 && count <= (double)(faces->index_count - first)) ||
@@ -305,8 +310,7 @@ static tulle_status make_triangles(usd_scene *scene, const usd_piece *piece,
         while (next_hole < faces->hole_count && faces->holes[next_hole] < (double)i) next_hole++;
         bool const is_hole = next_hole < faces->hole_count && faces->holes[next_hole] == (double)i;
         tulle_status status = TULLE_OK;
-        scene->cutter.number = i;
-        if (!is_hole) status = add_face(scene, piece, faces, first, (size_t)count, error);
+        if (!is_hole) status = add_face(scene, piece, faces, i, first, error);
         if (status == TULLE_OK) status = check_size(scene, 0, error);
         if (status) return status;
         first += (size_t)count;
@@ -315,6 +319,10 @@ static tulle_status make_triangles(usd_scene *scene, const usd_piece *piece,
         return usd_text_fail(text, faces->index_place, error,
                              "there are %zu corners, but the faces have %zu, or all are too many",
                              faces->index_count, first);
+    polygon_list const list = {faces->points, scene->triangles.data, NULL, scene->fans.data,
+                               scene->fans.count};
+    tulle_status const status = polygons_cut(&scene->cutter, &list, error);
+    if (status) return status;
     for (size_t i = 3 * piece->first_triangle; i < scene->triangles.count; i++)
         scene->triangles.data[i] += (uint32_t)piece->first_vertex;
     if (piece->is_left_handed)
@@ -721,6 +729,7 @@ void usd_scene_destroy(usd_scene *scene) {
     ARRAY_FREE(heap, &scene->instancers);
     ARRAY_FREE(heap, &scene->instances);
     ARRAY_FREE(heap, &scene->triangles);
+    ARRAY_FREE(heap, &scene->fans);
     ARRAY_FREE(heap, &scene->kept);
     ARRAY_FREE(heap, &scene->codes);
     ARRAY_FREE(heap, &scene->frames);

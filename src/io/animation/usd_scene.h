@@ -60,9 +60,10 @@ typedef struct usd_scene {
     ARRAY(usd_instancer) instancers;
     ARRAY(uint32_t) instances; /* nodes */
     ARRAY(uint32_t) triangles;
-    ARRAY(double) kept;   /* positions of pieces that do not deform */
-    ARRAY(double) codes;  /* of each frame */
-    ARRAY(double) frames; /* [s] the same; at least 1 */
+    ARRAY(polygon_fan) fans; /* of the piece at hand, to be cut */
+    ARRAY(double) kept;      /* positions of pieces that do not deform */
+    ARRAY(double) codes;     /* of each frame */
+    ARRAY(double) frames;    /* [s] the same; at least 1 */
     ARRAY(double) scratch;
     polygon_cutter cutter;
     size_t vertex_count;

@@ -52,7 +52,7 @@ bool mesh_builder_add_corner(mesh_builder *builder, uint32_t vertex, uint32_t uv
     if (builder->fan_count == 3) {
         if (!ARRAY_RESERVE(builder->heap, &builder->fans, 1)) return false;
         builder->fans.data[builder->fans.count++] =
-            (polygon_fan){builder->triangles.count / 3 - 1, 1, builder->line};
+            (polygon_fan){builder->triangles.count / 3 - 1, 1, builder->line, false};
     }
     if (builder->fan_count >= 3) builder->fans.data[builder->fans.count - 1].count++;
     if (builder->fan_count >= 2) {
@@ -118,40 +118,15 @@ bool mesh_builder_extend_name(mesh_builder *builder, const char *word, size_t le
     return true;
 }
 
-/* Texture coordinates of a polygon go to the corners of its triangles as they are cut now. */
-static bool move_uvs(mesh_builder *builder, const polygon_fan *fan) {
-    size_t const size = 3 * (size_t)fan->count * sizeof(uint32_t);
-    uint32_t *const uvs = builder->corner_uvs.data + 3 * fan->first;
-    uint32_t *const before = memory_allocate(builder->heap, size);
-    if (!before) return false;
-    memcpy(before, uvs, size);
-    for (size_t i = 0; i < 3 * (size_t)fan->count; i++) {
-        size_t const corner = builder->cutter.corners[i];
-        uvs[i] = corner == 0            ? before[0]
-                 : corner <= fan->count ? before[3 * (corner - 1) + 1]
-                                        : before[3 * (size_t)fan->count - 1];
-    }
-    memory_release(builder->heap, before, size);
-    return true;
-}
-
 static tulle_status cut_polygons(mesh_builder *builder, const char *path, const char *place,
                                  tulle_error *error) {
-    polygon_cutter *const cutter = &builder->cutter;
     builder->polygons_hash =
         hash_bytes(HASH_SEED, builder->triangles.data, builder->triangles.count * sizeof(uint32_t));
-    *cutter = (polygon_cutter){.heap = builder->heap, .path = path, .place = place};
-    for (size_t i = 0; i < builder->fans.count; i++) {
-        const polygon_fan *const fan = &builder->fans.data[i];
-        cutter->number = fan->line;
-        tulle_status const status =
-            polygon_cut(cutter, builder->positions.data, builder->triangles.data + 3 * fan->first,
-                        fan->count, error);
-        if (status) return status;
-        if (cutter->corners && builder->keeps_uvs && !move_uvs(builder, fan))
-            return file_fail_memory(error, path);
-    }
-    return TULLE_OK;
+    builder->cutter = (polygon_cutter){.heap = builder->heap, .path = path, .place = place};
+    polygon_list const list = {builder->positions.data, builder->triangles.data,
+                               builder->keeps_uvs ? builder->corner_uvs.data : NULL,
+                               builder->fans.data, builder->fans.count};
+    return polygons_cut(&builder->cutter, &list, error);
 }
 
 tulle_status mesh_builder_finish(mesh_builder *builder, const char *path, const char *place,

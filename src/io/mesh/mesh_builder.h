@@ -16,13 +16,6 @@ typedef struct named_part {
     size_t first, count; /* triangles; the count is known at the end */
 } named_part;
 
-/* A polygon of more than three corners. */
-typedef struct polygon_fan {
-    size_t first;   /* triangle */
-    uint32_t count; /* triangles */
-    uint32_t line;
-} polygon_fan;
-
 typedef struct mesh_builder {
     memory *heap;
     ARRAY(double) positions;

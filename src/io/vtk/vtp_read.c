@@ -17,6 +17,8 @@ typedef struct mesh_parts {
     vtp_document *document;
     ARRAY(double) positions;
     ARRAY(uint32_t) triangles;
+    ARRAY(polygon_fan) fans; /* polygons of more than three corners, to be cut */
+    uint32_t polygon_count;
     polygon_cutter cutter;
     tulle_error *error;
 } mesh_parts;
@@ -113,9 +115,9 @@ static tulle_status read_polygons(const mesh_parts *parts, const vtp_piece *piec
     return status == TULLE_OK ? check_corners(parts, piece, polygons) : status;
 }
 
-/* Adds the polygons, cut within themselves; their points begin at `first_point`. */
-static tulle_status cut_polygons(mesh_parts *parts, const vtp_piece *piece,
-                                 const piece_polygons *polygons, size_t first_point) {
+/* Adds the polygons as fans; their points begin at `first_point`. */
+static tulle_status add_fans(mesh_parts *parts, const vtp_piece *piece,
+                             const piece_polygons *polygons, size_t first_point) {
     uint64_t const triangle_count = polygons->corner_count - 2 * piece->polygon_count;
     if (parts->triangles.count / 3 + triangle_count > COUNT_LIMIT)
         return fail(parts, TULLE_ERROR_LIMIT, piece->line, "has more than 2^31 - 1 triangles");
@@ -124,7 +126,13 @@ static tulle_status cut_polygons(mesh_parts *parts, const vtp_piece *piece,
     uint64_t begin = 0;
     for (uint64_t i = 0; i < piece->polygon_count; i++) {
         const uint64_t *const corners = polygons->corners + begin;
-        uint32_t *const fan = parts->triangles.data + parts->triangles.count;
+        uint32_t const fan_count = (uint32_t)(polygons->ends[i] - begin - 2);
+        if (fan_count > 1) {
+            if (!ARRAY_RESERVE(&parts->document->heap, &parts->fans, 1))
+                return fail(parts, TULLE_ERROR_OUT_OF_MEMORY, 0, "out of memory for its polygons");
+            parts->fans.data[parts->fans.count++] =
+                (polygon_fan){parts->triangles.count / 3, fan_count, parts->polygon_count, false};
+        }
         for (uint64_t k = 2; k < polygons->ends[i] - begin; k++) {
             uint32_t *const triangle = parts->triangles.data + parts->triangles.count;
             triangle[0] = (uint32_t)(first_point + corners[0]);
@@ -132,11 +140,7 @@ static tulle_status cut_polygons(mesh_parts *parts, const vtp_piece *piece,
             triangle[2] = (uint32_t)(first_point + corners[k]);
             parts->triangles.count += 3;
         }
-        tulle_status const status =
-            polygon_cut(&parts->cutter, parts->positions.data, fan,
-                        (size_t)(polygons->ends[i] - begin) - 2, parts->error);
-        if (status != TULLE_OK) return status;
-        parts->cutter.number++;
+        parts->polygon_count++;
         begin = polygons->ends[i];
     }
     return TULLE_OK;
@@ -145,7 +149,7 @@ static tulle_status cut_polygons(mesh_parts *parts, const vtp_piece *piece,
 static tulle_status add_polygons(mesh_parts *parts, const vtp_piece *piece, size_t first_point) {
     piece_polygons polygons = {0};
     tulle_status status = read_polygons(parts, piece, &polygons);
-    if (status == TULLE_OK) status = cut_polygons(parts, piece, &polygons, first_point);
+    if (status == TULLE_OK) status = add_fans(parts, piece, &polygons, first_point);
     memory *const heap = &parts->document->heap;
     memory_release(heap, polygons.ends, (size_t)piece->polygon_count * sizeof(uint64_t));
     memory_release(heap, polygons.corners, (size_t)polygons.corner_count * sizeof(uint64_t));
@@ -189,12 +193,16 @@ tulle_status vtp_read_memory(const char *path, const char *bytes, size_t byte_co
         passed.vertex_cells += document.pieces.data[i].vertex_cell_count;
         passed.lines += document.pieces.data[i].line_count;
     }
+    polygon_list const list = {parts.positions.data, parts.triangles.data, NULL, parts.fans.data,
+                               parts.fans.count};
+    if (status == TULLE_OK) status = polygons_cut(&parts.cutter, &list, error);
     if (status == TULLE_OK) status = make_mesh(&parts, mesh);
     polygon_cutter_describe(&parts.cutter, passed.polygons, sizeof passed.polygons);
     if (status == TULLE_OK && passed_over) *passed_over = passed;
     polygon_cutter_destroy(&parts.cutter);
     ARRAY_FREE(&document.heap, &parts.positions);
     ARRAY_FREE(&document.heap, &parts.triangles);
+    ARRAY_FREE(&document.heap, &parts.fans);
     vtp_document_destroy(&document);
     return status;
 }
