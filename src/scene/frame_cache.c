@@ -7,7 +7,8 @@
 #include <strings.h>
 
 bool frame_cache_is_animation(const char *path) {
-    static const char *const extensions[] = {".glb", ".gltf", ".usda", ".npz", ".abc"};
+    static const char *const extensions[] = {".glb",  ".gltf", ".usda", ".usd",
+                                             ".usdc", ".npz",  ".abc"};
     size_t const length = strlen(path);
     for (size_t i = 0; i < sizeof extensions / sizeof extensions[0]; i++) {
         size_t const tail = strlen(extensions[i]);

@@ -28,7 +28,7 @@ static bool has_extension(const char *path, const char *extension) {
 
 static const animation_reader *find_reader(const char *path) {
     for (size_t i = 0; i < sizeof readers / sizeof readers[0]; i++)
-        for (int k = 0; k < 2; k++)
+        for (int k = 0; k < 3; k++)
             if (readers[i]->extensions[k] && has_extension(path, readers[i]->extensions[k]))
                 return readers[i];
     return NULL;

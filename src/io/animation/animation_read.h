@@ -20,7 +20,7 @@ typedef struct animation_content {
 
 /* The reader of a format. */
 typedef struct animation_reader {
-    const char *extensions[2]; /* the second one may be null */
+    const char *extensions[3]; /* from the second one on they may be null */
     size_t state_size;         /* [bytes] of the state, zeroed at first */
     /* Opens a file; `path` and the heap live as long as the state. close follows, also after a
      * failure. */

@@ -210,8 +210,8 @@ static tulle_status parse_layer_fact(usd_layer *layer, const char *key, bool *is
 }
 
 /* What a prim says of itself. */
-static tulle_status parse_prim_fact(usd_layer *layer, uint32_t prim, const char *key, bool *is_done,
-                                    tulle_error *error) {
+static tulle_status parse_prim_fact(usd_layer *layer, uint32_t prim, const char *key,
+                                    bool is_explicit, bool *is_done, tulle_error *error) {
     usd_text *const text = &layer->text;
     bool const is_inherited = strcmp(key, "inherits") == 0 || strcmp(key, "specializes") == 0;
     *is_done = true;
@@ -221,6 +221,11 @@ static tulle_status parse_prim_fact(usd_layer *layer, uint32_t prim, const char 
         layer->prims.data[prim].is_inactive =
             usd_text_is_name(text, "false") || (text->kind == USD_NUMBER && text->number == 0.0);
         return next(layer, error);
+    }
+    if (strcmp(key, "inactiveIds") == 0 && !usd_text_is_name(text, "None")) {
+        if (!ARRAY_RESERVE(text->heap, &layer->inactive, 1)) return fail_memory(layer, error);
+        layer->inactive.data[layer->inactive.count++] =
+            (usd_inactive){prim, is_explicit, text->place};
     }
     *is_done = false;
     return TULLE_OK;
@@ -234,12 +239,13 @@ static tulle_status parse_metadata(usd_layer *layer, uint32_t prim, tulle_error 
     usd_text *const text = &layer->text;
     tulle_status status = usd_text_expect(text, '(', error);
     while (status == TULLE_OK && !usd_text_is_sign(text, ')')) {
-        bool is_done = false, is_deleted = false;
+        bool is_done = false, is_deleted = false, is_explicit = true;
         if (text->kind == USD_STRING || usd_text_is_sign(text, ';')) {
             status = next(layer, error);
             continue;
         }
         if (is_one_of(text, list_words)) {
+            is_explicit = false;
             is_deleted = text->word.data[0] == 'd' || text->word.data[0] == 'r';
             status = next(layer, error);
         }
@@ -253,7 +259,7 @@ static tulle_status parse_metadata(usd_layer *layer, uint32_t prim, tulle_error 
         if (status == TULLE_OK && prim == 0 && !is_deleted)
             status = parse_layer_fact(layer, key, &is_done, error);
         else if (status == TULLE_OK && prim != USD_NONE && !is_deleted)
-            status = parse_prim_fact(layer, prim, key, &is_done, error);
+            status = parse_prim_fact(layer, prim, key, is_explicit, &is_done, error);
         if (status == TULLE_OK && !is_done) status = usd_text_skip(text, error);
     }
     return status == TULLE_OK ? next(layer, error) : status;
@@ -281,6 +287,7 @@ static usd_name find_name(const char *name) {
                                               "orientations",
                                               "scales",
                                               "invisibleIds",
+                                              "ids",
                                               "primvars:skel:jointIndices",
                                               "tulle:times"};
     if (strncmp(name, "xformOp:", 8) == 0) return USD_OP;
@@ -572,6 +579,7 @@ void usd_layer_close(usd_layer *layer) {
     ARRAY_FREE(heap, &layer->attributes);
     ARRAY_FREE(heap, &layer->arcs);
     ARRAY_FREE(heap, &layer->samples);
+    ARRAY_FREE(heap, &layer->inactive);
     ARRAY_FREE(heap, &layer->texts);
     usd_text_close(&layer->text);
     *layer = (usd_layer){0};

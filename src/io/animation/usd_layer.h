@@ -18,12 +18,13 @@ typedef enum usd_name {
     USD_VISIBILITY,
     USD_PURPOSE,
     USD_OP_ORDER,
-    USD_PROTOTYPES, /* of an instancer, as the five that follow */
+    USD_PROTOTYPES, /* of an instancer, as the six that follow */
     USD_PROTO_INDICES,
     USD_POSITIONS,
     USD_ORIENTATIONS,
     USD_SCALES,
     USD_INVISIBLE,
+    USD_IDS,
     USD_JOINTS, /* of a skin */
     USD_TIMES,  /* of frames, as Tulle writes them where time codes are rounded */
     USD_OP,     /* xformOp:... */
@@ -67,6 +68,13 @@ typedef struct usd_arc {
     usd_place place;
 } usd_arc;
 
+/* Metadata inactiveIds of an instancer. */
+typedef struct usd_inactive {
+    uint32_t prim;
+    bool is_explicit; /* those of weaker prims do not count */
+    usd_place place;
+} usd_inactive;
+
 typedef struct usd_prim {
     uint32_t name; /* in texts; no empty one but that of the root */
     uint32_t parent, next, first_child, last_child;
@@ -91,6 +99,7 @@ typedef struct usd_layer {
     ARRAY(usd_attribute) attributes;
     ARRAY(usd_arc) arcs;
     ARRAY(usd_sample) samples;
+    ARRAY(usd_inactive) inactive;
     ARRAY(char) texts;
     uint32_t *slots; /* prims by parent and name */
     size_t slot_count;

@@ -3,6 +3,7 @@
  *
  * Based on: Pixar, Universal Scene Description, schemas UsdGeomXformable, UsdGeomPointInstancer. */
 #include "base/error.h"
+#include "base/sort.h"
 #include "io/animation/matrix.h"
 #include "io/animation/rotation.h"
 #include "io/animation/usd_scene.h"
@@ -47,6 +48,33 @@ bool usd_find_value(const usd_layer *layer, uint32_t number, usd_place *place) {
     *place = attribute->sample_count > 0 ? layer->samples.data[attribute->first_sample].place
                                          : attribute->value;
     return attribute->sample_count > 0 || attribute->has_value;
+}
+
+tulle_status usd_count_named(usd_scene *scene, usd_place place, const double *ids, size_t count,
+                             uint32_t *named, tulle_error *error) {
+    usd_text *const text = &scene->layer->text;
+    size_t found = 0;
+    tulle_status status = usd_text_read(text, place, (usd_numbers){1, NULL, 0}, &found, error);
+    if (status || found == 0) return status;
+    size_t const size = found * sizeof(double);
+    double *const list = memory_allocate(text->heap, size);
+    if (!list) return file_fail_memory(error, scene->layer->text.path);
+    status = usd_text_read(text, place, (usd_numbers){1, list, found}, &found, error);
+    if (status == TULLE_OK) sort_in_place(list, found, sizeof *list, compare_doubles);
+    for (size_t i = 0; i < count && status == TULLE_OK; i++) {
+        double const id = ids ? ids[i] : (double)i;
+        size_t low = 0, high = found;
+        while (low < high) {
+            size_t const middle = low + (high - low) / 2;
+            if (list[middle] < id)
+                low = middle + 1;
+            else
+                high = middle;
+        }
+        named[i] += low < found && list[low] == id;
+    }
+    memory_release(text->heap, list, size);
+    return status;
 }
 
 /* Goes a part of the way to another matrix: as a pose where neither shears, so that what is rigid

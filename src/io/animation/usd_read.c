@@ -89,7 +89,7 @@ static void close_usd(void *state) {
     usd_layer_close(&usd->layer);
 }
 
-const animation_reader usd_reader = {.extensions = {".usda"},
+const animation_reader usd_reader = {.extensions = {".usda", ".usd", ".usdc"},
                                      .state_size = sizeof(usd_state),
                                      .open = open_usd,
                                      .read = read_usd,

@@ -505,14 +505,52 @@ static tulle_status read_prototypes(usd_scene *scene, uint32_t relationship, uin
 typedef struct prototypes {
     uint32_t *prims;
     size_t prim_count;
-    double *indices;
+    double *indices, *ids; /* no ids: the numbers of the instances are theirs */
+    uint8_t *is_hidden;
 } prototypes;
+
+/* Finds the instances that are inactive, or invisible at all times. */
+static tulle_status find_hidden(usd_scene *scene, spec_range specs, const prototypes *shown,
+                                size_t count, tulle_error *error) {
+    usd_layer *const layer = scene->layer;
+    uint32_t const invisible = find_attribute(scene, specs, USD_INVISIBLE, NULL);
+    uint32_t *const named = memory_allocate_zeroed(layer->text.heap, count, sizeof *named);
+    if (!named && count > 0) return fail_memory(scene, error);
+    tulle_status status = TULLE_OK;
+    bool is_explicit = false;
+    for (size_t k = 0; k < specs.count && !is_explicit; k++)
+        for (size_t i = 0; i < layer->inactive.count && status == TULLE_OK; i++) {
+            const usd_inactive *const ids = &layer->inactive.data[i];
+            if (ids->prim != scene->specs.data[specs.first + k]) continue;
+            is_explicit = is_explicit || ids->is_explicit;
+            status = usd_count_named(scene, ids->place, shown->ids, count, named, error);
+        }
+    for (size_t i = 0; i < count; i++) shown->is_hidden[i] = named[i] > 0, named[i] = 0;
+    usd_place place;
+    bool const has_value = usd_find_value(layer, invisible, &place);
+    size_t const sample_count = has_value ? layer->attributes.data[invisible].sample_count : 0;
+    size_t const list_count = sample_count > 0 ? sample_count : has_value;
+    for (size_t i = 0; i < list_count && status == TULLE_OK; i++) {
+        if (sample_count > 0)
+            place = layer->samples.data[layer->attributes.data[invisible].first_sample + i].place;
+        status = usd_count_named(scene, place, shown->ids, count, named, error);
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (shown->is_hidden[i] || named[i] == 0) continue;
+        shown->is_hidden[i] = named[i] == list_count;
+        layer->passed.hidden += shown->is_hidden[i];
+        layer->passed.changing += !shown->is_hidden[i];
+    }
+    memory_release(layer->text.heap, named, count * sizeof *named);
+    return status;
+}
 
 static tulle_status build_instances(usd_scene *scene, uint32_t node, const usd_instancer *instancer,
                                     const prototypes *shown, int depth, tulle_error *error) {
     tulle_status status = TULLE_OK;
     for (size_t i = 0; i < instancer->count && status == TULLE_OK; i++) {
         double const index = shown->indices[i];
+        if (shown->is_hidden[i]) continue;
         uint32_t instance = USD_NONE, prim = USD_NONE;
         if (index >= 0.0 && index < (double)shown->prim_count && index == floor(index))
             prim = shown->prims[(size_t)index];
@@ -537,6 +575,8 @@ static tulle_status add_instancer(usd_scene *scene, uint32_t node, spec_range sp
                           .scales = find_attribute(scene, specs, USD_SCALES, NULL),
                           .first_instance = scene->instances.count};
     uint32_t const indices = find_attribute(scene, specs, USD_PROTO_INDICES, NULL);
+    uint32_t const ids = find_attribute(scene, specs, USD_IDS, NULL);
+    size_t id_count = 0;
     prototypes shown = {0};
     if (indices == USD_NONE) return TULLE_OK;
     tulle_status status = read_prototypes(scene, find_attribute(scene, specs, USD_PROTOTYPES, NULL),
@@ -547,13 +587,23 @@ static tulle_status add_instancer(usd_scene *scene, uint32_t node, spec_range sp
     if (status == TULLE_OK && (!ARRAY_RESERVE(heap, &scene->instances, made.count) ||
                                !ARRAY_RESERVE(heap, &scene->instancers, 1)))
         status = fail_memory(scene, error);
+    if (status == TULLE_OK && ids != USD_NONE)
+        status = read_constant(scene, ids, &shown.ids, &id_count, error);
+    if (status == TULLE_OK && id_count > 0 && id_count != made.count)
+        status = usd_text_fail(&scene->layer->text, scene->layer->attributes.data[ids].place, error,
+                               "an instancer has %zu ids for %zu instances", id_count, made.count);
+    if (status == TULLE_OK) shown.is_hidden = memory_allocate_zeroed(heap, made.count, 1);
+    if (status == TULLE_OK && !shown.is_hidden && made.count > 0)
+        status = fail_memory(scene, error);
+    if (status == TULLE_OK) status = find_hidden(scene, specs, &shown, made.count, error);
     if (status == TULLE_OK) {
         for (size_t i = 0; i < made.count; i++)
             scene->instances.data[scene->instances.count++] = USD_NONE;
         scene->instancers.data[scene->instancers.count++] = made;
         status = build_instances(scene, node, &made, &shown, depth, error);
     }
-    scene->layer->passed.hidden += find_attribute(scene, specs, USD_INVISIBLE, NULL) != USD_NONE;
+    memory_release(heap, shown.is_hidden, shown.is_hidden ? made.count : 0);
+    memory_release(heap, shown.ids, shown.ids ? id_count * sizeof *shown.ids : 0);
     memory_release(heap, shown.indices, shown.indices ? made.count * sizeof *shown.indices : 0);
     memory_release(heap, shown.prims, shown.prim_count * sizeof *shown.prims);
     return status;

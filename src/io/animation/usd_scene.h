@@ -91,6 +91,10 @@ tulle_status usd_scene_find_turn(usd_scene *scene, double from, double to, doubl
 
 /* Where the first value of an attribute is. False where it has none. */
 bool usd_find_value(const usd_layer *layer, uint32_t attribute, usd_place *place);
+/* Counts one for each of `count` instances whose id is in the list at a place. Without ids their
+ * numbers are their ids. */
+tulle_status usd_count_named(usd_scene *scene, usd_place place, const double *ids, size_t count,
+                             uint32_t *named, tulle_error *error);
 /* Reads the transform of a node whose steps have no time samples. */
 tulle_status usd_node_read_local(usd_scene *scene, usd_node *node, double code, tulle_error *error);
 /* Reads elements of an attribute at a time, as many as there is room for. */

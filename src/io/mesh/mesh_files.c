@@ -55,10 +55,30 @@ static tulle_status read_format(memory *heap, const char *path, const file_data 
                    : stl_read_binary(heap, path, data, mesh, error);
     if (ends_with(path, ".yaml") || ends_with(path, ".yml"))
         return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0, FILE_SCENE_MESSAGE, path);
-    return error_set_at(
-        error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
-        "its format is not known here; meshes end in .obj, .ply or .stl (tulle convert "
-        "makes them of VTP files)");
+    static const char *const animations[] = {".glb",  ".gltf", ".usda", ".usd",
+                                             ".usdc", ".npz",  ".abc"};
+    for (size_t i = 0; i < sizeof animations / sizeof animations[0]; i++)
+        if (ends_with(path, animations[i]))
+            return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
+                                "is an animation, and a mesh is wanted here; 'tulle convert' makes "
+                                "one of a frame of it, as OUT.ply by --frame 0");
+    static const struct {
+        const char *extension, *name;
+    } others[] = {{".usdz", "a packed USD file"}, {".fbx", "an FBX file"},
+                  {".dae", "a COLLADA file"},     {".blend", "a Blender file"},
+                  {".3ds", "a 3DS file"},         {".x3d", "an X3D file"},
+                  {".off", "an OFF file"},        {".step", "a STEP file"},
+                  {".stp", "a STEP file"},        {".3mf", "a 3MF file"}};
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++)
+        if (ends_with(path, others[i].extension))
+            return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
+                                "is %s, which is not read; export a mesh as .ply or .obj, what "
+                                "moves as .glb, .abc or .usda (USD's text form)",
+                                others[i].name);
+    return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
+                        "its format is not known here; meshes end in .obj, .ply or .stl, "
+                        "animations in .glb, .gltf, .usda, .usd, .npz or .abc, point caches in "
+                        ".pc2 or .mdd ('tulle convert' makes meshes of .vtp files)");
 }
 
 tulle_status tulle_mesh_read_source(const char *path, tulle_mesh *mesh, tulle_mesh_source *source,

@@ -312,6 +312,74 @@ static void prims_are_put_together(void **state) {
     tulle_animation_close(animation);
 }
 
+/* Instances that are inactive or invisible at all times are left out, by their ids. */
+static void hidden_instances_are_left_out(void **state) {
+    (void)state;
+#define INSTANCER(metadata, more)                                                                  \
+    "#usda 1.0\n( upAxis = \"Z\"\n metersPerUnit = 1 )\nclass Points \"p\" { point3f[] points = "  \
+    "[(0, "                                                                                        \
+    "0, 0)] }\ndef PointInstancer \"i\" " metadata "\n{\n int[] protoIndices = [0, 0, 0]\n rel "   \
+    "prototypes = </i/q>\n point3f[] positions = [(10, 0, 0), (20, 0, 0), (30, 0, 0)]\n" more      \
+    "\n def Points \"q\" { point3f[] points = [(0, 0, 0)] }\n}\n"
+    static const struct {
+        const char *text, *note;
+        size_t count;
+        double x[3];
+    } cases[] = {
+        {INSTANCER("", ""), "", 3, {10, 20, 30}},
+        {INSTANCER("", " int64[] invisibleIds = [1]"),
+         "passed over: 1 that are hidden",
+         2,
+         {10, 30}},
+        {INSTANCER("", " int64[] ids = [7, 1, 5]\n int64[] invisibleIds = [5, 0, 7]"),
+         "passed over: 2 that are hidden",
+         1,
+         {20}},
+        {INSTANCER("( inactiveIds = [2, 0] )", ""), "", 1, {20}},
+        {INSTANCER("( prepend inactiveIds = [2]\n append inactiveIds = [0] )",
+                   " int64[] ids = [0, 1, 2]"),
+         "",
+         1,
+         {20}},
+        {INSTANCER("( delete inactiveIds = [2] )", ""), "", 3, {10, 20, 30}},
+        {INSTANCER("", " int64[] invisibleIds.timeSamples = { 0: [0, 2], 1: [2] }"),
+         "passed over: 1 that are hidden, when 1 are visible, so they always are",
+         2,
+         {10, 20}},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        tulle_animation_info info;
+        tulle_animation *const animation = open_text(cases[i].text, &info);
+        if (info.vertex_count != cases[i].count || strcmp(info.note, cases[i].note) != 0)
+            fail_msg("case %zu: %zu vertices, %s", i, (size_t)info.vertex_count, info.note);
+        double wanted[9] = {0};
+        for (size_t k = 0; k < cases[i].count; k++) wanted[3 * k] = cases[i].x[k];
+        expect_points(animation, 0, wanted, cases[i].count);
+        tulle_animation_close(animation);
+    }
+}
+
+/* A name that ends in .usd or .usdc may hold either form. */
+static void text_is_read_by_any_name(void **state) {
+    (void)state;
+    static const char text[] = "#usda 1.0\ndef Points \"p\" { point3f[] points = [(1, 2, 3)] }\n";
+    static const char *const names[] = {"a.usd", "a.usdc"};
+    for (int i = 0; i < 2; i++) {
+        tulle_animation *animation = NULL;
+        tulle_animation_info info;
+        tulle_error error = {0};
+        put_file(test_path(names[i]), text, sizeof text - 1);
+        assert_int_equal(tulle_animation_open(test_path(names[i]), &animation, &info, &error),
+                         TULLE_OK);
+        assert_int_equal(info.vertex_count, 1);
+        tulle_animation_close(animation);
+        put_file(test_path(names[i]), "PXR-USDC\0\0\0", 11);
+        assert_int_equal(tulle_animation_open(test_path(names[i]), &animation, NULL, &error),
+                         TULLE_ERROR_UNSUPPORTED);
+        assert_non_null(strstr(error.message, "binary form"));
+    }
+}
+
 /* Between samples rotations go the short way at constant speed; visibility may change. */
 static void samples_are_joined(void **state) {
     (void)state;
@@ -427,6 +495,7 @@ static void faults_are_told(void **state) {
     expect_refused("#usda 1.0\ndef PointInstancer \"a\" { int[] protoIndices = [1]\n rel "
                    "prototypes = </b> }\ndef Mesh \"b\" {}",
                    0, 0, "prototype 1");
+    expect_refused(INSTANCER("", " int64[] ids = [1]"), 10, 10, "1 ids for 3 instances");
     tulle_animation *animation = NULL;
     tulle_error error = {0};
     assert_int_equal(tulle_animation_open(test_path("none.usda"), &animation, NULL, &error),
@@ -503,12 +572,13 @@ static void every_failing_allocation(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(usd_comes_back),         cmocka_unit_test(times_come_back),
-        cmocka_unit_test(many_frames_come_back),  cmocka_unit_test(poses_come_back),
-        cmocka_unit_test(exports_are_read),       cmocka_unit_test(every_transform),
-        cmocka_unit_test(prims_are_put_together), cmocka_unit_test(samples_are_joined),
-        cmocka_unit_test(faults_are_told),        cmocka_unit_test(uses_are_limited),
-        cmocka_unit_test(damage_is_found),        cmocka_unit_test(every_failing_allocation),
+        cmocka_unit_test(usd_comes_back),           cmocka_unit_test(times_come_back),
+        cmocka_unit_test(many_frames_come_back),    cmocka_unit_test(poses_come_back),
+        cmocka_unit_test(exports_are_read),         cmocka_unit_test(every_transform),
+        cmocka_unit_test(prims_are_put_together),   cmocka_unit_test(hidden_instances_are_left_out),
+        cmocka_unit_test(text_is_read_by_any_name), cmocka_unit_test(samples_are_joined),
+        cmocka_unit_test(faults_are_told),          cmocka_unit_test(uses_are_limited),
+        cmocka_unit_test(damage_is_found),          cmocka_unit_test(every_failing_allocation),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
 }

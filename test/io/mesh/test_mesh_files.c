@@ -554,6 +554,9 @@ static const bad_file bad_files[] = {
     {"u.stl", "solid\n", 2, 1, "\"facet\" or \"endsolid\""},
     {"b.stl", "neither of them", 0, 0, "neither a text STL"},
     {"unknown.dat", "some words", 0, 0, "its format is not known"},
+    {"a.fbx", "some words", 0, 0, "is an FBX file, which is not read; export a mesh as .ply"},
+    {"a.usdz", "some words", 0, 0, "is a packed USD file, which is not read"},
+    {"a.glb", "some words", 0, 0, "is an animation, and a mesh is wanted here"},
 };
 
 static void messages_name_the_place(void **state) {
@@ -565,8 +568,8 @@ static void messages_name_the_place(void **state) {
         tulle_mesh mesh = {0};
         tulle_error error = {0};
         tulle_status const status = tulle_mesh_read(path, &mesh, &error);
-        if (status !=
-                (strcmp(bad->name, "unknown.dat") ? TULLE_ERROR_PARSE : TULLE_ERROR_UNSUPPORTED) ||
+        if (status != (i < sizeof bad_files / sizeof bad_files[0] - 4 ? TULLE_ERROR_PARSE
+                                                                      : TULLE_ERROR_UNSUPPORTED) ||
             error.status != status || error.line != bad->line || error.column != bad->column ||
             strcmp(error.file, path) != 0 || !strstr(error.message, bad->message))
             fail_msg("%s: got status %d, %d:%d: %s", bad->name, status, error.line, error.column,
