@@ -58,11 +58,15 @@ static bool mark_vertices(const pin_work *work) {
 
 /* Lists the marked vertices that no earlier pin took, in order. */
 static bool collect_vertices(const pin_work *work, tulle_pin *pin) {
-    size_t count = 0, vertex_count = work->cloth->mesh.vertex_count;
-    for (size_t v = 0; v < vertex_count; v++) count += work->marks[v] == 2;
+    size_t count = 0, taken = 0, vertex_count = work->cloth->mesh.vertex_count;
+    for (size_t v = 0; v < vertex_count; v++) {
+        count += work->marks[v] == 2;
+        taken += work->marks[v] == 1;
+    }
     if (count == 0)
         return refuse_empty_choice(work->scene, &work->cloth->mesh, &work->keys->head,
-                                   "pins no vertex that is not pinned already");
+                                   taken > 0 ? "pins no vertex that is not pinned already"
+                                             : "pins no vertex");
     uint32_t *vertices = ARENA_NEW(&work->scene->scene->storage, uint32_t, count);
     if (!vertices) {
         problem_add_memory(work->scene->problems, work->scene->scene->path);

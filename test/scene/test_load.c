@@ -237,7 +237,7 @@ static const refusal refusals[] = {
      "; did you mean 'cotton'?"},
     {TIME SHEET "    pins: [{box: {min: [5, 5, 5], max: [6, 6, 6]}}]\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 4, 12,
-     "cloth[0].pins[0]: pins no vertex that is not pinned already; the cloth begins within [-1, "
+     "cloth[0].pins[0]: pins no vertex; the cloth begins within [-1, "
      "-1, "
      "0] and [1, 1, 0]"},
     {TIME SHEET "    pins: [{vertices: [3, 9]}]\n", TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 4, 23,

@@ -492,6 +492,9 @@ static tulle_status load_text(gltf_file *file, int source, uint64_t offset, uint
                             (unsigned long long)offset + (unsigned long long)count);
     if (text_is_utf16(file->text, file->text_size))
         return error_set_at(error, TULLE_ERROR_UNSUPPORTED, file->path, 0, 0, TEXT_UTF16_MESSAGE);
+    /* Some programs put a byte order mark before the text. */
+    if (file->text_size >= 3 && memcmp(file->text, "\xef\xbb\xbf", 3) == 0)
+        memset(file->text, ' ', 3);
     return json_read(file->heap, file->path, file->text, file->text_size, &file->json, error);
 }
 

@@ -380,9 +380,10 @@ static tulle_status parse_head(npz_archive *archive, npz_array *array, const cha
                                tulle_error *error) {
     const char *const order = find_key(head, "fortran_order");
     if (!read_type(find_key(head, "descr"), array))
-        return npz_array_fail(archive, array, error,
-                              "key 'descr' should be a type of whole or floating point numbers, as "
-                              "'<f4' or '>i8', of 1 to 8 bytes");
+        return npz_array_fail(
+            archive, array, error,
+            "key 'descr' should be a type of whole numbers of 1, 2, 4 or 8 bytes, "
+            "as '>i8', or of floating point numbers of 4 or 8, as '<f4'");
     if (!order || (strncmp(order, "True", 4) != 0 && strncmp(order, "False", 5) != 0))
         return npz_array_fail(archive, array, error, "key 'fortran_order' should be True or False");
     array->is_fortran = order[0] == 'T';

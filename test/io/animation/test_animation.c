@@ -496,8 +496,33 @@ static void every_failing_allocation(void **state) {
     }
 }
 
+/* Some programs put a byte order mark before the JSON text. */
+static void byte_order_marks_are_read(void **state) {
+    (void)state;
+    FILE *const file = fopen(test_path("mark.gltf"), "wb");
+    assert_non_null(file);
+    fputs("\xef\xbb\xbf{\"asset\": {\"version\": \"2.0\"}, \"scene\": 0, \"scenes\": [{\"nodes\": "
+          "[0]}], "
+          "\"nodes\": [{\"mesh\": 0}], \"meshes\": [{\"primitives\": [{\"attributes\": "
+          "{\"POSITION\": 0}}]}], \"accessors\": [{\"bufferView\": 0, \"componentType\": 5126, "
+          "\"count\": 3, \"type\": \"VEC3\"}], \"bufferViews\": [{\"buffer\": 0, \"byteLength\": "
+          "36}], "
+          "\"buffers\": [{\"byteLength\": 36, \"uri\": \"data:application/octet-stream;base64,"
+          "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA\"}]}",
+          file);
+    assert_int_equal(fclose(file), 0);
+    tulle_animation *animation = NULL;
+    tulle_animation_info info;
+    tulle_error error = {0};
+    if (tulle_animation_open(test_path("mark.gltf"), &animation, &info, &error) != TULLE_OK)
+        fail_msg("%d:%d: %s", error.line, error.column, error.message);
+    assert_int_equal(info.vertex_count, 3);
+    tulle_animation_close(animation);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(byte_order_marks_are_read),
         cmocka_unit_test(gltf_comes_back),
         cmocka_unit_test(any_name_comes_back),
         cmocka_unit_test(many_targets_come_back),
