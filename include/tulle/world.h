@@ -324,7 +324,7 @@ typedef struct tulle_cloth_def {
     /* triangle_count factors on all stiffness and hysteresis of the material, 0.01 .. 100: a stiff
      * collar, a soft hem. Null: 1 everywhere */
     const double *stiffness_factors;
-    /* what tulle_world_set_material_law calls the surface, at most 63 bytes; null: nothing */
+    /* what tulle_world_set_material_law calls the surface, at most 79 bytes; null: nothing */
     const char *contact_material;
     double thickness;         /* [m] 0: the world's contact distance decides */
     const tulle_pin *pins;    /* pin_count groups; null without any */

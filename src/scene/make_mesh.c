@@ -131,41 +131,47 @@ tulle_status drop_duplicates(const scene_work *work, const char *path, tulle_mes
 static int compare_points(const void *a, const void *b) { return memcmp(a, b, 3 * sizeof(double)); }
 
 /* Boundary vertices that a repair joins with others in the same place. */
-static size_t count_joined(const tulle_mesh *mesh) {
+static tulle_status count_joined(const tulle_mesh *mesh, size_t *count, tulle_error *error) {
     tulle_mesh copy = {0};
     tulle_mesh_repairs repairs = {0};
-    if (tulle_mesh_create(mesh->vertex_count, mesh->triangle_count, &copy, NULL) != TULLE_OK)
-        return 0;
+    tulle_status status = tulle_mesh_create(mesh->vertex_count, mesh->triangle_count, &copy, error);
+    if (status != TULLE_OK) return status;
     memcpy(copy.positions, mesh->positions, 3 * mesh->vertex_count * sizeof(double));
     memcpy(copy.triangles, mesh->triangles, 3 * mesh->triangle_count * sizeof(uint32_t));
-    tulle_status const status = tulle_mesh_repair(&copy, 0.0, &repairs, NULL);
+    status = tulle_mesh_repair(&copy, 0.0, &repairs, error);
     tulle_mesh_destroy(&copy);
-    return status == TULLE_OK ? repairs.counts[TULLE_REPAIR_JOINED] : 0;
+    *count = repairs.counts[TULLE_REPAIR_JOINED];
+    /* What --repair cannot mend is told without it. */
+    return status == TULLE_ERROR_OUT_OF_MEMORY ? status : TULLE_OK;
 }
 
 /* Files of pictures and of panels have several vertices where cloth has one; it would fall apart
  * there. */
-static void note_seams(const scene_work *work, const char *path, const tulle_mesh *mesh) {
+static tulle_status note_seams(const scene_work *work, const char *path, const tulle_mesh *mesh,
+                               tulle_error *error) {
     memory heap = memory_default();
     size_t const count = mesh->vertex_count, size = 3 * count * sizeof(double);
     double *const points = memory_allocate(&heap, size);
-    size_t same_count = 0;
-    if (!points) return;
+    size_t same_count = 0, joined_count = 0;
+    if (!points) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory to look for seams");
     for (size_t i = 0; i < 3 * count; i++) points[i] = mesh->positions[i] + 0.0; /* -0 is 0 */
     sort_in_place(points, count, 3 * sizeof(double), compare_points);
     for (size_t i = 1; i < count; i++)
         same_count += compare_points(points + 3 * i - 3, points + 3 * i) == 0;
     memory_release(&heap, points, size);
-    if (same_count == 0) return;
+    if (same_count == 0) return TULLE_OK;
+    tulle_status const status = count_joined(mesh, &joined_count, error);
+    if (status != TULLE_OK) return status;
     bool const is_animation = frame_cache_is_animation(path);
     char advice[SCENE_PATH_LIMIT] = "join them first, as Blender does with Merge by Distance";
-    if (count_joined(mesh) >= same_count)
+    if (joined_count >= same_count)
         snprintf(advice, sizeof advice, "join them first: 'tulle convert %s OUT.ply --repair%s'",
                  path, is_animation ? " --frame 0" : "");
     note_add(work,
              "%s: %zu vertices are in the place of others, and nothing joins them: the cloth "
              "comes apart there; %s",
              path, same_count, advice);
+    return TULLE_OK;
 }
 
 /* Reads the first frame of an animation. */
@@ -244,7 +250,8 @@ tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role
     tulle_mesh_lines const lines = {source.vertex_lines, source.triangle_lines};
     if (status == TULLE_OK && role != TULLE_MESH_ROLE_DEFORMING)
         status = tulle_mesh_validate_lines(tulle_mesh_get_view(mesh), role, lines, error);
-    if (status == TULLE_OK && role == TULLE_MESH_ROLE_CLOTH) note_seams(work, path, mesh);
+    if (status == TULLE_OK && role == TULLE_MESH_ROLE_CLOTH)
+        status = note_seams(work, path, mesh, error);
     if (status != TULLE_OK && !error->file[0])
         snprintf(error->file, sizeof error->file, "%s", path);
     if (kept && status == TULLE_OK)

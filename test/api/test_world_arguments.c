@@ -83,6 +83,12 @@ ARGUMENTS_OF(tulle_obstacle_def_default) {
     assert_true(tulle_obstacle_def_default().cookie != 0);
 }
 
+ARGUMENTS_OF(tulle_pin_default) {
+    (void)unused;
+    assert_true(tulle_pin_default().cookie != 0);
+    assert_true(tulle_pin_default().release_time > 0.0);
+}
+
 ARGUMENTS_OF(tulle_material_preset) {
     (void)unused;
     tulle_material material;
@@ -740,6 +746,7 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_material_preset_measured),
     TABLE_LINE(tulle_cloth_def_default),
     TABLE_LINE(tulle_obstacle_def_default),
+    TABLE_LINE(tulle_pin_default),
     TABLE_LINE(tulle_world_create),
     TABLE_LINE(tulle_world_destroy),
     TABLE_LINE(tulle_world_add_cloth),

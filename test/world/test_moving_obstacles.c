@@ -67,7 +67,7 @@ static void one_that_appears_in_the_cloth_is_refused(void **state) {
         tulle_error error = {0};
         assert_int_equal(tulle_world_step(world, STEP, NULL, &error),
                          TULLE_ERROR_INTERSECTING_START);
-        assert_non_null(strstr(error.message, " s, when 'obstacle 0' appears: "));
+        assert_non_null(strstr(error.message, " s, when 'obstacle 0' appears:\n"));
         assert_null(strstr(error.message, "untangle"));
         assert_true(tulle_world_get_state_hash(world) == hash);
         assert_false(tulle_obstacle_is_present(world, id));

@@ -64,7 +64,7 @@ static void refused_start_tells_how_deep_and_where(void **state) {
         }
     }
     char deepest[96];
-    snprintf(deepest, sizeof deepest, ": %.3g m deep at (%.6g, %.6g, %.6g), ", overlaps[0].depth,
+    snprintf(deepest, sizeof deepest, ":\n  %.3g m deep at (%.6g, %.6g, %.6g), ", overlaps[0].depth,
              overlaps[0].position[0], overlaps[0].position[1], overlaps[0].position[2]);
     if (!strstr(error.message, deepest)) fail_msg("%s: %s", deepest, error.message);
     tulle_world_destroy(world);
