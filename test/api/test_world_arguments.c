@@ -1,11 +1,9 @@
-/* Arguments of the public functions of tulle/world.h, against a world that has started, with a
- * cloth, an obstacle and a rigid body, and against one that has not. */
+/* Arguments of the functions of tulle/world.h: against a world that has started, and a new one. */
 #include "api/arguments.h"
 #include "support/pins.h"
 #include "support/small_world.h"
 
 static const double STEP = 1.0 / 60.0;
-
 static tulle_mesh sheet, plate, box;
 static tulle_world *started, *fresh;
 static tulle_cloth_id cloth;
@@ -85,8 +83,7 @@ ARGUMENTS_OF(tulle_obstacle_def_default) {
 
 ARGUMENTS_OF(tulle_pin_default) {
     (void)unused;
-    assert_true(tulle_pin_default().cookie != 0);
-    assert_true(tulle_pin_default().release_time > 0.0);
+    assert_true(tulle_pin_default().cookie != 0 && tulle_pin_default().release_time > 0.0);
 }
 
 ARGUMENTS_OF(tulle_material_preset) {

@@ -31,8 +31,9 @@ stops() {
     "$TULLE" info out | grep -q '^out: run, failed' || fault "$*: info does not say failed"
     [ -s out/checkpoint.bin ] || fault "$*: no checkpoint"
 }
-stops "intersect at 0.04 s, when 'late' appears: .*let it appear elsewhere"
-stops "intersect at 0.04 s, when 'late' appears: " --set contact.start_intersections=untangle
+stops "intersect at 0.04 s, when 'late' appears:\$"
+stops "^To mend it, let it appear elsewhere"
+stops "intersect at 0.04 s, when 'late' appears:\$" --set contact.start_intersections=untangle
 stops "'sheet' lies inside 'late' when one of them appears or comes free at 0.04 s " --set 'obstacles[0].mesh.size=[1, 1, 1]'
 
 "$TULLE" run late.yaml -o ignored --progress none --set contact.start_intersections=ignore >stdout 2>stderr || fault "ignored: exit $?"
