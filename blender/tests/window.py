@@ -36,7 +36,7 @@ def prepare() -> None:
     sheet.name, sheet.tulle.role, sheet.tulle.fabric = "Sheet", "CLOTH", "silk"
     sheet.modifiers.new("Subdivision", "SUBSURF")
     bpy.ops.object.shade_smooth()
-    bpy.context.scene.frame_end = 45
+    bpy.context.scene.frame_end = 90  # it must not be done before it is looked at
 
 
 def show_sidebar():
