@@ -116,31 +116,42 @@ static tulle_status cut(fine_work *work, double turn, uint32_t *count, tulle_err
     return status;
 }
 
-tulle_status fine_frames_find(fine_frames *self, uint32_t *parts, tulle_error *error) {
+tulle_status fine_frames_make(fine_frames *self, tulle_error *error) {
+    self->first_vertices = memory_allocate(self->heap, (self->part_count + 1) * sizeof(size_t));
+    self->cuts = memory_allocate(self->heap, self->key_count * sizeof(uint32_t));
+    return self->first_vertices && self->cuts ? TULLE_OK : file_fail_memory(error, self->path);
+}
+
+void fine_frames_release(fine_frames *self) {
+    size_t const firsts = self->first_vertices ? (self->part_count + 1) * sizeof(size_t) : 0;
+    memory_release(self->heap, self->first_vertices, firsts);
+    memory_release(self->heap, self->cuts, self->cuts ? self->key_count * sizeof(uint32_t) : 0);
+}
+
+tulle_status fine_frames_find(fine_frames *self, tulle_error *error) {
     fine_work work = {.frames = self};
     tulle_status status = TULLE_OK;
     for (; work.key + 1 < self->key_count && status == TULLE_OK; work.key++) {
         double const from = self->keys[work.key], to = self->keys[work.key + 1];
         double turn = 0.0;
-        parts[work.key] = 1;
+        self->cuts[work.key] = 1;
         /* A jump is between moments that are neighbours among floats. */
         if (nextafterf((float)from, INFINITY) >= (float)to) continue;
         status = self->find_turn(self->scene, from, to, &turn, error);
         if (status != TULLE_OK || !(turn > 0.0)) continue;
         if (!work.room) status = measure_parts(&work, error);
         if (status == TULLE_OK && work.whole > 0.0)
-            status = cut(&work, turn, &parts[work.key], error);
+            status = cut(&work, turn, &self->cuts[work.key], error);
     }
     memory_release(self->heap, work.room, work.room ? count_room(self) * sizeof(double) : 0);
     return status;
 }
 
-void fine_frames_spread(double *values, size_t key_count, const uint32_t *parts) {
-    size_t out = key_count - 1;
-    for (size_t key = 0; key + 1 < key_count; key++) out += parts[key] - 1;
-    for (size_t key = key_count - 1; key > 0; key--) {
+void fine_frames_spread(const fine_frames *self, double *values) {
+    size_t out = self->key_count - 1 + self->added_count;
+    for (size_t key = self->key_count - 1; key > 0; key--) {
         double const from = values[key - 1], to = values[key];
-        uint32_t const count = parts[key - 1];
+        uint32_t const count = self->cuts[key - 1];
         values[out--] = to;
         for (uint32_t i = count - 1; i > 0; i--)
             values[out--] = from + (to - from) * ((double)i / count);

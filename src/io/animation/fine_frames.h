@@ -16,18 +16,23 @@ typedef struct fine_frames {
      * along lines. */
     tulle_status (*find_turn)(void *scene, double from, double to, double *turn,
                               tulle_error *error);
-    const size_t *first_vertices; /* of each part, and the number of all: part_count + 1 */
+    size_t *first_vertices; /* of each part, and the number of all: part_count + 1 */
     size_t part_count;
     const double *keys; /* moments, rising */
     size_t key_count;
+    uint32_t *cuts;     /* into how many intervals the one behind each key is cut: key_count - 1 */
     size_t added_count; /* frames between keys */
     bool is_cut;        /* turns are so many that some of them are joined by lines */
 } fine_frames;
 
-/* Finds into how many intervals each one between two keys is cut evenly: parts[i] of the one behind
- * key i, key_count - 1 in all; counts those that are added. */
-tulle_status fine_frames_find(fine_frames *self, uint32_t *parts, tulle_error *error);
+/* Makes room for first_vertices, which the caller fills, and cuts. Release it after a failure, too.
+ */
+tulle_status fine_frames_make(fine_frames *self, tulle_error *error);
+void fine_frames_release(fine_frames *self);
+/* Finds into how many intervals each one between two keys is cut evenly, and counts the frames that
+ * are added. */
+tulle_status fine_frames_find(fine_frames *self, tulle_error *error);
 /* Puts numbers evenly between those of the keys; `values` has room for all. */
-void fine_frames_spread(double *values, size_t key_count, const uint32_t *parts);
+void fine_frames_spread(const fine_frames *self, double *values);
 
 #endif

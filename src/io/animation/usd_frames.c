@@ -75,37 +75,33 @@ static tulle_status find_turn(void *scene, double from, double to, double *turn,
 tulle_status usd_scene_add_frames(usd_scene *scene, tulle_error *error) {
     if (scene->codes.count < 2) return TULLE_OK;
     memory *const heap = scene->layer->text.heap;
-    size_t const key_count = scene->codes.count, part_count = scene->pieces.count;
-    size_t const part_size = (part_count + 1) * sizeof(size_t);
-    size_t const cut_size = key_count * sizeof(uint32_t);
-    size_t *const firsts = memory_allocate(heap, part_size);
-    uint32_t *const parts = memory_allocate(heap, cut_size);
+    size_t const part_count = scene->pieces.count;
     fine_frames fine = {.heap = heap,
                         .path = scene->layer->text.path,
                         .scene = scene,
                         .pose = pose,
                         .find_turn = find_turn,
-                        .first_vertices = firsts,
                         .part_count = part_count,
                         .keys = scene->codes.data,
-                        .key_count = key_count};
-    for (size_t i = 0; i < part_count && firsts; i++)
-        firsts[i] = scene->pieces.data[i].first_vertex;
-    if (firsts) firsts[part_count] = scene->vertex_count;
-    tulle_status status =
-        firsts && parts ? fine_frames_find(&fine, parts, error) : fail_memory(scene, error);
+                        .key_count = scene->codes.count};
+    tulle_status status = fine_frames_make(&fine, error);
+    if (status == TULLE_OK) {
+        for (size_t i = 0; i < part_count; i++)
+            fine.first_vertices[i] = scene->pieces.data[i].first_vertex;
+        fine.first_vertices[part_count] = scene->vertex_count;
+        status = fine_frames_find(&fine, error);
+    }
     if (status == TULLE_OK && (!ARRAY_RESERVE(heap, &scene->codes, fine.added_count) ||
                                !ARRAY_RESERVE(heap, &scene->frames, fine.added_count)))
         status = fail_memory(scene, error);
     if (status == TULLE_OK) {
-        fine_frames_spread(scene->codes.data, key_count, parts);
-        fine_frames_spread(scene->frames.data, key_count, parts);
+        fine_frames_spread(&fine, scene->codes.data);
+        fine_frames_spread(&fine, scene->frames.data);
         scene->codes.count += fine.added_count;
         scene->frames.count += fine.added_count;
         scene->turn_count = fine.added_count;
         scene->is_turning_too_fast = fine.is_cut;
     }
-    memory_release(heap, firsts, firsts ? part_size : 0);
-    memory_release(heap, parts, parts ? cut_size : 0);
+    fine_frames_release(&fine);
     return status;
 }
