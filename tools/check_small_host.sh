@@ -37,6 +37,10 @@ if [ "$kind" = native ]; then
     /usr/bin/python3 tools/check_baseline.py --fused "$build" || code=$?
     [ "$code" = 0 ] || [ "$code" = 77 ] || exit 1
 fi
+if [ "$kind" = m32 ] && ! $loader --version >/dev/null 2>&1; then # a kernel without 32-bit programs
+    command -v qemu-i386 >/dev/null || { echo "skipped: this kernel runs no 32-bit programs, and qemu-i386 is missing (make test-m32 installs it)"; exit 77; }
+    loader="qemu-i386 $loader"
+fi
 golden=$(sed -n 's/.*GOLDEN = UINT64_C(0x\([0-9a-f]*\)).*/\1/p' test/world/test_golden.c)
 # shellcheck disable=SC2086
 said=$($loader "$build/world_host")

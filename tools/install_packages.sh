@@ -120,6 +120,7 @@ needs() {
     m32)
         echo "gcc-i686-linux-gnu program:i686-linux-gnu-gcc optional"
         echo "libc6-dev-i386-cross file:/usr/i686-linux-gnu/include/stdlib.h optional"
+        echo "qemu-user      program:qemu-i386 optional"
         ;;
     portability)
         echo "gcc-aarch64-linux-gnu program:aarch64-linux-gnu-gcc optional"

@@ -178,6 +178,7 @@ class Settings:
             values = list(value)
             count, made = len(values), ffi.new(f"{kind._struct}[]", len(values) or 1)
             for i, each in enumerate(values):
+                made[i] = _make_struct(kind._struct)[0]  # with its cookie
                 kind.make(each, {}, f"{what}[{i}]").fill(made[i], keep, f"{what}[{i}]")
             keep.append(made)
             pointer = made if count else ffi.NULL

@@ -50,7 +50,8 @@ tulle_status find_pairs(broad_phase *broad, const surface_set *set, int threads,
     broad->writers.count = 0;
     /* Of the blocks that a store has claimed each writer may still fill one. */
     uint64_t const most = broad->most_candidates ? broad->most_candidates : UINT64_MAX;
-    broad->most_blocks = (size_t)(most / KEY_BLOCK) + (size_t)threads;
+    uint64_t const most_blocks = most / KEY_BLOCK + (uint64_t)threads;
+    broad->most_blocks = most_blocks < SIZE_MAX ? (size_t)most_blocks : SIZE_MAX;
     search_counts own_counts;
     if (!counts) counts = &own_counts;
     if (!ARRAY_RESERVE(broad->heap, &broad->writers, 2 * (size_t)threads))

@@ -10,6 +10,7 @@
 #include "contact/pairs/pair_rules.h"
 #include "detect/trees/broad_phase.h"
 #include "world/start/start.h"
+#include "world/step/search.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -109,17 +110,24 @@ tulle_status world_find_rooms(tulle_world *world) {
     for (size_t s = 0; s < surface_count; s++) ranges[s].is_body = ranges[s].is_obstacle;
     surface_set set = world->set;
     set.surfaces = ranges;
+    broad_phase_options const options = {.most_candidates = MOST_CANDIDATES(world)};
     broad_phase *broad = NULL;
     pair_list pairs = {0};
     narrow_place narrowest = {.distance = (double)INFINITY};
-    double const reach = fmax(1.0 / SHARE_OF_SLOT, 1.0) * world->contact_distance;
     tulle_status status =
         broad_phase_create(heap, &set, world->now.positions, BROAD_PHASE_REFIT, &broad);
-    if (status == TULLE_OK)
-        status = build_trees(broad, &set, world->now.positions, world->now.positions, reach,
+    if (status == TULLE_OK) broad_phase_configure(broad, options);
+    /* where meshes are too fine for that, cloth alone, as a step searches */
+    const surface_set *const sets[2] = {&set, &world->set};
+    double const reaches[2] = {world->contact_distance / SHARE_OF_SLOT, world->contact_distance};
+    tulle_status found = TULLE_ERROR_LIMIT;
+    for (int k = 0; k < 2 && status == TULLE_OK && found == TULLE_ERROR_LIMIT; k++) {
+        status = build_trees(broad, sets[k], world->now.positions, world->now.positions, reaches[k],
                              world->threads);
-    if (status == TULLE_OK)
-        status = find_pairs(broad, &set, world->threads, PAIRS_SORTED, &pairs, NULL);
+        if (status == TULLE_OK)
+            found = find_pairs(broad, sets[k], world->threads, PAIRS_SORTED, &pairs, NULL);
+    }
+    if (status == TULLE_OK) status = found;
     if (status == TULLE_OK) note_pairs(world, &pairs, &narrowest);
     broad_phase_destroy(broad);
     ARRAY_FREE(heap, &pairs.vertex_triangle);

@@ -11,10 +11,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Paths are too long for a substep where a search finds more candidates: so many for each vertex,
- * and some. */
-enum { CANDIDATES_A_VERTEX = 256, CANDIDATES_BESIDE = 1 << 20 };
-
 /* Boxes are widened by this share of the mean edge beyond the separation distance, so that paths
  * which the solve bends a little stay inside the candidates that were found for the predicted ones.
  */
@@ -41,11 +37,11 @@ tulle_status world_start_detection(tulle_world *world) {
     tulle_status status =
         broad_phase_create(&world->heap, &world->set, world->rest, trees, &world->broad);
     if (status != TULLE_OK) return status;
-    uint64_t const most = (uint64_t)CANDIDATES_A_VERTEX * world->vertex_count + CANDIDATES_BESIDE;
-    broad_phase_configure(world->broad, (broad_phase_options){.following = PATHS_WHERE_LONG,
-                                                              .stop = &world->stop,
-                                                              .most_candidates = most,
-                                                              .scratch = &world->scratch});
+    broad_phase_configure(world->broad,
+                          (broad_phase_options){.following = PATHS_WHERE_LONG,
+                                                .stop = &world->stop,
+                                                .most_candidates = MOST_CANDIDATES(world),
+                                                .scratch = &world->scratch});
     if (def->method != TULLE_DETECT_PATCHES && !is_paper) return TULLE_OK;
 
     /* [m] Inner pairs of patches stay beyond all that gather_rows makes rows of. */

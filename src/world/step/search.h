@@ -19,6 +19,10 @@
 
 #include "world/step/step.h"
 
+/* The most candidates that a search lists. Where there are more, paths are too long for a substep,
+ * or meshes too fine. */
+#define MOST_CANDIDATES(world) (256 * (uint64_t)(world)->vertex_count + (1 << 20))
+
 /* Trees and patches of a world whose distances are known. */
 tulle_status world_start_detection(tulle_world *world);
 void world_release_detection(tulle_world *world);
