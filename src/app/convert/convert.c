@@ -377,7 +377,8 @@ static tulle_status convert_frames(convert_session *session, tulle_error *error)
 static tulle_status judge_rounding(convert_session *session, tulle_error *error) {
     const convert_target *const target = &session->target;
     if (!convert_target_is_float(target) || session->scene.def.is_double ||
-        target->worst_rounding == 0.0 || session->triangle_count == 0)
+        (target->worst_rounding == 0.0 && session->scene.rigid_count == 0) ||
+        session->triangle_count == 0)
         return TULLE_OK;
     bool const is_run =
         session->source.kind == SOURCE_RUN && !session->subdivision && !session->repairs;
@@ -387,7 +388,8 @@ static tulle_status judge_rounding(convert_session *session, tulle_error *error)
         .frames = session->frames,
         .mesh = {NULL, session->vertex_count, session->triangles, session->triangle_count},
         .read = is_run ? NULL : read_animated,
-        .context = session};
+        .context = session,
+        .scene = session->scene.bodies ? &session->scene : NULL};
     return convert_rounding_judge(&input, &session->rounding, error);
 }
 

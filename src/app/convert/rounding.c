@@ -13,6 +13,7 @@ typedef struct rounded_frames {
     convert_source *source;
     tulle_run_body *bodies;
     double **positions;
+    double **written; /* of bodies that are written by poses; null: others */
     int *is_present;
     size_t count;
 } rounded_frames;
@@ -25,18 +26,21 @@ static const char *get_name(const void *context, size_t body) {
     return ((const rounded_frames *)context)->bodies[body].name;
 }
 
-static tulle_status open_frames(rounded_frames *all, tulle_mesh_view mesh, bool is_run,
+static tulle_status open_frames(rounded_frames *all, const rounding_input *input,
                                 tulle_error *error) {
-    const tulle_run_info *const info = is_run ? tulle_run_reader_get_info(all->source->run) : NULL;
+    const tulle_run_info *const info =
+        !input->read ? tulle_run_reader_get_info(all->source->run) : NULL;
     size_t const count = info ? info->body_count : 1;
     all->bodies = calloc(count, sizeof *all->bodies);
     all->positions = calloc(count, sizeof *all->positions);
+    all->written = calloc(count, sizeof *all->written);
     all->is_present = calloc(count, sizeof *all->is_present);
-    if (!all->bodies || !all->positions || !all->is_present) return fail_memory(error);
-    for (; all->count < count; all->count++) {
-        size_t const i = all->count;
+    if (!all->bodies || !all->positions || !all->written || !all->is_present)
+        return fail_memory(error);
+    while (all->count < count) {
+        size_t const i = all->count++;
         tulle_run_body *const body = &all->bodies[i];
-        *body = (tulle_run_body){.name = convert_source_get_name(all->source), .mesh = mesh};
+        *body = (tulle_run_body){.name = convert_source_get_name(all->source), .mesh = input->mesh};
         if (info) {
             *body = (tulle_run_body){.name = info->bodies[i].name,
                                      .is_obstacle = info->bodies[i].is_obstacle,
@@ -47,6 +51,9 @@ static tulle_status open_frames(rounded_frames *all, tulle_mesh_view mesh, bool 
         }
         all->positions[i] = calloc(body->mesh.vertex_count, 3 * sizeof(double));
         if (!all->positions[i]) return fail_memory(error);
+        if (input->scene && input->scene->bodies[i].mesh &&
+            !(all->written[i] = calloc(body->mesh.vertex_count, 3 * sizeof(double))))
+            return fail_memory(error);
         body->mesh.positions = all->positions[i];
         all->is_present[i] = 1;
     }
@@ -54,9 +61,13 @@ static tulle_status open_frames(rounded_frames *all, tulle_mesh_view mesh, bool 
 }
 
 static void close_frames(rounded_frames *all) {
-    for (size_t i = 0; i < all->count && all->positions; i++) free(all->positions[i]);
+    for (size_t i = 0; i < all->count; i++) {
+        free(all->positions[i]);
+        free(all->written[i]);
+    }
     free(all->bodies);
     free(all->positions);
+    free(all->written);
     free(all->is_present);
 }
 
@@ -86,7 +97,7 @@ tulle_status convert_rounding_judge(const rounding_input *input, convert_roundin
     memory heap = memory_default();
     rounded_frames all = {.source = input->source};
     run_rounding judge = {0};
-    tulle_status status = open_frames(&all, input->mesh, input->read == NULL, error);
+    tulle_status status = open_frames(&all, input, error);
     tulle_run_def def = tulle_run_def_default();
     def.bodies = all.bodies;
     def.body_count = all.count;
@@ -102,7 +113,10 @@ tulle_status convert_rounding_judge(const rounding_input *input, convert_roundin
         tulle_run_frame const places = {.positions = (const double *const *)all.positions,
                                         .is_present = all.is_present};
         tulle_error found = {0};
-        status = run_rounding_judge(&judge, &places, get_name, &all, &found);
+        for (size_t k = 0; k < all.count; k++)
+            if (all.written[k]) convert_scene_place_rigid(input->scene, k, i, all.written[k]);
+        status = run_rounding_judge(&judge, &places, (const double *const *)all.written, get_name,
+                                    &all, &found);
         if (status == TULLE_ERROR_LIMIT) {
             note_frame(rounding, frame, &found);
             status = TULLE_OK;

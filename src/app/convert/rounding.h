@@ -3,6 +3,7 @@
 #ifndef TULLE_APP_CONVERT_ROUNDING_H
 #define TULLE_APP_CONVERT_ROUNDING_H
 
+#include "app/convert/scene.h"
 #include "app/convert/source.h"
 
 /* Gives the positions of a frame of the one surface, as they are written. */
@@ -21,10 +22,11 @@ typedef struct rounding_input {
     convert_source *source;
     const axes_change *change;
     frame_range frames;
-    tulle_mesh_view mesh; /* of the one surface */
-    rounding_reader read; /* its positions; null: the source is a run, whose bodies are judged
-                             together, as `change` turns and scales them */
-    void *context;        /* of `read` */
+    tulle_mesh_view mesh;       /* of the one surface */
+    rounding_reader read;       /* its positions; null: the source is a run, whose bodies are judged
+                                   together, as `change` turns and scales them */
+    void *context;              /* of `read` */
+    const convert_scene *scene; /* of all bodies of a run, written as an animation; else null */
 } rounding_input;
 
 tulle_status convert_rounding_judge(const rounding_input *input, convert_rounding *rounding,

@@ -217,6 +217,32 @@ static tulle_status make_rigid_bodies(convert_scene *scene, tulle_error *error) 
     return status;
 }
 
+void convert_scene_place_rigid(const convert_scene *scene, size_t surface, uint32_t index,
+                               double *positions) {
+    tulle_mesh_view const mesh = scene->surfaces[scene->surfaces[surface].prototype].mesh;
+    bool const is_float =
+        scene->target->format == CONVERT_GLB || scene->target->format == CONVERT_GLTF;
+    double pose[7], norm2 = 0.0;
+    memcpy(pose, scene->poses + 7 * (index * scene->rigid_count + scene->bodies[surface].number),
+           sizeof pose);
+    for (int i = 3; i < 7; i++) norm2 += pose[i] * pose[i];
+    for (int i = 3; i < 7; i++) pose[i] /= sqrt(norm2);
+    for (int i = 0; i < 7 && is_float; i++) pose[i] = (double)(float)pose[i];
+    const double *const axis =
+        pose + 4; /* of the quaternion (w, u): p + w (2 u x p) + u x (2 u x p) */
+    for (size_t i = 0; i < mesh.vertex_count; i++) {
+        double point[3], twist[3];
+        for (size_t k = 0; k < 3; k++) point[k] = (double)(float)mesh.positions[3 * i + k];
+        for (size_t k = 0; k < 3; k++)
+            twist[k] = 2.0 * (axis[(k + 1) % 3] * point[(k + 2) % 3] -
+                              axis[(k + 2) % 3] * point[(k + 1) % 3]);
+        for (size_t k = 0; k < 3; k++)
+            positions[3 * i + k] = pose[k] + point[k] + pose[3] * twist[k] +
+                                   axis[(k + 1) % 3] * twist[(k + 2) % 3] -
+                                   axis[(k + 2) % 3] * twist[(k + 1) % 3];
+    }
+}
+
 /* ---- surfaces ---- */
 
 static tulle_status open_bodies(convert_scene *scene, tulle_error *error) {

@@ -60,6 +60,10 @@ void convert_scene_set_surface(convert_scene *scene, tulle_mesh_view mesh, const
 /* Adds an array of one number for each of its vertices, which .npz alone has. */
 void convert_scene_add_array(convert_scene *scene, const char *name, scene_reader read);
 void convert_scene_close(convert_scene *scene);
+/* Where a reader of the file finds a rigid surface in one of `frames`: its mesh of floats, turned
+ * and moved by its pose as the file has it. Positions: 3 * its vertices. */
+void convert_scene_place_rigid(const convert_scene *scene, size_t surface, uint32_t index,
+                               double *positions);
 
 /* Writes frames: all, or one of those that the scene was opened for. */
 tulle_status convert_scene_write(convert_scene *scene, frame_range frames, tulle_error *error);

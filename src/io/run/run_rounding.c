@@ -75,7 +75,8 @@ void run_rounding_release(run_rounding *rounding) {
 
 /* Where the bodies are and where their caches will have them. False where nothing is rounded, or
  * where float holds a coordinate not at all, which writing refuses. */
-static bool take_positions(run_rounding *rounding, const tulle_run_frame *frame) {
+static bool take_positions(run_rounding *rounding, const tulle_run_frame *frame,
+                           const double *const *written) {
     bool is_rounded = false;
     for (size_t i = 0; i < rounding->body_count; i++) {
         const tulle_detect_surface *const body = &rounding->surfaces[i];
@@ -85,7 +86,7 @@ static bool take_positions(run_rounding *rounding, const tulle_run_frame *frame)
         double *const rounded = rounding->rounded + 3 * (size_t)body->vertex_begin;
         for (size_t k = 0; k < count; k++) {
             exact[k] = frame->positions[i][k];
-            rounded[k] = (double)(float)exact[k];
+            rounded[k] = written && written[i] ? written[i][k] : (double)(float)exact[k];
             if (!isfinite(rounded[k])) return false;
             is_rounded = is_rounded || rounded[k] != exact[k];
         }
@@ -178,9 +179,10 @@ static tulle_status refuse(const rounding_search *search,
 }
 
 tulle_status run_rounding_judge(run_rounding *rounding, const tulle_run_frame *frame,
+                                const double *const *written,
                                 const char *(*get_name)(const void *context, size_t body),
                                 const void *context, tulle_error *error) {
-    if (!take_positions(rounding, frame)) return TULLE_OK;
+    if (!take_positions(rounding, frame, written)) return TULLE_OK;
     tulle_status status = TULLE_OK;
     if (!rounding->detector) {
         tulle_detect_def def = tulle_detect_def_default();

@@ -28,10 +28,12 @@ typedef struct run_rounding {
 /* False when memory is short; release it then, too. */
 bool run_rounding_make(run_rounding *rounding, memory *heap, const tulle_run_def *def);
 void run_rounding_release(run_rounding *rounding);
-/* Judges the positions of a frame, which moving bodies have. TULLE_ERROR_LIMIT where rounding leads
- * a surface through another or itself; the message ends a sentence: floats "move vertex 3 ...".
- * Frames that intersect before they are rounded are none of its business. */
+/* Judges the positions of a frame, which moving bodies have. `written`: null, or of each body where
+ * a file will have it, or null where that is its positions as floats. TULLE_ERROR_LIMIT where
+ * rounding leads a surface through another or itself; the message ends a sentence: floats "move
+ * vertex 3 ...". Frames that intersect before they are rounded are none of its business. */
 tulle_status run_rounding_judge(run_rounding *rounding, const tulle_run_frame *frame,
+                                const double *const *written,
                                 const char *(*get_name)(const void *context, size_t body),
                                 const void *context, tulle_error *error);
 

@@ -165,8 +165,8 @@ tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_fra
     size_t const index = writer->frames.lines.count;
     tulle_error found = {0};
     if (!status)
-        status =
-            run_rounding_judge(&writer->rounding, frame, get_body_name, &writer->record, &found);
+        status = run_rounding_judge(&writer->rounding, frame, NULL, get_body_name, &writer->record,
+                                    &found);
     if (status == TULLE_ERROR_LIMIT)
         return error_set(error, status,
                          "frame %zu cannot be kept: the files hold floats, which %.900s. Keep it "
