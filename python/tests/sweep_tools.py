@@ -105,7 +105,7 @@ def check_hashes(out: Path, scene: Path, folder: Path) -> None:
         assert row["state_hash"] == expected, row
 
 
-def wait_until(is_so: Callable[[], bool], what: str, seconds: float = 60) -> None:
+def wait_until(is_so: Callable[[], bool], what: str, seconds: float = 300) -> None:
     end = time.monotonic() + seconds
     while not is_so():
         assert time.monotonic() < end, f"waited {seconds} s for {what}"
