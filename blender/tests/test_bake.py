@@ -329,6 +329,33 @@ class Bakes(SceneTest):
         self.assertEqual(sheet.modifiers[0].type, "MESH_CACHE")
         self.judge()
 
+    def add_tilted(self, size, above):
+        """A tilted triangle of a size [m], and a sheet that lies on it."""
+        self.scene.use_gravity = False
+        sheet = self.add_sheet(cells=4, size=0.1, place=(0, 0, above))
+        sheet.rotation_euler[1] = -np.arctan(0.75)
+        sheet.tulle.use_thickness, sheet.tulle.thickness = True, 0.0002
+        plane = self.add_mesh("plane", [(1.93, 0.1, 1.4475), (-1.07, 1.7, -0.8025), (-0.86, -1.8, -0.645)], [(0, 1, 2)],
+                              role="OBSTACLE")  # fmt: skip
+        plane.scale = (size, size, size)
+        return sheet, plane
+
+    def test_far_obstacle(self):
+        """Floats hold no thin layer on an obstacle of 35 km."""
+        self.add_tilted(10000, 0.0003)
+        self.refuse("minimum gap", "m from the origin", "move the scene nearer")
+
+    def test_obstacle_that_grows(self):
+        """It is exported as floats: how far these move it is told, and that alone."""
+        _, plane = self.add_tilted(1, 0.0003)
+        for frame, size in ((10, 1.0), (10 + self.frames, 20000.0)):
+            plane.scale = (size, size, size)
+            plane.keyframe_insert("scale", frame=frame)
+        self.bake_all()
+        self.judge()
+        self.assertRegex(self.scene.tulle.report, r"'plane': floats of its frames move vertices by 0\.00\d+ m, .*Move the scene")
+        self.assertNotIn("'sheet': floats", self.scene.tulle.report)
+
     def test_beside_another_bake(self):
         """Where a bake of a Blender that died is still running in the folder, that is told."""
         self.add_sheet(cells=16), self.add_ball()

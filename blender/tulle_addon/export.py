@@ -252,6 +252,7 @@ class Export(Reader):
             self.keyframe_count += len(keyframes)
             said["motion"] = {"keyframes": keyframes, "pivot": (part.matrices[0][:3, 3] * self.scale).tolist()}
         else:
+            self.note_rounding(part)
             cache = self.name_file(part, ".pc2")["file"]
             said["motion"] = {"sequence": {"cache": cache, "interval": 1 / get_fps(self.scene)}}
         return said

@@ -115,6 +115,7 @@ class Recording(Reader):
         """Of `tulle mend`, to be run in the folder."""
         cloth = self.cloth
         meshes.write_obj(self.get_path(cloth.name + ".obj"), cloth.world, cloth.corners)
+        self.note_rounding(cloth)
         arguments = ["mend", self.name_file(cloth, ".pc2"), "--mesh", self.name_file(cloth, ".obj")]
         for part in self.parts[:-1]:
             corners = np.delete(part.corners, part.thin, axis=0)
@@ -125,6 +126,7 @@ class Recording(Reader):
                 os.remove(part.writer.path)
                 arguments += ["--body", self.name_file(part, ".obj")]
             else:
+                self.note_rounding(part)
                 arguments += ["--body", self.name_file(part, ".pc2"), "--body-mesh", self.name_file(part, ".obj")]
         arguments += ["-o", RESULT_FILE, "--json", "--strength", repr(float(cloth.obj.tulle.strength))]
         if self.scene.tulle.threads > 0:

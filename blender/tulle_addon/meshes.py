@@ -60,11 +60,16 @@ def to_local(world: np.ndarray, matrix: np.ndarray, scale: float) -> np.ndarray:
     return np.linalg.solve(matrix[:3, :3], (world.astype(np.float64) / scale - matrix[:3, 3]).T).T
 
 
+def measure_rounding(places: np.ndarray, matrix: np.ndarray = np.eye(4), scale: float = 1.0) -> float:
+    """[m] how far floats move a vertex at most."""
+    moved = (places.astype(np.float32) - places) @ np.asarray(matrix)[:3, :3].T * scale
+    return float(np.linalg.norm(moved, axis=1).max(initial=0.0))
+
+
 def tell_rounding(name: str, local: np.ndarray, matrix: np.ndarray, scale: float) -> str:
     """What is to be told where a cache of floats in the object's own space moves vertices by more than ROUNDING_TOLD; else
     nothing. Far from its origin floats are coarse, also where they are fine in the world."""
-    moved = (local.astype(np.float32) - local) @ np.asarray(matrix)[:3, :3].T * scale
-    largest = float(np.linalg.norm(moved, axis=1).max(initial=0.0))
+    largest = measure_rounding(local, matrix, scale)
     if largest <= ROUNDING_TOLD:
         return ""
     return (

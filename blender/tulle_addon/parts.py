@@ -60,6 +60,7 @@ class Part:
     weights: Optional[np.ndarray] = None  # of all vertices in the group of stiffness
     thin: Optional[np.ndarray] = None  # triangles of an obstacle without area in every frame so far
     writer: Optional[meshes.Pc2Writer] = None
+    rounding: float = 0.0  # [m] by which the floats of its frames move a vertex at most
 
     @property
     def is_simulated(self) -> bool:
@@ -219,7 +220,7 @@ class Reader:
         else:
             part.thin = np.flatnonzero(meshes.measure_heights(part.world, part.corners) < NO_AREA)
             part.writer = meshes.Pc2Writer(self.get_path(part.name + ".pc2"), len(part.used))
-            part.writer.append(part.world)
+            self.write_frame(part, part.world)
         if part.role == "CLOTH" and part.obj.tulle.rest == "UV" and part.own.uvs is None:
             raise Refusal("'%s' has no UV map, which is to be its shape at rest" % name, [name])
 
@@ -252,8 +253,20 @@ class Reader:
         if part.keeps_shape:
             part.keeps_shape = len(pieces) == 1 and part.own is not None and bool(np.array_equal(pieces[0][0], part.local))
         places = self.place(part, pieces)
-        part.writer.append(places)
+        self.write_frame(part, places)
         part.thin = part.thin[meshes.measure_heights(places, part.corners[part.thin]) < NO_AREA_LATER]
+
+    def write_frame(self, part: Part, places: np.ndarray) -> None:
+        part.writer.append(places)
+        part.rounding = max(part.rounding, meshes.measure_rounding(places))
+
+    def note_rounding(self, part: Part) -> None:
+        """Tells of frames of floats in the world's space, where these are coarse."""
+        if part.rounding > meshes.ROUNDING_TOLD:
+            self.note(
+                "'%s': floats of its frames move vertices by %.2g m, since these are far from the world's origin; cloth that is nearer "
+                "than that may be seen on its other side. Move the scene to the origin" % (part.obj.name, part.rounding)
+            )
 
     def get_path(self, name: str) -> str:
         return os.path.join(self.folder, MESH_FOLDER, name)
