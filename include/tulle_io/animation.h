@@ -95,7 +95,7 @@ typedef struct tulle_animation_info {
     double start_time; /* [s] of the file's time line, startTimeCode of USD; 0: it does not say */
     int is_y_up;       /* 1: y points up; 0: z */
     double meters_per_unit; /* [m] > 0, a unit of the positions */
-    char note[256];         /* what was passed over; or empty */
+    char note[1024];        /* what was passed over; or empty */
 } tulle_animation_info;
 
 /* Opens the file `path`, .glb or .gltf (glTF 2.0), .usda, .npz or .abc, makes `*animation`, which

@@ -24,7 +24,7 @@ typedef struct frame_cache {
     double start_time; /* [s] when the file's time line begins; 0 where it does not say */
     double start_frame, frame_step; /* of PC2, counted in frames; else 0 and 1 */
     file_axes axes;
-    char note[256]; /* what an animation has that was passed over; or empty */
+    char note[sizeof((tulle_animation_info *)0)->note]; /* what was passed over; or empty */
 } frame_cache;
 
 /* Whether the file is an animation, by its extension: that takes long to open, and has triangles.

@@ -108,7 +108,7 @@ bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t in
     placement_keys const where = {&keys->scale, &keys->rotate, &keys->place};
     obstacle_work entry = {.scene = work, .keys = keys, .copy_count = count_copies(keys)};
     entry.name = keys->name ? keys->name : store_text(work, "obstacle%zu", index);
-    entry.made = (source_mesh){&entry.mesh, {false, 1.0}, false, 0};
+    entry.made = (source_mesh){&entry.mesh, {false, 1.0}, false, 0, 0.0};
     entry.poses = ARENA_NEW(&work->scene->storage, pose, entry.copy_count);
     if (!entry.name || !entry.poses) {
         problem_add_memory(work->problems, work->scene->path);

@@ -143,7 +143,10 @@ static void note_odd_size(const scene_work *work, const source_mesh *source, con
                           const placement *where) {
     extent_box const box = find_box(source->mesh, where);
     double extent = 0.0;
-    for (int k = 0; k < 3; k++) extent = fmax(extent, box.high[k] - box.low[k]);
+    for (int k = 0; k < 3; k++) {
+        extent = fmax(extent, box.high[k] - box.low[k]);
+        extent = fmax(extent, source->extent * fabs(where->scale[k]));
+    }
     if (!(extent > LARGEST_BODY) && !(extent < SMALLEST_BODY)) return;
     bool const is_large = extent > LARGEST_BODY;
     note_add(work,

@@ -122,6 +122,7 @@ typedef struct source_mesh {
     file_axes axes;
     bool is_of_file;
     uint64_t polygons_hash; /* as of tulle_mesh_source */
+    double extent;          /* of its largest frame, in units of the file; 0: it has no frames */
 } source_mesh;
 /* Reads a mesh file, or the first frame of an animation; drops what an obstacle has twice, and what
  * has no area unless it deforms; validates the mesh for its role unless it deforms (sequence_open

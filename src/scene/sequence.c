@@ -400,10 +400,19 @@ static bool set_times(const scene_work *work, const sequence_keys *keys, const f
     return true;
 }
 
-/* Unmarks the triangles that have an area in a frame. `marks`: a byte for each triangle, then room
- * for as many. */
-static tulle_status unmark_guards(tulle_mesh_view frame, uint8_t *marks, tulle_error *error) {
+/* Unmarks the triangles that have an area in a frame, and extends the largest extent. `marks`: a
+ * byte for each triangle, then room for as many. */
+static tulle_status look_at_frame(tulle_mesh_view frame, uint8_t *marks, double *extent,
+                                  tulle_error *error) {
     uint8_t *const here = marks + frame.triangle_count;
+    for (size_t k = 0; k < 3; k++) {
+        double low = INFINITY, high = -INFINITY;
+        for (size_t v = 0; v < frame.vertex_count; v++) {
+            low = fmin(low, frame.positions[3 * v + k]);
+            high = fmax(high, frame.positions[3 * v + k]);
+        }
+        *extent = fmax(*extent, high - low);
+    }
     if (!memchr(marks, 1, frame.triangle_count)) return TULLE_OK;
     tulle_status const status = tulle_mesh_find_degenerate(frame, here, NULL, error);
     for (size_t t = 0; status == TULLE_OK && t < frame.triangle_count; t++) marks[t] &= here[t];
@@ -412,8 +421,8 @@ static tulle_status unmark_guards(tulle_mesh_view frame, uint8_t *marks, tulle_e
 
 /* Reads all files, compares their triangles or polygons with the mesh's, adds them to the hash. The
  * cut of polygons is that of the mesh in all frames. */
-static tulle_status check_files(const scene_work *work, scene_sequence *sequence,
-                                const source_mesh *made, uint8_t *marks, tulle_error *error) {
+static tulle_status check_files(const scene_work *work, scene_sequence *sequence, source_mesh *made,
+                                uint8_t *marks, tulle_error *error) {
     tulle_scene *const loaded = work->scene;
     tulle_mesh *const mesh = made->mesh;
     sequence->vertex_count = mesh->vertex_count;
@@ -433,7 +442,7 @@ static tulle_status check_files(const scene_work *work, scene_sequence *sequence
                                       mesh->triangle_count};
         if (frame == 0 && is_same)
             memcpy(mesh->positions, read.positions, 3 * read.vertex_count * sizeof(double));
-        if (is_same) status = unmark_guards(view, marks, error);
+        if (is_same) status = look_at_frame(view, marks, &made->extent, error);
         tulle_mesh_destroy(&read);
         if (status != TULLE_OK) return status;
         char path[SCENE_PATH_LIMIT];
@@ -447,15 +456,16 @@ static tulle_status check_files(const scene_work *work, scene_sequence *sequence
 }
 
 /* Reads all frames of a cache; the mesh gets the first one. */
-static tulle_status check_cache(tulle_scene *loaded, scene_sequence *sequence, tulle_mesh *mesh,
+static tulle_status check_cache(tulle_scene *loaded, scene_sequence *sequence, source_mesh *made,
                                 uint8_t *marks, tulle_error *error) {
+    tulle_mesh *const mesh = made->mesh;
     sequence->vertex_count = mesh->vertex_count;
     for (uint32_t frame = sequence->frame_count; frame-- > 0;) {
         tulle_status status = read_frame(sequence, &sequence->open, frame, mesh->positions, error);
         if (status != TULLE_OK) return status;
         loaded->content_hash = hash_bytes(loaded->content_hash, mesh->positions,
                                           3 * mesh->vertex_count * sizeof(double));
-        status = unmark_guards(tulle_mesh_get_view(mesh), marks, error);
+        status = look_at_frame(tulle_mesh_get_view(mesh), marks, &made->extent, error);
         if (status != TULLE_OK) return status;
     }
     return TULLE_OK;
@@ -464,7 +474,7 @@ static tulle_status check_cache(tulle_scene *loaded, scene_sequence *sequence, t
 /* Reads all frames. Triangles that have no area in any of them are left out; those that have one in
  * some of them guard there. */
 static tulle_status check_frames(const scene_work *work, scene_sequence *sequence,
-                                 const source_mesh *made, tulle_error *error) {
+                                 source_mesh *made, tulle_error *error) {
     tulle_mesh *const mesh = made->mesh;
     memory *const heap = &work->scene->heap;
     size_t const count = mesh->triangle_count;
@@ -473,7 +483,7 @@ static tulle_status check_frames(const scene_work *work, scene_sequence *sequenc
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory to look at %zu triangles",
                          count);
     if (count > 0) memset(marks, 1, count);
-    tulle_status status = sequence->cache ? check_cache(work->scene, sequence, mesh, marks, error)
+    tulle_status status = sequence->cache ? check_cache(work->scene, sequence, made, marks, error)
                                           : check_files(work, sequence, made, marks, error);
     flat_triangles const flat = {marks, " in any frame", NULL};
     if (status == TULLE_OK)

@@ -1,5 +1,6 @@
-"""usage: wild.py FOLDER WORK TABLE EVERY: reads each EVERY-th file of FOLDER, compares triangles, box, area and volume with assimp's
-where it reads the format, drops a napkin on it for a second, lets it fall as cloth where it or its repair is a manifold; a row a file.
+"""usage: wild.py FOLDER WORK TABLE EVERY: reads each EVERY-th file of FOLDER, compares triangles, box, area and volume with what another
+reader reads (assimp; tinyusdz for .usda, where TULLE_TINYUSDZ names the folder in which npm installed it), drops a napkin on it for a
+second, lets it fall as cloth where it or its repair is a manifold; a row a file.
 
 Ends with 1 where a file crashes the program, another reader's triangles, box, area or volume are other, a run intersects, or a refusal
 lacks the file's name, a place in it or advice."""
@@ -10,17 +11,20 @@ import subprocess
 import sys
 
 TULLE = os.environ["TULLE"]
+TINYUSDZ = os.environ.get("TULLE_TINYUSDZ", "")
 LIMIT = 60  # [s] for a command
 # Files whose difference is the other reader's fault, and the reason.
 OTHERS = {
     "cubevt.obj": "assimp calls its own mesh of it invalid, and writes no face",
+    "hardware.modeling.usda": "tinyusdz shows the class of prototypes, and none of its six copies",
+    "InternalReferenceUnencapsulatedPrototypes.usda": "tinyusdz shows the prototypes, and none of their six copies",
 }
 # A refusal says where: a line, a byte, an element, or that the whole file lacks something.
 PLACE = re.compile(r":\d+(:\d+)?: |\bbyte \d+|\b(triangle|triangles|vertex|vertices|face|edge|frame|node|mesh|accessor)s? '?\d+"
                    r"|\bholds no |\bshows no |\bhas no |\bis empty|\bno (meshes|triangles)|\bcannot be ")
 # And what should be there, or what helps.
-ADVICE = re.compile(r"\bshould\b|\bneeds?\b|\bmust\b|\?|[:;,] (write|make|merge|move|give|set|use|save|add|correct|turn|remove|close"
-                    r"|choose|export|run|try|convert)\b|\bis needed\b")
+ADVICE = re.compile(r"\bshould\b|\bneeds?\b|\bmust\b|\?|([:;,]|mend it,) (write|make|merge|move|give|set|use|save|add|correct|turn|remove|close"
+                    r"|choose|export|run|try|convert|join)\b|\bis needed\b")
 ENDINGS = (".obj", ".stl", ".ply", ".glb", ".gltf", ".usda")
 
 
@@ -77,6 +81,24 @@ def ask_assimp(path, work, is_y_up):
     return count, low, high, area, volume
 
 
+def ask_tinyusdz(path, work):
+    """The same of what tinyusdz reads of a stage, with z up and in metres; None where it does not read the file."""
+    out = os.path.join(work, "tinyusdz.obj")
+    run("rm", "-f", out)
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "wild_usd.mjs")
+    code, _ = run("node", script, TINYUSDZ, path, out)
+    if code != 0 or not os.path.exists(out):
+        return None
+    with open(path, encoding="utf-8", errors="replace") as file:
+        text = file.read()
+    metres, up = re.search(r"^ *metersPerUnit *= *([-+.\deE]+)", text, re.M), re.search(r'^ *upAxis *= *"(\w)"', text, re.M)
+    scale = float(metres[1]) if metres else 0.01
+    count, low, high, area, volume = measure(out)
+    if not up or up[1] == "Y":
+        low, high = [low[0], -high[2], low[1]], [high[0], -low[2], high[1]]
+    return count, [scale * x for x in low], [scale * x for x in high], scale**2 * area, scale**3 * volume
+
+
 def compare(one, other):
     """What of two measurements is other: floats, and quads that are cut along the other diagonal."""
     size = max(abs(x) for x in one[1] + one[2]) or 1.0
@@ -119,9 +141,9 @@ def drop(work, mesh, box, is_cloth):
     if code == 124:
         return "over %d s" % LIMIT, False
     if code != 0:
-        words = [line for line in said.splitlines() if ":" in line]
+        words = [line for line in said.splitlines() if ":" in line or "To mend it" in line] or [said]
         lack = find_lack(said)
-        told = "refused: " + lack + (words[0] if words else said)[:160].replace(work + "/", "")
+        told = "refused: " + lack + (words[0] + " ... " + words[-1] if len(words) > 1 else words[0])[:400].replace(work + "/", "")
         return told, code < 0 or code > 4 or lack != ""
     code, said = run(TULLE, "check", out, "--list", "0")
     return said.splitlines()[-1] if said else "not judged", code != 0
@@ -141,7 +163,10 @@ def row(path, work):
     if box[0] == 0:
         return ["0", "-", "no triangles", "-", "-"], False
     is_y_up = path.endswith((".glb", ".gltf"))
-    other = ask_assimp(path, work, is_y_up) if not path.endswith(".usda") else None
+    if path.endswith(".usda"):
+        other = ask_tinyusdz(path, work) if TINYUSDZ else None
+    else:
+        other = ask_assimp(path, work, is_y_up)
     unlike = compare(box, other) if other else ""
     same = "-" if other is None else unlike or "same triangles, box, area and volume"
     reason = OTHERS.get(os.path.basename(path))
@@ -166,7 +191,7 @@ def main():
                    if name.lower().endswith(ENDINGS))
     faults = 0
     with open(table, "w", encoding="utf-8") as file:
-        file.write("| file | triangles | assimp | read | as obstacle, a napkin on it | as cloth |\n|---|---|---|---|---|---|\n")
+        file.write("| file | triangles | another reader | read | as obstacle, a napkin on it | as cloth |\n|---|---|---|---|---|---|\n")
         for path in paths[:: int(every)]:
             cells, is_fault = row(path, work)
             faults += is_fault

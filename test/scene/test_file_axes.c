@@ -111,6 +111,20 @@ static void test_odd_sizes(void **state) {
     expect_note(OBSTACLE("mm.obj", ", scale: 0.001"), NULL);
     expect_note(OBSTACLE("mm.obj", ", place: {size: 1.8}"), NULL);
     expect_note(OBSTACLE("km.obj", ""), "obstacle0 is 0.0009 m across, less than 1 mm");
+    const char *const growing =
+        "#usda 1.0\n(\n upAxis = \"Z\"\n metersPerUnit = %s\n timeCodesPerSecond = 1\n)\n"
+        "def Mesh \"b\"\n{\n int[] faceVertexCounts = [3]\n int[] faceVertexIndices = [0, 1, 2]\n"
+        " uniform token subdivisionScheme = \"none\"\n"
+        " point3f[] points = [(10, 0, 0), (12, 0, 0), (10, 4, 0)]\n"
+        " double3 xformOp:scale.timeSamples = { 0: (%g, %g, %g), 1: (1, 1, 1) }\n"
+        " uniform token[] xformOpOrder = [\"xformOp:scale\"]\n}\n";
+    char text[600];
+    snprintf(text, sizeof text, growing, "1", 0.0, 0.0, 0.0);
+    write_text_file("growing.usda", text);
+    expect_note(SEQUENCE("growing.usda", ""), NULL);
+    snprintf(text, sizeof text, growing, "0.0001", 1.0, 1.0, 1.0);
+    write_text_file("tiny.usda", text);
+    expect_note(SEQUENCE("tiny.usda", ""), "obstacle0 is 0.0004 m across, less than 1 mm");
     expect_note(CLOTH("mm.obj", ""), "cloth1 is 1.8e+03 m across, more than 100 m");
     expect_note(HEAD "obstacles:\n  - {mesh: {shape: plane, size: [500, 500]}}\n", NULL);
     write_text_file(

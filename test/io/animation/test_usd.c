@@ -312,6 +312,29 @@ static void prims_are_put_together(void **state) {
     tulle_animation_close(animation);
 }
 
+#define LONG "a_folder_whose_name_goes_on_and_on/and_a_file_of_this_kind"
+
+/* A note tells of all kinds, however many there are. */
+static void all_that_is_passed_over_is_told(void **state) {
+    (void)state;
+    tulle_animation_info info;
+    tulle_animation_close(open_text(
+        "#usda 1.0\n(\n subLayers = [@" LONG "@]\n)\ndef Xform \"World\" (\n"
+        " inherits = </a_class_whose_name_goes_on_and_on_until_the_line_ends>\n)\n{\n"
+        " variantSet \"look\" = {\n \"red\" { }\n }\n def Sphere \"ball\" { }\n"
+        " def Mesh \"off\" { token visibility = \"invisible\" }\n def Mesh \"shown\"\n {\n"
+        "  token visibility.timeSamples = { 0: \"invisible\", 1: \"inherited\" }\n"
+        "  int[] faceVertexCounts = [4]\n  int[] faceVertexIndices = [0, 1, 2, 3]\n"
+        "  point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)]\n }\n}\n",
+        &info));
+    static const char *const kinds[] = {
+        LONG,      "until_the_line_ends", "1 variant sets",       "1 spheres", "1 that are hidden",
+        "visible", "the subdivision of",  "1 polygon is not flat"};
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++)
+        if (!strstr(info.note, kinds[i])) fail_msg("\"%s\" lacks \"%s\"", info.note, kinds[i]);
+    assert_true(strlen(info.note) > 300);
+}
+
 /* Instances that are inactive or invisible at all times are left out, by their ids. */
 static void hidden_instances_are_left_out(void **state) {
     (void)state;
@@ -572,13 +595,21 @@ static void every_failing_allocation(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(usd_comes_back),           cmocka_unit_test(times_come_back),
-        cmocka_unit_test(many_frames_come_back),    cmocka_unit_test(poses_come_back),
-        cmocka_unit_test(exports_are_read),         cmocka_unit_test(every_transform),
-        cmocka_unit_test(prims_are_put_together),   cmocka_unit_test(hidden_instances_are_left_out),
-        cmocka_unit_test(text_is_read_by_any_name), cmocka_unit_test(samples_are_joined),
-        cmocka_unit_test(faults_are_told),          cmocka_unit_test(uses_are_limited),
-        cmocka_unit_test(damage_is_found),          cmocka_unit_test(every_failing_allocation),
+        cmocka_unit_test(usd_comes_back),
+        cmocka_unit_test(times_come_back),
+        cmocka_unit_test(many_frames_come_back),
+        cmocka_unit_test(poses_come_back),
+        cmocka_unit_test(exports_are_read),
+        cmocka_unit_test(every_transform),
+        cmocka_unit_test(prims_are_put_together),
+        cmocka_unit_test(all_that_is_passed_over_is_told),
+        cmocka_unit_test(hidden_instances_are_left_out),
+        cmocka_unit_test(text_is_read_by_any_name),
+        cmocka_unit_test(samples_are_joined),
+        cmocka_unit_test(faults_are_told),
+        cmocka_unit_test(uses_are_limited),
+        cmocka_unit_test(damage_is_found),
+        cmocka_unit_test(every_failing_allocation),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
 }
