@@ -3,8 +3,6 @@
  * Which triangle holds a vertex, and whether one is near enough, the world finds at its start. */
 #include "scene/scene_data.h"
 
-#include "base/text.h"
-
 #include <string.h>
 
 static bool find_holder(const scene_work *work, const attach_keys *keys, size_t *object) {
@@ -14,11 +12,9 @@ static bool find_holder(const scene_work *work, const attach_keys *keys, size_t 
         if (strcmp(get_object_name(loaded, *object), keys->to) == 0) return true;
     const char **const names = ARENA_NEW(&work->scene->storage, const char *, count);
     for (size_t i = 0; names && i < count; i++) names[i] = get_object_name(loaded, i);
-    const char *const meant = names ? text_find_nearest(keys->to, names, count) : NULL;
     problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "to"),
-                meant ? "%s.to: '%s' is the name of no cloth or obstacle; did you mean '%s'?"
-                      : "%s.to: '%s' is the name of no cloth or obstacle",
-                keys->head.path, show_text(keys->to).text, meant);
+                "%s.to: '%s' is the name of no cloth or obstacle%s", keys->head.path,
+                show_text(keys->to).text, tell_meant(work, keys->to, names, count));
     return false;
 }
 

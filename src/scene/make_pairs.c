@@ -42,11 +42,9 @@ static bool refuse_name(const scene_work *work, const pair_keys *keys, size_t wh
     const char **names = ARENA_NEW(&work->scene->storage, const char *, count);
     for (size_t i = 0; names && i < count; i++) names[i] = get_object_name(loaded, i);
     const char *const name = keys->between.value[which];
-    const char *const meant = names ? text_find_nearest(name, names, count) : NULL;
     problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, keys->between.places[which],
-                meant ? "%s.between: '%s' is the name of no cloth or obstacle; did you mean '%s'?"
-                      : "%s.between: '%s' is the name of no cloth or obstacle",
-                keys->head.path, show_text(name).text, meant);
+                "%s.between: '%s' is the name of no cloth or obstacle%s", keys->head.path,
+                show_text(name).text, tell_meant(work, name, names, count));
     return false;
 }
 

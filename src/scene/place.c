@@ -62,6 +62,30 @@ bool find_obstacles(const tulle_scene *loaded, const char *name, size_t *begin, 
     return *end > *begin;
 }
 
+/* Says how the copies count that a name means; null: it means none. */
+static const char *tell_copies(const scene_work *work, const char *name) {
+    const char *const dot = strrchr(name, '.');
+    const char *const bases[2] = {name,
+                                  dot ? store_text(work, "%.*s", (int)(dot - name), name) : NULL};
+    for (int i = 0; i < 2; i++) {
+        size_t begin, end;
+        if (!bases[i] || !find_obstacles(work->scene, bases[i], &begin, &end)) continue;
+        const scene_obstacle *const copies = work->scene->obstacles;
+        if (copies[begin].keys->copies.head.node)
+            return store_text(work, "; copies count from 000, here from '%s' to '%s'",
+                              show_text(copies[begin].name).text,
+                              show_text(copies[end - 1].name).text);
+    }
+    return NULL;
+}
+
+const char *tell_meant(const scene_work *work, const char *name, const char **names, size_t count) {
+    const char *const copies = tell_copies(work, name);
+    const char *const meant = copies || !names ? NULL : text_find_nearest(name, names, count);
+    if (meant) return store_text(work, "; did you mean '%s'?", show_text(meant).text);
+    return copies ? copies : "";
+}
+
 bool refuse_obstacle_name(const scene_work *work, const void *keys, const char *key,
                           const char *name) {
     const tulle_scene *const loaded = work->scene;
@@ -79,11 +103,9 @@ bool refuse_obstacle_name(const scene_work *work, const void *keys, const char *
     size_t count = 0;
     for (size_t i = 0; names && i < loaded->obstacle_count; i++)
         if (loaded->obstacles[i].name) names[count++] = loaded->obstacles[i].name;
-    const char *const meant = names ? text_find_nearest(name, names, count) : NULL;
     problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, key),
-                meant ? "%s.%s: '%s' is the name of no obstacle; did you mean '%s'?"
-                      : "%s.%s: '%s' is the name of no obstacle",
-                path, key, show_text(name).text, meant);
+                "%s.%s: '%s' is the name of no obstacle%s", path, key, show_text(name).text,
+                tell_meant(work, name, names, count));
     return false;
 }
 

@@ -170,6 +170,9 @@ void place_cloth_mesh(const scene_cloth *cloth, tulle_mesh *mesh);
 /* The obstacles of one name made so far: one, or all copies of an entry. False where there is none.
  */
 bool find_obstacles(const tulle_scene *loaded, const char *name, size_t *begin, size_t *end);
+/* The end of a message about a name that no object has: how copies of it count, or the nearest of
+ * `names`, which may be null; or nothing. */
+const char *tell_meant(const scene_work *work, const char *name, const char **names, size_t count);
 /* Adds a problem about a name that no obstacle has. Always false. */
 bool refuse_obstacle_name(const scene_work *work, const void *keys, const char *key,
                           const char *name);

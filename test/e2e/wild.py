@@ -163,12 +163,10 @@ def row(path, work):
     if box[0] == 0:
         return ["0", "-", "no triangles", "-", "-"], False
     is_y_up = path.endswith((".glb", ".gltf"))
-    if path.endswith(".usda"):
-        other = ask_tinyusdz(path, work) if TINYUSDZ else None
-    else:
-        other = ask_assimp(path, work, is_y_up)
+    asks = not path.endswith(".usda") or TINYUSDZ != ""
+    other = None if not asks else ask_tinyusdz(path, work) if path.endswith(".usda") else ask_assimp(path, work, is_y_up)
     unlike = compare(box, other) if other else ""
-    same = "-" if other is None else unlike or "same triangles, box, area and volume"
+    same = "-" if not asks else "does not read it" if other is None else unlike or "same triangles, box, area and volume"
     reason = OTHERS.get(os.path.basename(path))
     is_unlike = unlike != "" and reason is None
     if unlike and reason:
