@@ -7,11 +7,18 @@ import numpy as np
 from mathutils import Euler
 
 from support import SceneTest
-from tulle_addon import export, meshes, motion, settings
+from tulle_addon import export, meshes, motion, parts, settings
 
 
 class Scenes(SceneTest):
     frames = 6
+
+    def test_names_of_files(self):
+        """Names that every file system takes, apart where it ignores case."""
+        taken = set()
+        for wanted, name in (("CON", "CON_"), ("con_", "con__2"), ("aux.001", "aux_.001"), ("Lpt1. ", "Lpt1_._"), ("a .", "a_"),
+                             ("com10", "com10"), ("nulls", "nulls"), ("..", "object"), ("布", "_"), ("a/b", "a_b")):  # fmt: skip
+            self.assertEqual(parts.make_name(wanted, taken), name)
 
     def test_character(self):
         """A tube that two bones bend is a mesh sequence; the sheet around its end does not cross it."""

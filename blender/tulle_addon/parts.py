@@ -21,8 +21,10 @@ Piece = Tuple[np.ndarray, np.ndarray, Optional[meshes.Triangles]]
 
 
 def make_name(wanted: str, taken: set) -> str:
-    """A name for the scene file: letters, digits, - _ and . only, unique also where files ignore case."""
+    """A name for the scene file and for files: letters, digits, - _ and . only, no device of Windows, unique also where files ignore
+    case."""
     base = re.sub(r"[^A-Za-z0-9._-]", "_", wanted).strip(".") or "object"
+    base = re.sub(r"(?i)^(con|prn|aux|nul|(?:com|lpt)[0-9])(?=\.|$)", r"\1_", base)
     name, number = base, 2
     while name.lower() in taken:
         name, number = "%s_%d" % (base, number), number + 1

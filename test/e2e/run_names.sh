@@ -30,6 +30,23 @@ cmp -s run/scene.yaml again/scene.yaml || fault "scene.yaml is not read back as 
 [ "$(grep -c 'def Mesh' x.usda)" = 4 ] || fault "x.usda: $(grep 'def Mesh' x.usda)"
 [ "$(grep 'def Mesh' x.usda | sort -u | wc -l)" = 4 ] || fault "x.usda has one name twice"
 
+# Names that mean devices on Windows, and points and blanks at an end.
+cat >device.yaml <<'END'
+time: {step: 1/90 s, frames: 1}
+cloth:
+  - {name: CON, mesh: {shape: rectangle, size: [0.2 m, 0.2 m], resolution: [2, 2]}, translate: [0, 0, 1]}
+  - {name: con_, mesh: {shape: rectangle, size: [0.2 m, 0.2 m], resolution: [2, 2]}, translate: [0, 0, 2]}
+obstacles:
+  - {name: aux, mesh: {shape: box, size: [0.1, 0.1, 0.1]}, copies: {row: {count: 2, offset: [1, 0, 0]}}}
+  - {name: "lpt1 .", mesh: {shape: box, size: [0.1, 0.1, 0.1]}, translate: [0, 0, -1]}
+  - {name: Com7., mesh: {shape: box, size: [0.1, 0.1, 0.1]}, translate: [0, 0, -2]}
+  - {name: nulls, mesh: {shape: box, size: [0.1, 0.1, 0.1]}, translate: [0, 0, -3]}
+END
+"$TULLE" run device.yaml -o device --progress none >out 2>&1 || fault "devices: $(cat out)"
+files=$(cd device && LC_ALL=C ls -- *.obj | tr '\n' ' ')
+[ "$files" = "CON_.obj Com7_..obj aux_.000.obj aux_.001.obj con_-1.obj lpt1_..obj nulls.obj " ] || fault "devices: $files"
+"$TULLE" check device >out 2>&1 || fault "check: $(cat out)"
+
 # refuse WORDS TEXT: a scene of the text is refused with the words.
 refuse() {
     printf '%b' "$2" >b.yaml

@@ -51,7 +51,24 @@ static tulle_status fail_memory(const char *path, tulle_error *error) {
 
 /* ---- from a def ---- */
 
-/* A name that every file system takes: of ASCII, no blanks, no slashes, no leading point. */
+/* The length up to the first point of a name that means a device on Windows, as "con" and "aux.1";
+ * else 0. */
+static size_t find_device(const char *stem) {
+    static const char *const devices[] = {"con", "prn", "aux", "nul", "com?", "lpt?"};
+    size_t const length = strcspn(stem, ".");
+    for (size_t i = 0; i < sizeof devices / sizeof devices[0]; i++) {
+        const char *const device = devices[i];
+        size_t k = 0;
+        while (k < length && device[k] &&
+               (device[k] == '?' ? stem[k] >= '0' && stem[k] <= '9' : (stem[k] | 32) == device[k]))
+            k++;
+        if (k == length && !device[k]) return length;
+    }
+    return 0;
+}
+
+/* A name that every file system takes: of ASCII, no blanks, no slashes, no leading point, no device
+ * of Windows. */
 static void make_stem(const char *name, char stem[RUN_STEM_SIZE]) {
     size_t length = 0;
     for (; *name && length < RUN_STEM_SIZE - 20; name++) {
@@ -64,6 +81,10 @@ static void make_stem(const char *name, char stem[RUN_STEM_SIZE]) {
     }
     if (length == 0) length = (size_t)snprintf(stem, RUN_STEM_SIZE, "body");
     stem[length] = '\0';
+    size_t const device = find_device(stem);
+    if (device == 0) return;
+    memmove(stem + device + 1, stem + device, length + 1 - device);
+    stem[device] = '_';
 }
 
 static uint64_t hash_stem(const char *stem) {
