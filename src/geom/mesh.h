@@ -27,10 +27,6 @@ bool mesh_find_duplicates(memory *heap, tulle_mesh_view mesh, uint32_t *original
  * without area. Safe from overflow and underflow for coordinates under 1e300. */
 double triangle_get_height_ratio(const double *positions, const uint32_t corners[3]);
 
-/* [of the largest coordinate] Cloth has no lower triangles: four steps of float. It may come as
- * near to itself as a quarter of a triangle's height, and files round by half a step. */
-static const double LEAST_HEIGHT = 4.0 * 0x1p-23;
-
 /* Joins the corners (3 * triangle + k) of one vertex that meet across an edge with exactly two
  * triangles; each remaining set is one fan. edge_use_counts: triangles on each edge. */
 void mesh_join_fans(const topology *topo, const uint32_t *edge_use_counts, uint32_t *fans);

@@ -6,6 +6,7 @@
 #include "geom/mesh.h"
 
 #include "base/error.h"
+#include "base/float_height.h"
 #include "geom/union_find.h"
 #include "math/vec3.h"
 

@@ -5,6 +5,7 @@
 #include "app/cli/mesh_file.h"
 #include "app/convert/names.h"
 #include "base/error.h"
+#include "base/float_height.h"
 
 #include "tulle/mesh.h"
 #include "tulle_io/cache.h"
@@ -76,9 +77,6 @@ static void print_parts(const tulle_mesh_source *source, tulle_mesh_part_kind ki
                         counts[i]);
     if (has_more) printf("  %-16s ...\n", "");
 }
-
-/* [of the largest coordinate] A world starts with no lower cloth: four steps of float. */
-static const double LEAST_HEIGHT = 4.0 * 0x1p-23;
 
 /* [m] Of a triangle over its longest edge. */
 static double find_height(const double *positions, const uint32_t corners[3]) {

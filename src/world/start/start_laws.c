@@ -1,7 +1,7 @@
 /* world/start/start_laws.c - contact laws of all pairs of surfaces, and the distances that follow
  * from materials, meshes and the def. Part of the start. */
 #include "base/error.h"
-#include "geom/mesh.h"
+#include "base/float_height.h"
 #include "world/start/start.h"
 
 #include <math.h>
