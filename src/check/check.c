@@ -239,7 +239,9 @@ static void sort_chunk(void *context, size_t begin, size_t end, size_t chunk_ind
         while (next < count && pairs[next].body_a == pairs[first].body_a &&
                pairs[next].triangle_a == pairs[first].triangle_a)
             next++;
-        sort_in_place(pairs + first, next - first, sizeof *pairs, compare_pairs);
+        size_t place = first + 1;
+        while (place < next && compare_pairs(&pairs[place - 1], &pairs[place]) < 0) place++;
+        if (place < next) sort_in_place(pairs + first, next - first, sizeof *pairs, compare_pairs);
     }
 }
 
