@@ -20,7 +20,7 @@ from mutation_operators import apply_mutant
 # Of 300 mutants, how many fall on a folder; and which tests of others judge it, too.
 FOLDERS = {
     "contact": (80, r"world\."),
-    "detect": (70, r"api\.arguments"),
+    "detect": (70, r"api\.arguments|world\.(queries|query_state|filters|values)"),
     "world": (80, r"api\.world_arguments|scene\.build_world"),
     "dynamics": (30, r"world\."),
     "io": (40, r"api\.(io|run)_arguments|e2e\.run_(far_away|left|without_cloth|input|messages|damage|trouble|interrupted_start|locked)"),

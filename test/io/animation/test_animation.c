@@ -208,6 +208,33 @@ static void everything_moves(void **state) {
     tulle_animation_close(animation);
 }
 
+/* Without keys the weights of the mesh hold. */
+static void weights_without_keys_hold(void **state) {
+    (void)state;
+    static char text[16384];
+    static const char channel[] = "{\"sampler\":1,\"target\":{\"node\":1,\"path\":\"weights\"}},";
+    write_everything(test_path("all.gltf"));
+    size_t size = 0;
+    char *const all = get_file(test_path("all.gltf"), &size);
+    assert_true(size < sizeof text);
+    memcpy(text, all, size);
+    free(all);
+    char *const place = strstr(text, channel), *const weights = strstr(text, "\"weights\":[0,1]");
+    assert_true(place && weights);
+    memset(place, ' ', strlen(channel));
+    memcpy(strchr(weights, '['), "[3,2]", 5);
+    put_file(test_path("still.gltf"), text, size);
+    tulle_animation *animation = NULL;
+    tulle_error error = {0};
+    double p[24];
+    if (tulle_animation_open(test_path("still.gltf"), &animation, NULL, &error))
+        fail_msg("%d:%d %s", error.line, error.column, error.message);
+    assert_int_equal(tulle_animation_read_frame(animation, 0, p, &error), TULLE_OK);
+    expect_point(p, 1, 12, 0, 6); /* 3 times up by 1, doubled */
+    expect_point(p, 2, 30, 2, 6); /* and 2 times along by 5 */
+    tulle_animation_close(animation);
+}
+
 /* ---- what is refused ---- */
 
 static void expect_refused(const char *from, const char *to, tulle_status status,
@@ -528,6 +555,7 @@ int main(void) {
         cmocka_unit_test(many_targets_come_back),
         cmocka_unit_test(too_large_files_are_refused),
         cmocka_unit_test(everything_moves),
+        cmocka_unit_test(weights_without_keys_hold),
         cmocka_unit_test(faults_are_told),
         cmocka_unit_test(uses_are_limited),
         cmocka_unit_test(usd_names_differ),

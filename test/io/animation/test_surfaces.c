@@ -172,6 +172,18 @@ static void classes_may_be_missing(void **state) {
     assert_non_null(strstr(error.message, "there is no prim </c>"));
 }
 
+/* Tabs, ends of lines of any system, comments of both kinds. */
+static void blanks_of_usd_are_passed_over(void **state) {
+    (void)state;
+    tulle_animation_info info;
+    tulle_animation_close(
+        open_text(test_path("b.usda"),
+                  "#usda 1.0\r\n# a comment\r\ndef\tMesh\t\"m\"\r\n{\r\t\n\t" POINTS
+                  "// another\r\n\t/* and\tone */\t" COUNTS "\r\n" OUTWARD "\t}\r\n",
+                  &info));
+    assert_int_equal(info.triangle_count, 4);
+}
+
 /* ---- glTF ---- */
 
 /* The same tetrahedron, between nodes, and what follows them. */
@@ -286,6 +298,7 @@ int main(void) {
         cmocka_unit_test(holes_leave_the_other_faces),
         cmocka_unit_test(polygons_of_usd_are_cut_within),
         cmocka_unit_test(classes_may_be_missing),
+        cmocka_unit_test(blanks_of_usd_are_passed_over),
         cmocka_unit_test(mirrors_of_gltf_turn_surfaces_round),
         cmocka_unit_test(buffers_behind_links_are_refused),
         cmocka_unit_test(utf16_is_told),
