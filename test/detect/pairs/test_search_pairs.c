@@ -98,11 +98,14 @@ static void the_largest_point_is_kept(void **state) {
     soup_scene_add(soup, SOUP_SHEET, 50, 0.0, &seed);
     soup_scene_finish(&heap, soup);
     soup->surfaces[1].is_static = true;
-    size_t const far = 3 * (size_t)soup->surfaces[1].vertex_begin;
-    soup->x0[far] = soup->x1[far] = -1e3;
+    const uint32_t *const far = soup->topo.triangles + 3 * (size_t)soup->surfaces[1].triangle_begin;
+    for (int side = 0; side < 2; side++)
+        soup->x0[3 * (size_t)far[side]] = soup->x1[3 * (size_t)far[side]] = side ? 1e3 : -1e3;
     broad_phase *const broad = make_trees(&heap, soup, BROAD_PHASE_REFIT);
+    double const largest = broad_phase_get_tables(broad)->largest_point;
     for (int build = 0; build < 3; build++) {
-        assert_true(broad_phase_get_tables(broad)->largest_point == 1e3);
+        assert_true(broad_phase_get_tables(broad)->largest_point == largest);
+        assert_true(largest == broad->trees[1].largest && largest > 1.1 * broad->trees[0].largest);
         assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, 0.02, 1), TULLE_OK);
     }
     broad_phase_destroy(broad);
