@@ -401,7 +401,7 @@ static void another_prototype_is_refused(void **state) {
     (void)state;
     static const double one[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0},
                         other[9] = {0, 0, 0, 2, 0, 0, 0, 1, 0};
-    static const uint32_t corners[3] = {0, 1, 2};
+    static const uint32_t corners[3] = {0, 1, 2}, turned[3] = {0, 2, 1};
     static const double time = 0.0;
     tulle_animation_surface surfaces[2] = {
         {.name = "one", .mesh = {one, 3, corners, 1}, .motion = TULLE_ANIMATION_RIGID},
@@ -413,9 +413,13 @@ static void another_prototype_is_refused(void **state) {
     def.frame_count = 1;
     def.read = read_sample;
     tulle_error error = {0};
-    assert_int_equal(tulle_animation_write(test_path("prototype.gltf"), &def, &error),
-                     TULLE_ERROR_INVALID_ARGUMENT);
-    assert_non_null(strstr(error.message, "other: its prototype, surface 0, has another mesh"));
+    for (int i = 0; i < 2; i++) { /* other corners, then the same in another order */
+        error.message[0] = '\0';
+        assert_int_equal(tulle_animation_write(test_path("prototype.gltf"), &def, &error),
+                         TULLE_ERROR_INVALID_ARGUMENT);
+        assert_non_null(strstr(error.message, "other: its prototype, surface 0, has another mesh"));
+        surfaces[1].mesh = (tulle_mesh_view){one, 3, turned, 1};
+    }
 }
 
 /* Frames nearly at a whole time code are at it, but no two at the same. */
