@@ -13,12 +13,13 @@ static const double CONTACT_PART_OF_REST = 0.5;
 static const double MINIMUM_PART_OF_REST = 0.25;
 /* Rest distances under this part of the contact distance may be those of pattern pieces laid over
  * one another: the rest shape then says nothing about the pair. Unless they are neighbours along
- * the surface, at more than rounding: over this part of the minimum gap. */
-static const double OVERLAPPING_REST = 1e-3, ROUNDED_REST = 1e-3;
-/* Neighbours along the surface are joined by triangles that come within the contact distance. A
- * search that goes towards the other side looks at so many of them; even rows of edges a thousandth
- * of the contact distance long take fewer. */
-enum { NEIGHBOUR_TRIANGLES = 64 };
+ * the surface, at more than rounding: over this part of the minimum gap, or two steps of float at
+ * their largest coordinate. No triangle of cloth is lower than four (LEAST_HEIGHT). */
+static const double OVERLAPPING_REST = 1e-3, ROUNDED_REST = 1e-3, ROUNDED_COORDINATE = 0x1p-22;
+/* Neighbours along the surface are joined by triangles that come within the contact distance. A way
+ * that comes ever nearer has any number of them, also where it goes round a hole. Only where the
+ * rest shape is folded does a search look about, at so many triangles. */
+enum { FOLDED_TRIANGLES = 64 };
 /* Corner gaps: three subtractions or sums and a dot product, generously. */
 static const double SLACK_ROUNDINGS = 64.0;
 
@@ -27,32 +28,139 @@ const contact_law *get_contact_law(const contact_scene *scene, const uint32_t ve
     return &scene->laws[a * scene->set->surface_count + b];
 }
 
+/* A way over the rest shape from triangle to triangle, ever nearer to a point. */
+typedef struct surface_walk {
+    const contact_scene *scene;
+    vec3 aim; /* [m] */
+    uint32_t triangle;
+    double distance2; /* [m^2] of its nearest side */
+    bool is_near[3];  /* its corners at that side's closest point */
+} surface_walk;
+
+/* [m^2] How far the side from corner k of a triangle rests from a point; where on it: 0 .. 1. */
+static double measure_side(const contact_scene *scene, vec3 point, size_t triangle, size_t k,
+                           double *place) {
+    const uint32_t *const corners = scene->set->topo->triangles + 3 * triangle;
+    vec3 const a = vec3_load(scene->rest, corners[k]);
+    vec3 const along = vec3_sub(vec3_load(scene->rest, corners[(k + 1) % 3]), a);
+    vec3 const offset = vec3_sub(point, a);
+    double const t = vec3_dot(offset, along) / vec3_norm2(along);
+    *place = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
+    return vec3_norm2(vec3_add_scaled(offset, along, -*place));
+}
+
+/* Goes to a triangle if one of its sides is nearer. */
+static void step_nearer(surface_walk *walk, uint32_t triangle) {
+    for (size_t k = 0; k < 3; k++) {
+        double place;
+        double const distance2 = measure_side(walk->scene, walk->aim, triangle, k, &place);
+        if (!(distance2 < walk->distance2)) continue;
+        walk->triangle = triangle;
+        walk->distance2 = distance2;
+        walk->is_near[k] = place < 1.0;
+        walk->is_near[(k + 1) % 3] = place > 0.0;
+        walk->is_near[(k + 2) % 3] = false;
+    }
+}
+
+/* Follows the border through a vertex one way, up to its end in the ball, and goes to the nearest
+ * triangle on it. */
+static void follow_border(surface_walk *walk, uint32_t vertex, int way, double radius) {
+    const topology *const topo = walk->scene->set->topo;
+    const adjacency *const around = &topo->vertex_triangles;
+    uint32_t at = vertex;
+    do {
+        uint32_t next = vertex; /* where it ends or leaves the ball */
+        for (uint32_t i = around->begin[at]; i < around->begin[at + 1]; i++) {
+            size_t const triangle = around->items[i];
+            for (size_t k = 0; k < 3; k++) {
+                uint32_t const ends[2] = {topo->triangles[3 * triangle + k],
+                                          topo->triangles[3 * triangle + (k + 1) % 3]};
+                size_t const edge = topo->triangle_edges[3 * triangle + k];
+                if (ends[way] != at || topo->edge_triangles[2 * edge + 1] != TULLE_NONE) continue;
+                step_nearer(walk, (uint32_t)triangle);
+                vec3 const place = vec3_load(walk->scene->rest, ends[!way]);
+                if (vec3_norm2(vec3_sub(place, walk->aim)) <= radius * radius) next = ends[!way];
+            }
+        }
+        at = next;
+    } while (at != vertex);
+}
+
+static int count_shared(const uint32_t corners[3], const uint32_t *vertices, int count) {
+    int shared = 0;
+    for (int k = 0; k < count; k++)
+        shared +=
+            vertices[k] == corners[0] || vertices[k] == corners[1] || vertices[k] == corners[2];
+    return shared;
+}
+
 /* Whether triangles lead from one feature to the other without leaving the ball about the first
- * one's closest point in the rest shape whose radius is the contact distance. The next triangle is
- * always the one whose edge is nearest to the other feature's closest point. */
+ * one's closest point in the rest shape whose radius is the contact distance. A walk begins at the
+ * other feature. Where the rest shape is folded so that it must go further away first, it stops.
+ * Then triangles are looked at from the first feature on, the next one always the one whose edge is
+ * nearest to the other's closest point. */
 static bool are_neighbours(const contact_scene *scene, feature_kind kind,
-                           const uint32_t vertices[4], double radius) {
+                           const uint32_t vertices[4], double radius, double rest) {
     const topology *const topo = scene->set->topo;
     const adjacency *const around = &topo->vertex_triangles;
     struct {
         uint32_t triangle;
         bool is_done;
         double distance2; /* [m^2] */
-    } found[NEIGHBOUR_TRIANGLES];
+    } found[FOLDED_TRIANGLES];
     size_t count = 0;
     int const first_count = kind == FEATURE_EDGE_EDGE ? 2 : 1;
     vec3 points[4];
     load_points(scene->rest, vertices, points);
+    double largest = 0.0;
+    for (int k = 0; k < 4; k++)
+        largest =
+            fmax(largest, fmax(fabs(points[k].x), fmax(fabs(points[k].y), fabs(points[k].z))));
+    double const rounding =
+        fmin(ROUNDED_REST * scene->settings.minimum_gap, ROUNDED_COORDINATE * largest);
+    if (!(rest > rounding)) return false;
     closest_points const closest = closest_of_pair(kind, points);
     vec3 from = {0.0, 0.0, 0.0};
-    for (int k = 0; k < first_count; k++)
+    uint32_t ends[2]; /* of the first feature, those that the way must come to */
+    int end_count = 0;
+    for (int k = 0; k < first_count; k++) {
         from = vec3_add_scaled(from, points[k], closest.weights[k]);
+        if (closest.weights[k] != 0.0) ends[end_count++] = vertices[k];
+    }
     vec3 const to = vec3_sub(from, closest.difference);
+
+    surface_walk walk = {.scene = scene, .aim = from, .distance2 = (double)INFINITY};
+    for (uint32_t i = around->begin[vertices[3]]; i < around->begin[vertices[3] + 1]; i++) {
+        const uint32_t *const corners = topo->triangles + 3 * (size_t)around->items[i];
+        if (count_shared(corners, vertices + first_count, 4 - first_count) == 4 - first_count)
+            step_nearer(&walk, around->items[i]);
+    }
+    if (walk.distance2 > radius * radius) return false;
+    for (bool goes_on = true; goes_on;) {
+        surface_walk const now = walk;
+        const uint32_t *const corners = topo->triangles + 3 * (size_t)now.triangle;
+        for (size_t k = 0; k < 3; k++) {
+            uint32_t const end = now.is_near[k] ? around->begin[corners[k] + 1] : 0;
+            for (uint32_t i = around->begin[corners[k]]; i < end; i++)
+                if (count_shared(topo->triangles + 3 * (size_t)around->items[i], ends, end_count) ==
+                    end_count)
+                    return true;
+            for (uint32_t i = around->begin[corners[k]]; i < end; i++)
+                step_nearer(&walk, around->items[i]);
+        }
+        goes_on = walk.distance2 < now.distance2;
+        for (int way = 0; way < 6 && !goes_on; way++) {
+            if (!now.is_near[way / 2]) continue;
+            follow_border(&walk, corners[way / 2], way % 2, radius);
+            goes_on = walk.distance2 < now.distance2;
+        }
+    }
+
     for (uint32_t i = around->begin[vertices[0]]; i < around->begin[vertices[0] + 1]; i++) {
         const uint32_t *const corners = topo->triangles + 3 * (size_t)around->items[i];
-        bool const has_all = first_count == 1 || corners[0] == vertices[1] ||
-                             corners[1] == vertices[1] || corners[2] == vertices[1];
-        if (!has_all || count == NEIGHBOUR_TRIANGLES) continue;
+        if (count_shared(corners, vertices, first_count) < first_count || count == FOLDED_TRIANGLES)
+            continue;
         found[count].triangle = around->items[i];
         found[count].is_done = false;
         found[count++].distance2 = 0.0;
@@ -66,32 +174,20 @@ static bool are_neighbours(const contact_scene *scene, feature_kind kind,
         found[next].is_done = true;
         size_t const triangle = found[next].triangle;
         const uint32_t *const corners = topo->triangles + 3 * triangle;
-        int shared = 0;
-        for (int k = first_count; k < 4; k++)
-            shared +=
-                vertices[k] == corners[0] || vertices[k] == corners[1] || vertices[k] == corners[2];
-        if (shared == 4 - first_count) return true;
+        if (count_shared(corners, vertices + first_count, 4 - first_count) == 4 - first_count)
+            return true;
         for (size_t k = 0; k < 3; k++) {
             const uint32_t *const sides =
                 topo->edge_triangles + 2 * topo->triangle_edges[3 * triangle + k];
             uint32_t const other = sides[0] == triangle ? sides[1] : sides[0];
-            vec3 const a = vec3_load(scene->rest, corners[k]);
-            vec3 const along = vec3_sub(vec3_load(scene->rest, corners[(k + 1) % 3]), a);
-            double distances2[2];
-            for (int end = 0; end < 2; end++) {
-                vec3 const offset = vec3_sub(end ? to : from, a);
-                double const t = vec3_dot(offset, along) / vec3_norm2(along);
-                distances2[end] = vec3_norm2(vec3_add_scaled(offset, along,
-                                                             -(t < 0.0   ? 0.0
-                                                               : t > 1.0 ? 1.0
-                                                                         : t)));
-            }
-            bool is_known = other == TULLE_NONE || distances2[0] > radius * radius;
+            double place;
+            bool is_known = other == TULLE_NONE ||
+                            measure_side(scene, from, triangle, k, &place) > radius * radius;
             for (size_t i = 0; i < count; i++) is_known |= found[i].triangle == other;
-            if (is_known || count == NEIGHBOUR_TRIANGLES) continue;
+            if (is_known || count == FOLDED_TRIANGLES) continue;
             found[count].triangle = other;
             found[count].is_done = false;
-            found[count++].distance2 = distances2[1];
+            found[count++].distance2 = measure_side(scene, to, triangle, k, &place);
         }
     }
 }
@@ -149,8 +245,7 @@ pair_distances compute_pair_distances(const contact_scene *scene, feature_kind k
         rest = sqrt(closest_of_pair(kind, points).distance2);
     }
     if (rest < OVERLAPPING_REST * law->contact_distance &&
-        !(rest > ROUNDED_REST * distances.minimum &&
-          are_neighbours(scene, kind, vertices, law->contact_distance)))
+        !are_neighbours(scene, kind, vertices, law->contact_distance, rest))
         return distances;
     if (CONTACT_PART_OF_REST * rest < distances.contact) {
         distances.separation *= CONTACT_PART_OF_REST * rest / distances.contact;

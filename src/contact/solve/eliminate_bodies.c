@@ -25,13 +25,7 @@ static row_hold get_hold(const contact_scene *scene, const contact_row *row) {
     return (row_hold){.body = SIZE_MAX};
 }
 
-/* Velocity of the row for the six slots of its body. */
-static vec3 get_held_velocity(const row_hold *hold, const double *slots) {
-    vec3 const turn = vec3_cross(vec3_load(slots, 1), hold->arm);
-    return vec3_add_scaled(turn, vec3_load(slots, 0), hold->sign);
-}
-
-/* The transpose. */
+/* Adds an impulse of the row to the six slots of its body. */
 static void add_held_impulse(const row_hold *hold, vec3 impulse, double *slots) {
     vec3_store(slots, 0, vec3_add_scaled(vec3_load(slots, 0), impulse, hold->sign));
     vec3_store(slots, 1, vec3_add(vec3_load(slots, 1), vec3_cross(hold->arm, impulse)));
@@ -156,7 +150,9 @@ double yield_bodies(const eliminated_bodies *bodies, double *impulses) {
         const contact_row *const row = bodies->rows[i];
         row_hold const hold = get_hold(scene, row);
         if (hold.body == SIZE_MAX) continue;
-        vec3 const velocity = get_held_velocity(&hold, bodies->answers + 6 * hold.body);
+        const double *const slots = bodies->answers + 6 * hold.body;
+        vec3 const turn = vec3_cross(vec3_load(slots, 1), hold.arm);
+        vec3 const velocity = vec3_add_scaled(turn, vec3_load(slots, 0), hold.sign);
         vec3 const impulse = vec3_load(impulses, i);
         less += vec3_dot(velocity, impulse);
         vec3_store(impulses, i, vec3_sub(impulse, mat3_multiply_vec3(&row->solve.pull, velocity)));

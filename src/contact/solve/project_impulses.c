@@ -114,15 +114,6 @@ static void relax_row(sweeps *all, sweep_row *active, double *largest2) {
     *largest2 = fmax(*largest2, size2 * answer * answer);
 }
 
-static double find_largest_coordinate(const contact_scene *scene) {
-    double largest = 0.0;
-    for (size_t i = 0; i < 3 * scene->vertex_count; i++) {
-        double const size = fabs(scene->x0[i]);
-        if (size > largest) largest = size;
-    }
-    return largest;
-}
-
 /* Sweeps forward and backward until nothing changes; with `has_bodies_only` only over rows with
  * bodies. */
 static void run_sweeps(sweeps *all, bool has_bodies_only) {
@@ -144,7 +135,8 @@ static void run_sweeps(sweeps *all, bool has_bodies_only) {
         double const largest = sqrt(largest2);
         if (largest2 <= SETTLED_SPEED * SETTLED_SPEED) break;
         if (largest > STALLED_PART * before) {
-            if (coordinate == 0.0) coordinate = find_largest_coordinate(scene);
+            size_t const size = coordinate == 0.0 ? 3 * scene->vertex_count : 0;
+            for (size_t i = 0; i < size; i++) coordinate = fmax(coordinate, fabs(scene->x0[i]));
             if (largest <= SPEED_ROUNDINGS * DBL_EPSILON * coordinate / scene->time_step) break;
         }
         before = largest;

@@ -148,14 +148,6 @@ static void add_to_diagonal(motion_solve *solve, const contact_row *row) {
         if (row->frame.vertices[k] < cloth_count) solve->has_rows[row->frame.vertices[k]] = 1;
 }
 
-/* Inverts the blocks that are not what they were. */
-static void invert_changed(motion_solve *solve) {
-    conjugate_gradients_problem const problem = {.diagonal = solve->diagonal,
-                                                 .is_fixed = solve->is_fixed};
-    for (size_t v = 0; v < get_solved_count(solve->scene); v++)
-        if (solve->has_rows[v]) invert_block_of(&problem, v, solve->inverse + BLOCK_NUMBERS * v);
-}
-
 /* Adds the springs of ties to the right-hand side and to the rows of the round. */
 static void add_springs(motion_solve *solve) {
     const contact_scene *const scene = solve->scene;
@@ -245,7 +237,11 @@ static void prepare_round(motion_solve *solve, bool is_first) {
         solve->hard_rows[solve->hard_count++] = row;
     }
     fix_locked(scene, right_hand_side, solve->diagonal);
-    invert_changed(solve);
+    /* the blocks that are not what they were */
+    conjugate_gradients_problem const problem = {.diagonal = solve->diagonal,
+                                                 .is_fixed = solve->is_fixed};
+    for (size_t v = 0; v < get_solved_count(scene); v++)
+        if (solve->has_rows[v]) invert_block_of(&problem, v, solve->inverse + BLOCK_NUMBERS * v);
 }
 
 /* Moves u along one direction of rigid translations, as far as is best: each free cloth and body by
@@ -403,16 +399,6 @@ static int choose_patience(const motion_solve *solve) {
     return spent >= (uint32_t)(most - least) ? least : most - (int)spent;
 }
 
-/* Fills the slots of the residual, without rows. */
-static void fill_body_residual(motion_solve *solve) {
-    const contact_scene *const scene = solve->scene;
-    double *const residual = solve->phases.residual;
-    apply_bodies(scene, solve->u, residual);
-    for (size_t i = 3 * scene->cloth_vertex_count; i < 3 * get_solved_count(scene); i++)
-        residual[i] = solve->right_hand_side[i] - residual[i];
-    clear_locked(scene, residual);
-}
-
 /* Whether a tie holds a body. It may be stiffer than its body is heavy by many powers of ten. The
  * diagonal then hides what moves both, from single precision and from late ends. */
 static bool has_tied_bodies(const motion_system *system) {
@@ -496,11 +482,16 @@ static tulle_status solve_linear(motion_solve *solve) {
     }
     solve->is_cloth_only = false;
     if (status != TULLE_OK) return status;
-    if (!has_hard_bodies) /* what rounding left of theirs is mended below */
-        fill_body_residual(solve);
-    else if (is_single) /* they have followed */
-        memset(solve->phases.residual + 3 * scene->cloth_vertex_count, 0,
-               6 * scene->body_count * sizeof(double));
+    double *const residual = solve->phases.residual;
+    size_t const cloth_size = 3 * scene->cloth_vertex_count, size = 3 * get_solved_count(scene);
+    if (!has_hard_bodies) { /* what rounding left of theirs is mended below */
+        apply_bodies(scene, solve->u, residual);
+        for (size_t i = cloth_size; i < size; i++)
+            residual[i] = solve->right_hand_side[i] - residual[i];
+        clear_locked(scene, residual);
+    } else if (is_single) { /* they have followed */
+        memset(residual + cloth_size, 0, (size - cloth_size) * sizeof(double));
+    }
     if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     solve_report *const report = solve->report;
     bool const outlasts = problem.patience > 0 && result.iterations >= problem.patience;

@@ -1,11 +1,12 @@
 /* Features of one cloth that rest next to nothing apart keep their rest distance where triangles
- * join them nearby: in a strip, around a fan, next to a fold. Layers that do not, or only far
- * away, are pattern pieces laid over one another, with distances of their own. */
+ * join them nearby: in a strip, around a fan or a hole, next to a fold. Layers that do not, or only
+ * far away, are pattern pieces laid over one another, with distances of their own. */
 #include "contact/pairs/pair_rules.h"
 #include "support/contact_world.h"
 #include "support/test_support.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define CONTACT 3e-3
@@ -96,10 +97,75 @@ static void a_fan_is_joined_to_itself_alone(void **state) {
     contact_world_destroy(&world);
 }
 
+/* A fan of radius NEAR and very many triangles, and a ring of the same vertices without the fan, so
+ * with a hole. Over each lies another, by as much. Vertices: the middle (of the hole, one beside
+ * it), RING of the inner ring, RING of the outer one. */
+static void features_are_joined_round_any_fan_and_hole(void **state) {
+    (void)state;
+    enum { RING = 400, PIECE = 1 + 2 * RING, MOST = 3 * RING + 1 };
+    for (int has_hole = 0; has_hole < 2; has_hole++) {
+        double *const positions = calloc(2 * 3 * PIECE, sizeof *positions);
+        uint32_t *const triangles = calloc(2 * 3 * MOST, sizeof *triangles);
+        assert_true(positions && triangles);
+        size_t count = 0;
+        for (uint32_t piece = 0; piece < 2; piece++) {
+            uint32_t const middle = PIECE * piece, inner = middle + 1, outer = inner + RING;
+            for (uint32_t i = 0; i < PIECE; i++) {
+                double *const p = positions + 3 * (middle + i);
+                double const angle = 6.283185307179586 * (double)((i + RING - 1) % RING) / RING;
+                double const radius = i <= RING ? NEAR : 1e-2;
+                if (i > 0) p[0] = radius * cos(angle), p[1] = radius * sin(angle);
+                p[2] = NEAR * piece;
+            }
+            if (has_hole) { /* the middle lies outside, at a triangle of its own */
+                positions[3 * middle] = 2e-2;
+                uint32_t const corners[3] = {middle, outer + 1, outer};
+                memcpy(triangles + 3 * count++, corners, sizeof corners);
+            }
+            for (uint32_t i = 0; i < RING; i++) {
+                uint32_t const next = (i + 1) % RING;
+                uint32_t const corners[3][3] = {{inner + i, outer + i, outer + next},
+                                                {inner + i, outer + next, inner + next},
+                                                {middle, inner + i, inner + next}};
+                size_t const used = has_hole ? 2 : 3;
+                memcpy(triangles + 3 * count, corners, used * sizeof corners[0]);
+                count += used;
+            }
+        }
+        contact_world world = start_cloth(positions, 2 * PIECE, triangles, count);
+        start_contact_world(&world);
+        enum { OPPOSITE = RING / 2, FAR_RING = 1 + RING };
+        double const across = has_hole ? 2.0 * NEAR : NEAR;
+        /* a vertex of the ring, and a triangle and an edge on the other side */
+        if (has_hole)
+            check_joined(find_contact(&world, FEATURE_VERTEX_TRIANGLE, 1, 1 + OPPOSITE,
+                                      FAR_RING + OPPOSITE, FAR_RING + OPPOSITE + 1),
+                         across);
+        else
+            check_joined(
+                find_contact(&world, FEATURE_VERTEX_TRIANGLE, 1, 0, 1 + OPPOSITE, 2 + OPPOSITE),
+                across);
+        /* a spoke of the ring and each other one: the nearest is a 64th of NEAR away */
+        for (uint32_t i = 1; i < RING; i++)
+            check_joined(find_contact(&world, FEATURE_EDGE_EDGE, 1, FAR_RING, 1 + i, FAR_RING + i),
+                         2.0 * NEAR * sin(3.141592653589793 * i / RING));
+        check_joined(find_contact(&world, FEATURE_EDGE_EDGE, 1, 2, 1 + OPPOSITE, 2 + OPPOSITE),
+                     2.0 * NEAR * cos(3.141592653589793 / RING));
+        /* the other piece */
+        assert_true(find_contact(&world, FEATURE_EDGE_EDGE, 1, 2, PIECE + 1, PIECE + 2) == CONTACT);
+        assert_true(find_contact(&world, FEATURE_VERTEX_TRIANGLE, 1, PIECE + 1, PIECE + FAR_RING,
+                                 PIECE + FAR_RING + 1) == CONTACT);
+        contact_world_destroy(&world);
+        free(positions);
+        free(triangles);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_folded_strip_is_joined_at_its_fold),
         cmocka_unit_test(a_fan_is_joined_to_itself_alone),
+        cmocka_unit_test(features_are_joined_round_any_fan_and_hole),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
