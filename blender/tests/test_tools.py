@@ -68,6 +68,7 @@ class Tools(SceneTest):
         moved = [(point.co - sheet.data.vertices[i].co).length for i, point in enumerate(key.data)]
         self.assertTrue(0.02 < max(moved) < 0.1, max(moved))
         self.assertLess(np.median(moved), 0.005)  # what lies off the ball hardly moves
+        self.assertEqual(self.scene.tulle.report, "")
         self.select(sheet, ball)
         bpy.ops.tulle.check()
         self.assertIn("No intersection", self.scene.tulle.status)
@@ -88,6 +89,16 @@ class Tools(SceneTest):
         bpy.ops.tulle.check()
         self.assertIn("No intersection", self.scene.tulle.status)
         self.assertGreater(self.see(sheet, 10)[:, 2].min(), 0.15)
+
+    def test_untangle_far_from_its_origin(self):
+        """What floats of the shape key do to a mesh that is 3 km from its object's origin is told."""
+        sheet, _ = self.add_sheet(cells=12, place=(0, 0, 0.22)), self.add_ball()
+        for vertex in sheet.data.vertices:
+            vertex.co.x += 3000
+        sheet.location.x -= 3000
+        self.select(sheet)
+        self.assertEqual(bpy.ops.tulle.untangle(), {"FINISHED"})
+        self.assertRegex(self.scene.tulle.report, r"'sheet': floats of its shape key move vertices by \S+ m, .*Set Origin")
 
     def test_untangle_refuses_deformed(self):
         sheet = self.add_sheet()

@@ -179,7 +179,7 @@ class TULLE_OT_untangle(bpy.types.Operator):
             bpy.ops.object.mode_set(mode="OBJECT")
         folder = tempfile.mkdtemp(prefix="tulle_untangle_")
         try:
-            moved = untangle(context, context.object, folder)
+            moved, note = untangle(context, context.object, folder)
         except Refusal as refusal:
             context.scene.tulle.report = str(refusal)
             self.report({"ERROR"}, str(refusal))
@@ -187,13 +187,14 @@ class TULLE_OT_untangle(bpy.types.Operator):
         finally:
             shutil.rmtree(folder)
         context.scene.tulle.status = "%d vertices of '%s' were moved" % (moved, context.object.name)
-        context.scene.tulle.report = ""
+        context.scene.tulle.report = note
         self.report({"INFO"}, context.scene.tulle.status)
         return {"FINISHED"}
 
 
-def untangle(context, obj, folder: str) -> int:
-    """Adds a shape key in which the cloth intersects neither itself nor obstacles; the number of vertices that it moves."""
+def untangle(context, obj, folder: str) -> Tuple[int, str]:
+    """Adds a shape key in which the cloth intersects neither itself nor obstacles; the number of vertices that it moves, and what
+    there is to say."""
     scale, frame = meshes.get_scale(context.scene), context.scene.frame_current
     own = read_own(obj)
     others = [
@@ -238,7 +239,7 @@ def untangle(context, obj, folder: str) -> int:
     places = own.astype(np.float64)
     places[used[is_moved]] = meshes.to_local(end[is_moved], matrix, scale)
     add_key(obj, places, own)
-    return int(is_moved.sum())
+    return int(is_moved.sum()), meshes.tell_rounding(obj.name, places, matrix, scale, "shape key")
 
 
 def read_own(obj) -> np.ndarray:

@@ -66,15 +66,15 @@ def measure_rounding(places: np.ndarray, matrix: np.ndarray = np.eye(4), scale: 
     return float(np.linalg.norm(moved, axis=1).max(initial=0.0))
 
 
-def tell_rounding(name: str, local: np.ndarray, matrix: np.ndarray, scale: float) -> str:
+def tell_rounding(name: str, local: np.ndarray, matrix: np.ndarray, scale: float, what: str = "cache") -> str:
     """What is to be told where a cache of floats in the object's own space moves vertices by more than ROUNDING_TOLD; else
     nothing. Far from its origin floats are coarse, also where they are fine in the world."""
     largest = measure_rounding(local, matrix, scale)
     if largest <= ROUNDING_TOLD:
         return ""
     return (
-        "'%s': floats of its cache move vertices by %.2g m, since these are far from the object's origin; layers that are nearer than "
-        "that may pass through each other. Object > Set Origin > Origin to Geometry helps" % (name, largest)
+        "'%s': floats of its %s move vertices by %.2g m, since these are far from the object's origin; layers that are nearer than "
+        "that may pass through each other. Object > Set Origin > Origin to Geometry helps" % (name, what, largest)
     )
 
 
