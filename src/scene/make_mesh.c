@@ -104,8 +104,10 @@ void note_add(const scene_work *work, const char *format, ...) {
     va_end(arguments);
     for (size_t i = 0; i < loaded->note_count; i++) /* objects may be of the same file */
         if (strcmp(loaded->notes[i], text) == 0) return;
-    if (loaded->note_count == SCENE_NOTE_LIMIT) return;
-    const char *const kept = copy_text(&loaded->storage, text, strlen(text));
+    if (loaded->note_count > SCENE_NOTE_LIMIT) return;
+    const char *const kept = loaded->note_count < SCENE_NOTE_LIMIT
+                                 ? copy_text(&loaded->storage, text, strlen(text))
+                                 : "there are more notes; they are shown once these are settled";
     if (kept) loaded->notes[loaded->note_count++] = kept;
 }
 

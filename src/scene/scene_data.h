@@ -15,7 +15,7 @@ enum {
     SCENE_FRAME_LIMIT = 10000000,   /* written frames */
     SCENE_SEQUENCE_LIMIT = 1000000, /* frames of one mesh sequence */
     SCENE_PATH_LIMIT = 4096,        /* [bytes] of a path */
-    SCENE_NOTE_LIMIT = 20           /* notes; further ones are lost */
+    SCENE_NOTE_LIMIT = 20           /* notes; one more tells that there are others */
 };
 
 typedef struct scene_sequence scene_sequence;
@@ -90,7 +90,7 @@ struct tulle_scene {
     uint64_t content_hash; /* of meshes and sequences so far */
     const char *canonical_text;
     uint64_t hash;
-    const char *notes[SCENE_NOTE_LIMIT];
+    const char *notes[SCENE_NOTE_LIMIT + 1];
     size_t note_count;
 };
 

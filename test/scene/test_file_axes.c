@@ -140,8 +140,28 @@ static void test_odd_sizes(void **state) {
     expect_note(OBSTACLE("cm.usda", ""), "of 2 frames the first one is taken");
 }
 
+/* Notes are listed up to a limit, and that there are more is one of them. */
+static void test_many_notes(void **state) {
+    (void)state;
+    write_text_file("mm.obj", "v 0 0 0\nv 200 0 0\nv 0 1800 0\nf 1 2 3\n");
+    for (int count = SCENE_NOTE_LIMIT; count < SCENE_NOTE_LIMIT + 4; count++) {
+        char text[4000] = HEAD "obstacles:\n";
+        for (int i = 0; i < count; i++)
+            snprintf(text + strlen(text), sizeof text - strlen(text),
+                     "  - {mesh: {file: mm.obj}, translate: [0, 0, %d]}\n", -10 * i);
+        tulle_scene *const loaded = load_good(text);
+        size_t const notes = tulle_scene_get_note_count(loaded);
+        bool const has_more = count > SCENE_NOTE_LIMIT;
+        assert_int_equal(notes, SCENE_NOTE_LIMIT + has_more);
+        const char *const last = tulle_scene_get_note(loaded, notes - 1);
+        assert_true((strstr(last, "there are more notes") != NULL) == has_more);
+        tulle_scene_destroy(loaded);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_many_notes),
         cmocka_unit_test(test_what_files_say),
         cmocka_unit_test(test_keys_overrule),
         cmocka_unit_test(test_odd_sizes),
