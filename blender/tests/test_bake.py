@@ -129,6 +129,13 @@ class Bakes(SceneTest):
         self.bake_all()
         self.compare(self.scene.objects["sheet"], "sheet")
 
+    def test_narrow_start_is_told(self):
+        self.add_sheet(place=(0, 0, 2e-4))
+        self.add_mesh("table", [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2, 3)], role="OBSTACLE")
+        self.bake_all()
+        self.assertIn("'sheet' lies 0.2 mm from 'table'", self.scene.tulle.report)
+        self.assertIn("a thickness of 0.2 mm", self.scene.tulle.report)
+
     def test_full_disk(self):
         """A cache that cannot be written ends the bake, and stays whole up to its last frame."""
         self.add_sheet(cells=16), self.add_ball()

@@ -14,9 +14,12 @@
  * that sleep, ignored pairs, what on_pinch holds back, settings, user data, what is watched and
  * what was given for the next step. Distances that the world derives are those that it would have
  * with these objects from its start on; a thickness that no longer lies within their limits goes to
- * the nearest one that does. What has gone takes along its contacts, its attachments and those to
- * it, its laws, and its events that were not polled; bodies that touched it wake. The next step
- * tells of attachments that have ended, where they are watched.
+ * the nearest one that does. Room that the contact distance leaves (tulle_world_def) is kept, and
+ * looked for about what is added as it is then, not as it would have been at the start: where there
+ * is such room, a state loads in a world with other rooms, and the steps that follow may differ.
+ * What has gone takes along its contacts, its attachments and those to it, its laws, and its events
+ * that were not polled; bodies that touched it wake. The next step tells of attachments that have
+ * ended, where they are watched.
  *
  * A call costs what tulle_world_start costs with the objects that there are then, and for its time
  * twice the memory. After an error - those of the start, and TULLE_ERROR_INVALID_ARGUMENT - the

@@ -47,6 +47,23 @@ SCENE
 "$TULLE" run caught.yaml -o caught --progress none >stdout 2>stderr || fault "caught: $(cat stderr)"
 [ "$(grep -c "'cloth0' is caught at 0.1 s in 'late', which appears there: [0-9]* pairs" stderr)" = 1 ] || fault "caught: $(cat stderr)"
 
+# A start that leaves less than the least contact distance is told by info, run and its summary.
+cat >near.yaml <<'SCENE'
+time: {step: 1/90 s, frames: 1}
+cloth:
+  - {name: sheet, mesh: {shape: rectangle, size: [1, 1], resolution: [11, 11]}, translate: [0, 0, 0.2 mm]}
+obstacles:
+  - {name: table, mesh: {shape: plane, size: [2, 2]}}
+SCENE
+told="'sheet' lies 0.2 mm from 'table' at the start.*give the cloth a thickness of 0.2 mm"
+"$TULLE" info near.yaml 2>stderr >stdout && grep -q "$told" stderr || fault "info of a narrow start: $(cat stderr)"
+"$TULLE" run near.yaml -o near --progress json >stdout 2>stderr || fault "near: $(cat stderr)"
+grep -q "^{\"event\":\"message\".*$told" stderr || fault "a narrow start in JSON: $(cat stderr)"
+grep -q "^first message: $told" stdout || fault "the summary of a narrow start: $(cat stdout)"
+"$TULLE" info near | grep -q "^  first message  *$told" || fault "info of its run: $("$TULLE" info near)"
+"$TULLE" run near.yaml -o wide --set 'cloth[0].thickness=0.2 mm' >stdout 2>&1 || fault "wide: $(cat stdout)"
+grep -q 'lies\|first message' stdout && fault "a narrow start with a thickness is told: $(cat stdout)"
+
 # A stranger's run.json: its words move no cursor.
 cp -r caught strange
 sed -i 's/"name": "cloth0"/"name": "cl\\u001b[2J\\u009both"/; s/"scene_path": "caught/"scene_path": "\\u0007\\ncaught/' strange/run.json

@@ -275,6 +275,14 @@ def check_errors():
             expect("intersect" in page.state["message"], f"a start that intersects: {page.state['message']}")
             expect(page.ask("run")["type"] == "error" and page.ask("save_session")["type"] == "error", "it runs all the same")
             ask_well(page, "pick", object=0, triangle=0, weights=[1, 0, 0])
+    near = text.replace("translate: [0, 0, 0.45]", "translate: [0, 0, 0.2 mm]")
+    near = near[: near.index("obstacles:")] + "obstacles: [{name: table, mesh: {shape: plane, size: [2, 2]}}]\n"
+    with open(broken, "w", encoding="utf-8") as file:  # a start that is narrower than the least contact distance
+        file.write(near)
+    with Server(broken, folder=FOLDER) as server:
+        with Page(server) as page:
+            page.wait_for(lambda: page.state and page.state.get("hash"))
+            expect("a thickness of 0.2 mm" in page.state["message"], f"a narrow start: {page.state['message']}")
     for arguments, words in ((["none.yaml"], "cannot be opened"), (["none"], "none"), ([FOLDER], ""), (["sheet.yaml", "--replay", "none"], "none"),
                              (["sheet.yaml", "--replay", "sheet.yaml"], ""), (["sheet.yaml", "--port", "99999"], "65535"), (["sheet.yaml", "--listen", "203.0.113.1"], "listened"), (["sheet.yaml", "--host-name", "a/b"], "letters"),
                              (["sheet.yaml", "--listen", "lo"], "in numbers"), (["sheet.yaml", "--listen", ""], "in numbers")):

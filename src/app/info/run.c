@@ -84,6 +84,8 @@ static void print_trouble(tulle_run_reader *reader, const tulle_run_info *info) 
         app_print_names(stdout, "  %-16s %s\n", label, line);
         label = "";
     }
+    if (info->state != TULLE_RUN_FAILED && info->message && info->message[0])
+        app_print_names(stdout, "  %-16s %s\n", "first message", info->message);
 }
 
 /* What debug records cost. */

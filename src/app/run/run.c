@@ -381,6 +381,8 @@ static void print_summary(const run_session *session, const char *failure) {
         for (const char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n"))
             app_print_names(stdout, "trouble: %s\n", line);
     }
+    if (!failure && totals->message[0])
+        app_print_names(stdout, "first message: %s\n", totals->message);
     if (skips_unproven(tulle_world_get_detection(world)))
         printf("certificate: off; patches were skipped by their cones alone, so cloth may have "
                "passed through itself within one: tulle check judges the frames\n");

@@ -113,9 +113,14 @@ tulle_status world_start_changed(tulle_world *world, tulle_error *error) {
     tulle_status status = make_arrays(world, error);
     if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
     if (status == TULLE_OK) status = place_added(world, error);
-    if (status == TULLE_OK) status = judge_added(world, error);
     if (status != TULLE_OK) return status;
-    status = finish_arrays(world);
+    status = world_find_rooms(world, error);
+    if (status == TULLE_ERROR_LIMIT) return status;
+    if (status == TULLE_OK) {
+        status = judge_added(world, error);
+        if (status != TULLE_OK) return status;
+        status = finish_arrays(world);
+    }
     if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
     if (status != TULLE_OK)
         return error_set(error, status, "the meshes have positions that are not finite");

@@ -75,19 +75,16 @@ static bool find_across(const tulle_world *world, size_t cloth, vec3 from, vec3 
     return hit->triangle != TULLE_NONE;
 }
 
-static bool is_lagging(const tulle_world *world, const room_side *side) {
-    bool lags = false;
-    for (int k = 0; k < 3 && side->may_lag; k++)
-        lags |= vec3_norm2(world_get_lag(world, side->vertices[k])) > 0.0;
-    return lags;
-}
-
 /* [m] What a place that has the room `now` is to have: no less, and where a side lags, little by
  * little, all that the cloth needs. */
 static double choose_room(const step_context *context, const room_place *place, double now,
                           double full) {
-    const tulle_world *const world = context->world;
-    bool const opens = is_lagging(world, &place->sides[0]) || is_lagging(world, &place->sides[1]);
+    bool opens = false;
+    for (int k = 0; k < 6; k++) {
+        const room_side *const side = &place->sides[k / 3];
+        opens |=
+            side->may_lag && vec3_norm2(world_get_lag(context->world, side->vertices[k % 3])) > 0.0;
+    }
     return fmin(full, now + (opens ? OPENING_SPEED * context->whole_step : 0.0));
 }
 

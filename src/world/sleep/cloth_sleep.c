@@ -100,15 +100,6 @@ static bool wake_tied(step_context *context) {
     return has_woken;
 }
 
-/* The surfaces of a stored contact. */
-static void find_sides(const tulle_world *world, const stored_contact *contact, size_t sides[2]) {
-    uint32_t vertices[4];
-    feature_pair_vertices(&world->topo, (feature_kind)contact->kind,
-                          (feature_pair){contact->first, contact->second}, vertices);
-    sides[0] = world->vertex_surface[vertices[0]];
-    sides[1] = world->vertex_surface[vertices[3]];
-}
-
 /* Wakes cloths that rested on something that is awake now. True when there is one. */
 static bool wake_touched(step_context *context) {
     const tulle_world *const world = context->world;
@@ -117,8 +108,11 @@ static bool wake_touched(step_context *context) {
     bool has_woken = false;
     for (size_t i = 0; i < store->contacts.count; i++) {
         const stored_contact *const contact = &store->contacts.data[i];
-        size_t sides[2];
-        find_sides(world, contact, sides);
+        uint32_t vertices[4];
+        feature_pair_vertices(&world->topo, (feature_kind)contact->kind,
+                              (feature_pair){contact->first, contact->second}, vertices);
+        const size_t sides[2] = {world->vertex_surface[vertices[0]],
+                                 world->vertex_surface[vertices[3]]};
         for (int k = 0; k < 2; k++) {
             size_t const cloth = sides[k];
             if (cloth >= world->cloth_rest_count || !state->cloth_rests[cloth].is_asleep ||

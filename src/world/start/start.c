@@ -280,13 +280,9 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, const tulle
     if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
     if (status == TULLE_OK) status = place_objects(world, NULL, error);
     if (status != TULLE_OK) return status;
-    status = world_find_rooms(world);
+    status = world_find_rooms(world, error);
     if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
-    if (status == TULLE_ERROR_LIMIT)
-        return error_set(error, status,
-                         "the start has over %llu pairs that are nearer than the contact distance, "
-                         "%g mm; use coarser meshes, or give the cloth a smaller thickness",
-                         (unsigned long long)MOST_CANDIDATES(world), 1e3 * world->contact_distance);
+    if (status == TULLE_ERROR_LIMIT) return status;
     if (status != TULLE_OK)
         return error_set(error, status, "the meshes have positions that are not finite");
     if (moment) { /* attachments take their places as at any start */

@@ -24,8 +24,12 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error);
  * TULLE_ERROR_OUT_OF_MEMORY without a text. */
 tulle_status world_set_grains(tulle_world *world);
 
-/* start_rooms.c: notes where the start is narrower than the contact distances, see rooms. Errors of
- * the search without a text. */
-tulle_status world_find_rooms(tulle_world *world);
+/* start_rooms.c: notes where the start, or what a change adds, is narrower than the contact
+ * distances, see rooms. Errors other than TULLE_ERROR_LIMIT without a text. */
+tulle_status world_find_rooms(tulle_world *world, tulle_error *error);
+/* start_slots.c: notes rooms of vertices of present surfaces, each by gaps to its own surface: the
+ * share of a gap that is at least `least` [m]. `broad` has the order of the triangles. */
+tulle_status world_find_slots(tulle_world *world, const surface_set *set, const broad_phase *broad,
+                              double least, double share);
 
 #endif

@@ -3,12 +3,17 @@
  *
  * Takes positions at time 0 and the laws. Gives each vertex its room [m], INFINITY where there is
  * enough: of cloth how near it lies to something, of an obstacle its part of the way to another
- * obstacle. compute_pair_distances holds contact to it. A place that is narrower than the least
- * contact distance is told in world->message.
+ * obstacle or, across a slot, to itself (start_slots.c). compute_pair_distances holds contact to
+ * it. A place that is narrower than the least contact distance is told in world->message.
+ *
+ * Rooms stay as they were found. A change of objects (change.h) keeps those of what stays, and
+ * looks for rooms between what is added and all else, as they are then.
  *
  * A world that unravels or ignores what intersects has no rooms: its start says nothing of them. */
+#include "base/error.h"
 #include "contact/pairs/pair_rules.h"
 #include "detect/trees/broad_phase.h"
+#include "world/change/change.h"
 #include "world/start/start.h"
 #include "world/step/search.h"
 
@@ -31,8 +36,10 @@ typedef struct narrow_place {
     vec3 position; /* [m] */
 } narrow_place;
 
-/* Notes the rooms of vertices of all pairs that are near at the start. */
+/* Notes the rooms of vertices of all pairs that are near at the start, or of pairs with what is
+ * added. */
 static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place *narrowest) {
+    uint32_t const added = world->change ? world->change->added : TULLE_NONE;
     size_t const triangle_pairs = pairs->vertex_triangle.count;
     size_t const count = triangle_pairs + pairs->edge_edge.count;
     double const least = LEAST_GAPS * world->minimum_gap;
@@ -49,6 +56,7 @@ static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place 
         if (!(distance > 0.0)) continue; /* the judgement's, not ours */
         vec3 const place = points[0];
         uint32_t const a = world->vertex_surface[v[0]], b = world->vertex_surface[v[3]];
+        if (world->change && a != added && b != added) continue;
         if (a >= world->cloths.count && b >= world->cloths.count) {
             /* of obstacles the vertex alone, or a large triangle would be narrow far from here */
             double const room = SHARE_OF_SLOT * distance;
@@ -87,7 +95,7 @@ static void tell_narrow(tulle_world *world, const narrow_place *place) {
              mm * place->distance);
 }
 
-tulle_status world_find_rooms(tulle_world *world) {
+tulle_status world_find_rooms(tulle_world *world, tulle_error *error) {
     size_t const surface_count = world->set.surface_count, n = world->vertex_count;
     bool has_any = false;
     for (size_t i = 0; i < world->cloths.count; i++)
@@ -105,6 +113,15 @@ tulle_status world_find_rooms(tulle_world *world) {
     for (size_t i = 0; i < world->cloths.count; i++)
         if (!(world->cloths.data[i].thickness > 0.0))
             world->automatic[i] = world->laws[i * surface_count + i].contact_distance;
+    const world_change *const change = world->change;
+    const double *const kept = change ? change->before->rooms : NULL;
+    for (size_t s = 0; kept && s < surface_count; s++) {
+        const surface_range *const range = &world->surfaces[s];
+        if (change->sources[s] != TULLE_NONE)
+            memcpy(world->rooms + range->vertex_begin,
+                   kept + change->before->surfaces[change->sources[s]].vertex_begin,
+                   (range->vertex_end - range->vertex_begin) * sizeof(double));
+    }
     /* so that obstacles meet one another, too */
     memcpy(ranges, world->surfaces, surface_count * sizeof *ranges);
     for (size_t s = 0; s < surface_count; s++) ranges[s].is_body = ranges[s].is_obstacle;
@@ -120,7 +137,8 @@ tulle_status world_find_rooms(tulle_world *world) {
     /* where meshes are too fine for that, cloth alone, as a step searches */
     const surface_set *const sets[2] = {&set, &world->set};
     double const reaches[2] = {world->contact_distance / SHARE_OF_SLOT, world->contact_distance};
-    tulle_status found = TULLE_ERROR_LIMIT;
+    bool const has_new = !change || change->added != TULLE_NONE;
+    tulle_status found = has_new ? TULLE_ERROR_LIMIT : TULLE_OK;
     for (int k = 0; k < 2 && status == TULLE_OK && found == TULLE_ERROR_LIMIT; k++) {
         status = build_trees(broad, sets[k], world->now.positions, world->now.positions, reaches[k],
                              world->threads);
@@ -128,7 +146,18 @@ tulle_status world_find_rooms(tulle_world *world) {
             found = find_pairs(broad, sets[k], world->threads, PAIRS_SORTED, &pairs, NULL);
     }
     if (status == TULLE_OK) status = found;
+    if (status == TULLE_ERROR_LIMIT)
+        (void)error_set(error, status,
+                        "the start has over %llu pairs that are nearer than the contact distance, "
+                        "%g mm; use coarser meshes, or give the cloth a smaller thickness",
+                        (unsigned long long)MOST_CANDIDATES(world), 1e3 * world->contact_distance);
     if (status == TULLE_OK) note_pairs(world, &pairs, &narrowest);
+    for (size_t s = 0; s < surface_count;
+         s++) /* obstacles that are yet to appear have slots, too */
+        ranges[s].is_present = ranges[s].is_obstacle && (!change || s == change->added);
+    if (status == TULLE_OK)
+        status =
+            world_find_slots(world, &set, broad, LEAST_GAPS * world->minimum_gap, SHARE_OF_SLOT);
     broad_phase_destroy(broad);
     ARRAY_FREE(heap, &pairs.vertex_triangle);
     ARRAY_FREE(heap, &pairs.edge_edge);

@@ -35,11 +35,6 @@ static edge_lengths measure_lengths(const step_context *context, size_t edge) {
     return (edge_lengths){lengths[0], lengths[1], lengths[2]};
 }
 
-/* The square of the distance of an edge's ends [m^2]. */
-static double measure_edge2(const double *positions, const uint32_t *ends) {
-    return vec3_norm2(vec3_sub(vec3_load(positions, ends[0]), vec3_load(positions, ends[1])));
-}
-
 /* Chunks at most, and edges of one at least. */
 enum { GROWTH_CHUNKS = 16, GROWTH_CHUNK_LEAST = 4096 };
 
@@ -57,8 +52,12 @@ static void measure_growth(void *context, size_t begin, size_t end, size_t chunk
     double growth = 0.0;
     for (size_t e = begin; e < end; e++) {
         const uint32_t *const ends = world->topo.edges + 2 * e;
-        double const rest2 = measure_edge2(world->rest, ends);
-        if (measure_edge2(task->context->end, ends) <= shortest * shortest * rest2) continue;
+        double squares[2]; /* [m^2] of the edge's length at rest and at the end */
+        const double *const states[2] = {world->rest, task->context->end};
+        for (int k = 0; k < 2; k++)
+            squares[k] =
+                vec3_norm2(vec3_sub(vec3_load(states[k], ends[0]), vec3_load(states[k], ends[1])));
+        if (squares[1] <= shortest * shortest * squares[0]) continue;
         edge_lengths const length = measure_lengths(task->context, e);
         double const before = fmax(length.start / length.rest, STRETCH_FREE);
         growth = fmax(growth, length.end / length.rest - before);

@@ -44,14 +44,6 @@ static tulle_status check_holder(const tulle_world *world, const tulle_attachmen
     return TULLE_OK;
 }
 
-/* The surface of what holds, or TULLE_NONE for points. */
-static uint32_t find_holder(const tulle_world *world, const tulle_attachment_def *def) {
-    if (def->points) return TULLE_NONE;
-    bool const is_cloth = def->other_cloth.generation != 0;
-    return (uint32_t)(is_cloth ? world_find_cloth(world, def->other_cloth)
-                               : world->cloths.count + world_find_obstacle(world, def->obstacle));
-}
-
 static tulle_status check_numbers(const tulle_attachment_def *def, tulle_error *error) {
     if (!(def->max_distance > 0.0)) return refuse(error, "has a max_distance that is not over 0");
     if (!(def->stiffness > 0.0) || (isfinite(def->stiffness) && !(def->stiffness <= STIFFNESS_MAX)))
@@ -199,7 +191,11 @@ static tulle_status check_def(const tulle_world *world, const tulle_attachment_d
 /* Attaches to the world as it is; `def` has passed check_def. */
 static tulle_status attach_now(tulle_world *world, const tulle_attachment_def *def,
                                tulle_error *error) {
-    uint32_t const surface = find_holder(world, def);
+    uint32_t surface = TULLE_NONE; /* of what holds; none for points */
+    if (def->other_cloth.generation != 0)
+        surface = (uint32_t)world_find_cloth(world, def->other_cloth);
+    else if (!def->points)
+        surface = (uint32_t)(world->cloths.count + world_find_obstacle(world, def->obstacle));
     const world_cloth *const cloth = &world->cloths.data[world_find_cloth(world, def->cloth)];
     size_t const count = cloth->mesh.vertex_count;
     tulle_status status = TULLE_OK;
