@@ -143,8 +143,7 @@ typedef struct tulle_world_def {
     tulle_wind wind;   /* default: air at rest */
     /* [m] distance within which contact acts (delta_c), 0 .. 1; 0: derived from the meshes, or from
      * the thickness where a cloth has one. Derived from meshes it leaves the room of the start, or
-     * of an added object, about cloth, between obstacles and in slots of one, down to four minimum
-     * gaps, unless the start unravels or ignores. */
+     * of what is added, down to four minimum gaps, unless the start unravels or ignores. */
     double contact_distance;
     /* [m] distance within which pairs are looked for (delta_s). At least the contact distance of
      * every pair of objects, else the start fails; 0: 1.5 of it. */

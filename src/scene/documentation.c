@@ -128,6 +128,21 @@ static void print_choice(const schema_map *map, unsigned flag, bool is_needed, F
     if (has_any) fprintf(stream, is_needed ? " is needed.\n" : " may be given.\n");
 }
 
+/* What else a key needs in its map. */
+static void print_need(const schema_map *map, const schema_key *key, FILE *stream) {
+    if (!key->beside) return;
+    const schema_key *const other = &map->keys[schema_find_key(map, key->beside)];
+    fprintf(stream,
+            other->applies ? "; of shapes that may be `%s`, only with it" : "; only with `%s`",
+            other->name);
+    const char *separator = ": ";
+    for (size_t c = 0; key->beside_choices && other->choices[c]; c++) {
+        if (!(key->beside_choices >> c & 1)) continue;
+        fprintf(stream, "%s`%s`", separator, other->choices[c]);
+        separator = " or ";
+    }
+}
+
 static void print_map(const map_entry *entry, FILE *stream) {
     const schema_map *map = entry->map;
     fprintf(stream, "\n## %s\n\n%s\n\n", map->title, map->meaning);
@@ -142,7 +157,9 @@ static void print_map(const map_entry *entry, FILE *stream) {
         print_default(map, key, stream);
         fprintf(stream, " | ");
         print_range(key, stream);
-        fprintf(stream, " | %s |\n", key->meaning);
+        fprintf(stream, " | %s", key->meaning);
+        print_need(map, key, stream);
+        fputs(" |\n", stream);
     }
     print_choice(map, SCHEMA_ALTERNATIVE, map->needs_alternative, stream);
     print_choice(map, SCHEMA_SECOND_ALTERNATIVE, map->needs_second_alternative, stream);
@@ -252,6 +269,9 @@ static const char introduction[] =
     "- A turn is a list of angles about the fixed axes x, then y, then z, for example `[0, 90 deg, "
     "0]`, or a map `{axis: [0, 0, 1], angle: 30 deg}`.\n"
     "- Paths are relative to the scene file.\n"
+    "- A key that does nothing beside the others is an error, unless it has its default: "
+    "`gust_length` without `gust_strength`, or a woven value with `membrane: springs`. An override "
+    "may leave keys of the file without a use. So may a material file.\n"
     "- NaN, infinities, unknown and duplicate keys are errors. Anchors, aliases, tags and several "
     "documents are refused. A file has at most 4 MiB and 200,000 values, nested at most 32 deep; a "
     "scene at most 20,000,000 vertices and 4,096 obstacles.\n"

@@ -65,6 +65,7 @@ static const schema_key wind_table[] = {
      .fallback = "0.5 m",
      POSITIVE_LENGTH(0),
      FIELD(wind_keys, gust_length),
+     .beside = "gust_strength",
      .meaning = "distance over which gusts are alike"},
     {.name = "gust_time",
      .type = SCHEMA_NUMBER,
@@ -74,6 +75,7 @@ static const schema_key wind_table[] = {
      .maximum = 1e6,
      .flags = SCHEMA_ABOVE_MINIMUM,
      FIELD(wind_keys, gust_time),
+     .beside = "gust_strength",
      .meaning = "time over which gusts are alike"},
     {.name = "drag",
      .type = SCHEMA_NUMBER,
@@ -86,6 +88,7 @@ static const schema_key wind_table[] = {
     {.name = "seed",
      AUTO_SEED,
      FIELD(wind_keys, seed),
+     .beside = "gust_strength",
      .meaning = "seed of the gusts; auto: from the scene's seed"},
 };
 const schema_map wind_map = {.title = "Wind",
@@ -180,6 +183,8 @@ static const schema_key contact_table[] = {
      .choices = motion_space_words,
      .fallback = "polyhedral",
      FIELD(contact_keys, motion_space),
+     .beside = "response",
+     .beside_choices = 1U << TULLE_RESPONSE_PAPER,
      .meaning = "for response paper, which velocities a vertex in contact may have. cone: the "
                 "widest circular cone inside the half-spaces of its contacts, as in the paper; "
                 "polyhedral: all of their intersection"},
@@ -196,8 +201,8 @@ static const schema_key contact_table[] = {
      .choices = cone_words,
      .fallback = "bernstein",
      FIELD(contact_keys, cone),
-     .meaning = "bound on the normals of a moving triangle, for patches: bernstein, or the "
-                "paper's, which is wider"},
+     .meaning = "for methods patches and paper, as the three keys below: bound on the normals of a "
+                "moving triangle. bernstein, or the paper's, which is wider"},
     {.name = "alpha_max",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_ANGLE,
@@ -243,6 +248,8 @@ static const schema_key contact_table[] = {
      .minimum = 1,
      .maximum = 1000000,
      FIELD(contact_keys, untangle_limit),
+     .beside = "start_intersections",
+     .beside_choices = 1U << TULLE_START_UNTANGLE,
      .meaning = "rounds of untangling after which a start that still intersects is refused"},
     {.name = "on_pinch",
      .type = SCHEMA_CHOICE,
@@ -344,6 +351,7 @@ static const schema_key solver_table[] = {
      .maximum = 1e6,
      .flags = SCHEMA_ABOVE_MINIMUM,
      FIELD(solver_keys, sleep_time),
+     .beside = "sleep_speed",
      .meaning = "how long cloth must be slow before it falls asleep"},
 };
 const schema_map solver_map = {.title = "Solver",
@@ -415,6 +423,8 @@ static const schema_key scene_table[] = {
      .choices = overstretch_words,
      .fallback = "warn",
      FIELD(scene_keys, on_overstretch),
+     .beside = "membrane",
+     .beside_choices = 1U << TULLE_MEMBRANE_WOVEN,
      .meaning =
          "where a yarn of woven cloth is stretched beyond its material's limit. warn: the run "
          "goes on and tells of it at its end; stop: the run fails there"},

@@ -153,6 +153,7 @@ static const schema_key mesh_table[] = {
     {.name = "seed",
      AUTO_SEED,
      FIELD(mesh_keys, seed),
+     .beside = "irregular",
      .applies = CUT | BIT(BUMPY_GROUND) | BIT(CRESTED_GROUND) | BIT(TILE),
      .meaning = "seed of irregular meshes and bumps; auto: from the scene's seed"},
 };

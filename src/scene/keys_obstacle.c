@@ -102,12 +102,14 @@ static const schema_key motion_table[] = {
      .type = SCHEMA_BOOL,
      .fallback = "false",
      FIELD(motion_keys, eased),
+     .beside = "keyframes",
      .meaning = "starts and stops gently at each keyframe"},
     {.name = "pivot",
      POINT,
      .flags = SCHEMA_OPTIONAL,
      .derived = "origin of the obstacle",
      FIELD(motion_keys, pivot),
+     .beside = "keyframes",
      .meaning = "point that keyframes turn about, in scene coordinates; in those of the copy where "
                 "there are copies"},
 };
@@ -181,6 +183,7 @@ static const schema_key dynamic_table[] = {
      .maximum = 1e6,
      .flags = SCHEMA_ABOVE_MINIMUM,
      FIELD(dynamic_keys, sleep_time),
+     .beside = "sleep_speed",
      .meaning = "how long the body must be slow before it falls asleep"},
 };
 const schema_map dynamic_map = {
@@ -310,6 +313,7 @@ static const schema_key copies_table[] = {
      .choices = order_names,
      .fallback = "first-to-last",
      FIELD(copies_keys, order),
+     .beside = "stagger",
      .meaning = "which copy moves first"},
 };
 const schema_map copies_map = {
@@ -366,6 +370,7 @@ static const schema_key obstacle_table[] = {
      .minimum = -1e6,
      .maximum = 1e6,
      FIELD(obstacle_keys, grain),
+     .beside = "friction_across",
      .meaning = "direction in the mesh before its motion, of any length; friction_across acts at "
                 "right angles to it. It is given along the axes of the scene, for a copy on a ring "
                 "or a spiral along the axes of that copy, and goes with the motion"},

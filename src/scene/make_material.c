@@ -133,7 +133,37 @@ static bool start_from_file(const scene_work *work, const material_keys *keys, s
     return true;
 }
 
+bool scene_has_springs(const scene_work *work) {
+    const scene_keys *const keys = &work->scene->keys;
+    return keys->membrane == TULLE_MEMBRANE_SPRINGS && schema_place(keys, "membrane").line > 0;
+}
+
+/* Refuses what cloth made of springs does not have; a material file may have it. */
+static bool check_springs(const scene_work *work, const material_keys *keys) {
+    static const char *const woven[] = {"warp",
+                                        "weft",
+                                        "shear",
+                                        "poisson",
+                                        "bend_warp",
+                                        "bend_weft",
+                                        "bend_twist",
+                                        "bend_hysteresis_warp",
+                                        "bend_hysteresis_weft",
+                                        "shear_hysteresis"};
+    if (!scene_has_springs(work)) return true;
+    for (size_t i = 0; i < sizeof woven / sizeof woven[0]; i++) {
+        if (!is_given(keys, woven[i])) continue;
+        problem_add(work->problems, TULLE_ERROR_PARSE, schema_place(keys, woven[i]),
+                    "%s.%s: does nothing with membrane: springs, whose values are stretch, "
+                    "stiffening_strain and bend; give these, or set membrane: woven",
+                    keys->head.path, woven[i]);
+        return false;
+    }
+    return true;
+}
+
 bool make_material(const scene_work *work, const material_keys *keys, scene_cloth *cloth) {
+    if (!check_springs(work, keys)) return false;
     if (!(is_given(keys, "file") ? start_from_file : start_from_preset)(work, keys, cloth))
         return false;
     replace_values(keys, &cloth->material);

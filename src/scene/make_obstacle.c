@@ -2,6 +2,7 @@
 #include "scene/frame_cache.h"
 #include "scene/scene_data.h"
 
+#include <math.h>
 #include <string.h>
 
 /* One entry of the list of obstacles while its copies are made. */
@@ -112,6 +113,14 @@ bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t in
     entry.poses = ARENA_NEW(&work->scene->storage, pose, entry.copy_count);
     if (!entry.name || !entry.poses) {
         problem_add_memory(work->problems, work->scene->path);
+        return false;
+    }
+    bool const comes_or_goes = isfinite(keys->appears) || isfinite(keys->disappears);
+    if (keys->copies.stagger > 0.0 && !keys->motion.head.node && !comes_or_goes) {
+        problem_add(work->problems, TULLE_ERROR_PARSE, schema_place(&keys->copies, "stagger"),
+                    "%s.stagger: does nothing without motion, appears or disappears; give one of "
+                    "these, or leave it out",
+                    keys->copies.head.path);
         return false;
     }
     place_copies(&keys->copies, entry.copy_count, entry.poses);

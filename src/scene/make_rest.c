@@ -252,6 +252,13 @@ static bool lay_warps(const rest_work *work) {
     bool const is_uv = schema_is_given(&cloth_map, keys, "grain_uv");
     bool const is_elsewhere = cloth->rest_corners || cloth->rest_positions;
     if (is_uv && !check_texture(work, keys, "grain_uv")) return false;
+    static const char idle[] = "does nothing with membrane: springs, which are the same in every "
+                               "direction; leave it out, or set membrane: woven";
+    if (is_uv && scene_has_springs(work->scene)) return refuse(work, keys, "grain_uv", idle);
+    const region_keys *const regions = keys->regions.items;
+    for (size_t i = 0; i < keys->regions.count && scene_has_springs(work->scene); i++)
+        if (schema_is_given(&region_map, &regions[i], "grain"))
+            return refuse(work, &regions[i], "grain", idle);
     if (!is_uv && !is_elsewhere && !has_region_grain(work)) return true;
     vec3 const grain = vec3_load(keys->grain.value, 0);
     vec3 const grain_uv = {keys->grain_uv.value[0], keys->grain_uv.value[1], 0.0};

@@ -181,6 +181,9 @@ bool refuse_obstacle_name(const scene_work *work, const void *keys, const char *
 bool make_cloth(const scene_work *work, const cloth_keys *keys, size_t index, scene_cloth *cloth);
 /* Fills the cloth's material and its name in contacts. False after a problem. */
 bool make_material(const scene_work *work, const material_keys *keys, scene_cloth *cloth);
+/* make_material.c: whether the scene itself says that its cloth is made of springs. Where an
+ * override says so, keys of the file may be left without a use. */
+bool scene_has_springs(const scene_work *work);
 /* Whether the grain of an entry has a direction. False with a problem. */
 bool check_grain(const scene_work *work, const schema_head *head, const schema_vector *grain);
 /* Fills what is at rest. False after a problem. */

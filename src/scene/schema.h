@@ -89,6 +89,10 @@ typedef struct schema_key {
     const char *gone_advice;    /* why it is gone and what to use */
     const schema_map *map;
     uint64_t applies; /* bits of the selector's values for which the key is known; 0: all */
+    /* A key of the map without which this one does nothing: then it may only be given with its
+     * default. Null: none. With bits, a choice that must have one of these values. */
+    const char *beside;
+    uint64_t beside_choices;
 } schema_key;
 
 struct schema_map {

@@ -248,6 +248,60 @@ static void choose_alternative(map_work *work, unsigned flag, bool is_needed) {
             work->head->given &= ~(UINT64_C(1) << k);
 }
 
+static bool has_default(const map_work *work, size_t k) {
+    const schema_key *const key = &work->map->keys[k];
+    char *const defaults = ARENA_NEW_ZEROED(work->reader->storage, char, work->map->size);
+    if (!key->fallback || !defaults) return false;
+    map_work fresh = {work->reader, work->map, NULL, (schema_head *)(void *)defaults, true};
+    *fresh.head = *work->head;
+    read_default(&fresh, k);
+    static const size_t sizes[] = {[SCHEMA_NUMBER] = sizeof(double),
+                                   [SCHEMA_INTEGER] = sizeof(uint64_t),
+                                   [SCHEMA_BOOL] = sizeof(bool),
+                                   [SCHEMA_CHOICE] = sizeof(int),
+                                   [SCHEMA_VECTOR] = sizeof(schema_vector)};
+    return memcmp(defaults + key->offset, (const char *)work->head + key->offset,
+                  sizes[key->type]) == 0;
+}
+
+/* Refuses keys that do nothing as the others of the map are. What an override says may leave keys
+ * of the file without a use. */
+static void refuse_idle(map_work *work) {
+    for (const scene_node *child = work->node->first; child; child = child->next) {
+        size_t const k = schema_find_key(work->map, child->key);
+        if (k == work->map->key_count || !(work->head->given >> k & 1)) continue;
+        const schema_key *const key = &work->map->keys[k];
+        if (!key->beside) continue;
+        size_t const o = schema_find_key(work->map, key->beside);
+        const schema_key *const other = &work->map->keys[o];
+        bool const is_given = work->head->given >> o & 1;
+        const scene_node *const node = tree_find(work->node, key->beside);
+        bool const is_set = is_given && node && node->key_place.line == 0;
+        if (is_set || !schema_applies(work->map, other, work->head)) continue;
+        char path[path_limit], words[160] = "";
+        join_path(work, key->name, path);
+        if (!key->beside_choices) {
+            if (!is_given && !has_default(work, k))
+                complain(work, child->key_place,
+                         "%s: does nothing without the key '%s'; give that, too, or leave this out",
+                         path, other->name);
+            continue;
+        }
+        if (!is_given && !other->fallback) continue;
+        int const value = *(const int *)(const void *)((char *)work->head + other->offset);
+        if (key->beside_choices >> value & 1 || has_default(work, k)) continue;
+        for (size_t c = 0, used = 0; other->choices[c]; c++) {
+            if (!(key->beside_choices >> c & 1)) continue;
+            int const added = snprintf(words + used, sizeof words - used, "%s%s",
+                                       used > 0 ? " or " : "", other->choices[c]);
+            if (added > 0 && (size_t)added < sizeof words - used) used += (size_t)added;
+        }
+        complain(work, child->key_place,
+                 "%s: does nothing with %s: %s; set %s: %s, or leave this out", path, other->name,
+                 other->choices[value], other->name, words);
+    }
+}
+
 bool schema_read(const schema_reader *reader, const schema_map *map, const scene_node *node,
                  void *target) {
     map_work work = {reader, map, node, target, true};
@@ -280,5 +334,6 @@ bool schema_read(const schema_reader *reader, const schema_map *map, const scene
         else
             read_default(&work, k);
     }
+    if (node && work.is_clean) refuse_idle(&work);
     return work.is_clean;
 }

@@ -218,7 +218,7 @@ static void test_laws_of_materials_arrive(void **state) {
 /* A cloth pushed along x slides on a box without friction across its grain, which is along y. */
 static void test_grain_of_an_obstacle_arrives(void **state) {
     (void)state;
-    const char *const keys[] = {"friction_across: 0", "grain: [0, 1, 0]",
+    const char *const keys[] = {"friction_across: 0", "friction_across: 1, grain: [0, 1, 0]",
                                 "friction_across: 0, grain: [0, 2, 0]"};
     for (int i = 0; i < 3; i++) {
         char text[600];
@@ -240,9 +240,10 @@ static void test_grain_of_an_obstacle_arrives(void **state) {
 
 static void test_grain_turns_with_copies(void **state) {
     (void)state;
-    tulle_scene *loaded = load_good(
-        TIME SHEET "obstacles:\n  - {mesh: {shape: box}, grain: [0, 3, 4], rotate: [0, 0, 30 deg], "
-                   "translate: [0, 0, -9], copies: {ring: {count: 4, radius: 5}}}\n");
+    tulle_scene *loaded =
+        load_good(TIME SHEET "obstacles:\n  - {mesh: {shape: box}, friction_across: 1, grain: [0, "
+                             "3, 4], rotate: [0, 0, 30 deg], "
+                             "translate: [0, 0, -9], copies: {ring: {count: 4, radius: 5}}}\n");
     for (size_t i = 0; i < 4; i++) {
         const double *grain = loaded->obstacles[i].grain;
         double const turned[4][2] = {{0, 3}, {-3, 0}, {0, -3}, {3, 0}};

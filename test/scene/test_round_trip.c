@@ -249,6 +249,8 @@ static void put_map(scene_writer *writer, const schema_map *map) {
         choose_alternative(writer, map, SCHEMA_SECOND_ALTERNATIVE, map->needs_second_alternative);
     int selected = -1; /* no value of the selector */
     bool is_first = true;
+    int put_choices[64]; /* by key: the choice, 0 where it is none; -1: not there */
+    for (size_t k = 0; k < map->key_count; k++) put_choices[k] = -1;
     put(writer, "{");
     for (int is_rest = 0; is_rest < 2; is_rest++) {
         for (size_t k = 0; k < map->key_count; k++) {
@@ -260,13 +262,24 @@ static void put_map(scene_writer *writer, const schema_map *map) {
                 !map->selector || !key->applies || (selected >= 0 && key->applies >> selected & 1);
             if (is_selector == (is_rest == 1) || !may_be || !applies) continue;
             if (!must_be && is_chosen(writer, 0.4)) continue;
+            if (key->beside) { /* stands behind it in the table */
+                size_t const other = schema_find_key(map, key->beside);
+                const schema_key *const beside = &map->keys[other];
+                assert_true(other < k);
+                bool const is_known =
+                    !beside->applies || (selected >= 0 && beside->applies >> selected & 1);
+                bool const is_of_choice = !key->beside_choices || put_choices[other] < 0 ||
+                                          key->beside_choices >> put_choices[other] & 1;
+                if (is_known && (put_choices[other] < 0 || !is_of_choice)) continue;
+            }
             put(writer, "%s%s: ", is_first ? "" : ", ", key->name);
             is_first = false;
             size_t const begin = writer->count;
             put_value(writer, key);
-            if (!is_selector) continue;
-            for (int i = 0; key->choices[i]; i++)
-                if (strcmp(writer->text + begin, key->choices[i]) == 0) selected = i;
+            put_choices[k] = 0;
+            for (int i = 0; key->type == SCHEMA_CHOICE && key->choices[i]; i++)
+                if (strcmp(writer->text + begin, key->choices[i]) == 0) put_choices[k] = i;
+            if (is_selector) selected = put_choices[k];
         }
     }
     put(writer, "}");
