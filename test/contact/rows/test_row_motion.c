@@ -133,12 +133,39 @@ static void blocks_of_the_turn_are_those_of_the_arm(void **state) {
         }
 }
 
+/* The blocks of vertices are those of J^T K J, also where a tie stands at a height over its
+ * triangle; the last vertex is none of the solve. */
+static void blocks_of_vertices_are_those_of_the_products(void **state) {
+    (void)state;
+    enum { SOLVED = 3 };
+    row_tilt const tilt = {{0.0, 0.6, 0.8}, {{0.1, -0.2, 0.3}, {0.4, 0.1, -0.5}, {-0.5, 0.1, 0.2}}};
+    mat3 const stiffness = {{3.0, 0.5, 0.2, 0.5, 2.0, -0.4, 0.2, -0.4, 1.0}};
+    for (int is_tilted = 0; is_tilted < 2; is_tilted++) {
+        contact_row const row = {.frame = {.kind = FEATURE_VERTEX_TRIANGLE,
+                                           .weights = {1.0, -0.2, -0.3, -0.5},
+                                           .vertices = {0, 1, 2, SOLVED},
+                                           .tilt = is_tilted ? &tilt : NULL}};
+        double blocks[9 * SOLVED] = {0.0};
+        add_row_blocks(&row, SOLVED, &stiffness, blocks);
+        for (size_t i = 0; i < 3 * (size_t)SOLVED; i++) {
+            double u[3 * SOLVED] = {0.0}, sum[3 * SOLVED] = {0.0};
+            u[i] = 1.0;
+            vec3 const velocity = get_solved_velocity(&row, SOLVED, u);
+            add_row_impulse(&row, SOLVED, mat3_multiply_vec3(&stiffness, velocity), sum);
+            size_t const vertex = i / 3;
+            for (size_t k = 0; k < 3; k++)
+                assert_true(fabs(blocks[9 * vertex + 3 * k + i % 3] - sum[3 * vertex + k]) < 1e-15);
+        }
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(arms_against_what_answers_nothing_are_those_of_the_end),
         cmocka_unit_test(arms_of_two_bodies_meet_in_one_point),
         cmocka_unit_test(what_has_no_body_has_no_arms),
         cmocka_unit_test(blocks_of_the_turn_are_those_of_the_arm),
+        cmocka_unit_test(blocks_of_vertices_are_those_of_the_products),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
