@@ -23,7 +23,7 @@ FOLDERS = {
     "detect": (70, r"api\.arguments|world\.(queries|query_state|filters|values)"),
     "world": (80, r"api\.world_arguments|scene\.build_world"),
     "dynamics": (30, r"world\."),
-    "io": (40, r"api\.(io|run)_arguments|e2e\.run_(far_away|left|without_cloth|input|messages|damage|trouble|interrupted_start|locked)"),
+    "io": (40, r"api\.(io|run|animation)_arguments|e2e\.run_(far_away|left|without_cloth|input|messages|damage|trouble|interrupted_start|locked)"),
 }
 # Whole steps judge all but io.
 WHOLE_STEPS = ("world.golden", "world.scratch_failures")

@@ -535,6 +535,17 @@ static tulle_status read_chunks(gltf_file *file, int source, gltf_buffer *binary
                      text_size, error);
 }
 
+/* Whether an extension changes no surface: those of materials, textures and lights. Numbers of any
+ * type are read, as KHR_mesh_quantization has them. */
+static bool leaves_surfaces(const char *extension) {
+    static const char *const beginnings[] = {
+        "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_",
+        "KHR_lights_",    "EXT_lights_",  "KHR_xmp",      "KHR_mesh_quantization"};
+    for (size_t i = 0; i < sizeof beginnings / sizeof beginnings[0]; i++)
+        if (strncmp(extension, beginnings[i], strlen(beginnings[i])) == 0) return true;
+    return false;
+}
+
 static tulle_status check_asset(const gltf_file *file, tulle_error *error) {
     const json_value *const root = json_get_root(&file->json), *asset = NULL;
     const char *version = NULL;
@@ -548,11 +559,14 @@ static tulle_status check_asset(const gltf_file *file, tulle_error *error) {
         return json_fail(&file->json, asset, error, "version \"%.20s\" of glTF is not known, 2 is",
                          version);
     const json_value *const needed = json_find(&file->json, root, "extensionsRequired");
-    const json_value *const first =
+    const json_value *item =
         needed && needed->type == JSON_ARRAY ? json_get_first(&file->json, needed) : NULL;
-    if (!first) return TULLE_OK;
-    json_fail(&file->json, needed, error, "needs the extension %.60s, which is not known here",
-              first->type == JSON_STRING ? first->string : "?");
+    while (item && item->type == JSON_STRING && leaves_surfaces(item->string))
+        item = json_get_next(&file->json, item);
+    if (!item) return TULLE_OK;
+    const char *const name = item->type == JSON_STRING ? item->string : "?";
+    json_fail(&file->json, needed, error, "needs the extension %.60s, which is not known here%s",
+              name, strstr(name, "compression") ? "; export the file without compression" : "");
     if (error) error->status = TULLE_ERROR_UNSUPPORTED;
     return TULLE_ERROR_UNSUPPORTED;
 }

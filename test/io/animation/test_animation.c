@@ -235,6 +235,51 @@ static void weights_without_keys_hold(void **state) {
     tulle_animation_close(animation);
 }
 
+/* Corners as whole numbers of each size, which stand for -1 to 1 or 0 to 1. */
+static void whole_numbers_stand_for_parts(void **state) {
+    (void)state;
+    static const struct {
+        int type;
+        size_t size;
+        int64_t numbers[3];
+        double x[3];
+    } cases[] = {{5120, 1, {127, -128, -127}, {1.0, -1.0, -1.0}},
+                 {5121, 1, {255, 51, 0}, {1.0, 0.2, 0.0}},
+                 {5122, 2, {32767, -32768, 16384}, {1.0, -1.0, 16384.0 / 32767.0}},
+                 {5123, 2, {65535, 13107, 0}, {1.0, 0.2, 0.0}}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        unsigned char bytes[24] = {0};
+        char data[64], text[1024];
+        for (int k = 0; k < 3; k++) /* the second corner; corners lie 8 bytes apart */
+            for (size_t b = 0; b < cases[i].size; b++)
+                bytes[8 + (size_t)k * cases[i].size + b] =
+                    (unsigned char)((uint64_t)cases[i].numbers[k] >> 8 * b);
+        bytes[16] = 1;
+        encode(bytes, sizeof bytes, data);
+        int const length = snprintf(
+            text, sizeof text,
+            "{\"asset\":{\"version\":\"2.0\"},\"extensionsRequired\":["
+            "\"KHR_materials_unlit\",\"KHR_mesh_quantization\"],"
+            "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{"
+            "\"attributes\":{\"POSITION\":0}}]}],\"accessors\":[{\"bufferView\":0,"
+            "\"componentType\":%d,\"normalized\":true,\"count\":3,\"type\":\"VEC3\"}],"
+            "\"bufferViews\":[{\"buffer\":0,\"byteLength\":24,\"byteStride\":8}],\"buffers\":[{"
+            "\"byteLength\":24,\"uri\":\"data:application/octet-stream;base64,%s\"}]}",
+            cases[i].type, data);
+        assert_true(length < (int)sizeof text);
+        put_file(test_path("parts.gltf"), text, (size_t)length);
+        tulle_animation *animation = NULL;
+        tulle_error error = {0};
+        double p[9];
+        if (tulle_animation_open(test_path("parts.gltf"), &animation, NULL, &error))
+            fail_msg("%d:%d %s", error.line, error.column, error.message);
+        assert_int_equal(tulle_animation_read_frame(animation, 0, p, &error), TULLE_OK);
+        expect_point(p, 0, 0.0, 0.0, 0.0);
+        expect_point(p, 1, cases[i].x[0], cases[i].x[1], cases[i].x[2]);
+        tulle_animation_close(animation);
+    }
+}
+
 /* ---- what is refused ---- */
 
 static void expect_refused(const char *from, const char *to, tulle_status status,
@@ -560,6 +605,7 @@ int main(void) {
         cmocka_unit_test(too_large_files_are_refused),
         cmocka_unit_test(everything_moves),
         cmocka_unit_test(weights_without_keys_hold),
+        cmocka_unit_test(whole_numbers_stand_for_parts),
         cmocka_unit_test(faults_are_told),
         cmocka_unit_test(uses_are_limited),
         cmocka_unit_test(usd_names_differ),
