@@ -669,8 +669,8 @@ static void watch(session *self) {
         wanted.kinds = fuzz_take(self->bytes) * 16u;
         wanted.capacity = fuzz_take_below(self->bytes, 8);
         wanted.contact_force = fuzz_take_between(self->bytes, -0.1, 1.0);
-        bool const is_good = wanted.kinds < 1u << TULLE_EVENT_KIND_COUNT && wanted.capacity > 0 &&
-                             wanted.contact_force >= 0.0;
+        bool const is_good = wanted.kinds > 0 && wanted.kinds < 1u << TULLE_EVENT_KIND_COUNT &&
+                             wanted.capacity > 0 && wanted.contact_force >= 0.0;
         tulle_status const status = tulle_world_watch_events(self->world, &wanted, &error);
         FUZZ_CHECK((status == TULLE_OK) == is_good);
         if (status) fuzz_check_error(status, &error);

@@ -57,7 +57,7 @@ typedef struct tulle_event {
 
 /* What to watch. Made by tulle_event_watch_default. */
 typedef struct tulle_event_watch {
-    unsigned kinds;       /* a sum of 1 << tulle_event_kind */
+    unsigned kinds;       /* a sum of 1 << tulle_event_kind, of one at least */
     double contact_force; /* [N] 0 .. 1e300: the least normal force, a mean over the last substep */
     size_t capacity;      /* events that the queue holds, 1 .. 2^24 */
 } tulle_event_watch;

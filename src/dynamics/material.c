@@ -104,6 +104,11 @@ tulle_status material_validate(const tulle_material *m, tulle_membrane membrane,
         {"restitution", "", m->restitution, 0.0, 1.0},
         {"friction across", "", m->friction_across, 0.0, 10.0},
     };
+    if (m->area_density == 0.0)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: area density is 0 kg/m^2; it must be above that. Begin with a preset "
+                         "(tulle_material_preset): what is left at 0 is 0",
+                         owner);
     tulle_status const status = CHECK_RANGES(ranges, owner, error);
     if (status != TULLE_OK) return status;
     return membrane == TULLE_MEMBRANE_WOVEN ? check_woven(m, owner, error)

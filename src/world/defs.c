@@ -123,6 +123,10 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
     if (!allocator_is_whole(&def->allocator))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the allocator has only one of its functions; give both or neither");
+    if (def->wind.gust_length == 0.0 && def->wind.gust_time == 0.0)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "world: wind gust length and wind gust time are 0; begin with the wind of "
+                         "tulle_world_def_default, which has a drag coefficient, too");
     double const separation = def->separation_distance;
     range_check const checks[] = {
         {"gravity x", "m/s^2", def->gravity[0], -LARGEST, LARGEST},

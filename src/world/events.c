@@ -313,13 +313,15 @@ tulle_status tulle_world_watch_events(tulle_world *world, const tulle_event_watc
         return TULLE_OK;
     }
     const char *what = NULL;
+    if (watch->kinds == 0) what = "no kinds; null ends the watch";
     if (watch->kinds >= 1u << TULLE_EVENT_KIND_COUNT) what = "kinds that there are not";
     if (!(watch->contact_force >= 0.0 && watch->contact_force <= FORCE_MAX))
         what = "a contact force that is no number from 0 to 1e300 N";
     if (watch->capacity < 1 || watch->capacity > CAPACITY_MAX)
         what = "a capacity that is not 1 to 2^24";
     if (what)
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the watch of events has %s", what);
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "the watch of events has %s; begin with tulle_event_watch_default", what);
     memory *const heap = &world->heap;
     world_events *const before = world->events;
     world_events *const events = memory_allocate_zeroed(heap, 1, sizeof *events);

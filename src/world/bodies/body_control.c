@@ -65,7 +65,9 @@ static tulle_status check_drive(const char *owner, const tulle_body_drive *drive
     double const norm = quaternion_norm(quaternion_load(drive->rotation));
     if (fabs(norm - 1.0) <= QUATERNION_TOLERANCE) return TULLE_OK;
     return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                     "%s: the rotation has length %g; give a unit quaternion", owner, norm);
+                     "%s: the rotation has length %g; give a unit quaternion, or begin with "
+                     "tulle_body_drive_default",
+                     owner, norm);
 }
 
 /* Number of a body that is there and answers, or TULLE_NONE with an error. */
