@@ -64,6 +64,118 @@ static void damage_is_found(void **state) {
     free(bytes);
 }
 
+/* ---- archives made by hand ---- */
+
+typedef struct npz_bytes {
+    unsigned char bytes[2048], directory[512];
+    size_t size, directory_size, count;
+} npz_bytes;
+
+static uint32_t sum_bytes(const unsigned char *bytes, size_t size) {
+    uint32_t sum = UINT32_MAX;
+    for (size_t i = 0; i < 8 * size; i++) {
+        uint32_t const bit = (sum ^ (uint32_t)bytes[i / 8] >> i % 8) & 1u;
+        sum = sum >> 1 ^ (bit ? UINT32_C(0xedb88320) : 0u);
+    }
+    return ~sum;
+}
+
+static size_t put_number(unsigned char *to, uint64_t value, size_t size) {
+    for (size_t i = 0; i < size; i++) to[i] = (unsigned char)(value >> 8 * i);
+    return size;
+}
+
+/* The fields that a member's own head and its entry in the directory share. */
+static size_t put_fields(unsigned char *to, uint32_t sum, size_t size, size_t name_size) {
+    memset(to, 0, 26);
+    to[0] = 20;
+    put_number(to + 10, sum, 4);
+    put_number(to + 14, size, 4);
+    put_number(to + 18, size, 4);
+    put_number(to + 22, name_size, 2);
+    return 26;
+}
+
+/* An array of numbers of four bytes. */
+static void put_array(npz_bytes *to, const char *name, const char *type, const char *shape,
+                      const void *numbers, size_t count) {
+    unsigned char content[512];
+    char *const head = (char *)content + 10;
+    memcpy(content, "\x93NUMPY\x01\0", 8);
+    int const length = snprintf(
+        head, 200, "{'descr': '%s', 'fortran_order': False, 'shape': %s, }\n", type, shape);
+    put_number(content + 8, (uint64_t)length, 2);
+    memcpy(head + length, numbers, 4 * count);
+    size_t const size = 10 + (size_t)length + 4 * count, name_size = strlen(name);
+    uint32_t const sum = sum_bytes(content, size);
+    unsigned char *entry = to->directory + to->directory_size;
+    memcpy(entry, "PK\1\2\x14\0", 6);
+    put_fields(entry + 6, sum, size, name_size);
+    memset(entry + 32, 0, 10);
+    put_number(entry + 42, to->size, 4);
+    memcpy(entry + 46, name, name_size);
+    to->directory_size += 46 + name_size;
+    unsigned char *own = to->bytes + to->size;
+    memcpy(own, "PK\3\4", 4);
+    put_fields(own + 4, sum, size, name_size);
+    memcpy(own + 30, name, name_size);
+    memcpy(own + 30 + name_size, content, size);
+    to->size += 30 + name_size + size;
+    to->count++;
+}
+
+/* Three vertices in one frame, and a triangle. */
+static void make_archive(npz_bytes *to, const char *shape, const char *corners_shape,
+                         int32_t corner) {
+    static const float positions[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    int32_t const corners[4] = {0, 1, corner, 0};
+    *to = (npz_bytes){.size = 0};
+    put_array(to, "positions.npy", "<f4", shape, positions, 9);
+    put_array(to, "triangles.npy", "<i4", corners_shape, corners, 3);
+    size_t const begin = to->size;
+    memcpy(to->bytes + to->size, to->directory, to->directory_size);
+    unsigned char *const end = to->bytes + to->size + to->directory_size;
+    memset(end, 0, 22);
+    memcpy(end, "PK\5\6", 4);
+    put_number(end + 8, to->count, 2);
+    put_number(end + 10, to->count, 2);
+    put_number(end + 12, to->directory_size, 4);
+    put_number(end + 16, begin, 4);
+    to->size += to->directory_size + 22;
+}
+
+static void wrong_arrays_are_refused(void **state) {
+    (void)state;
+    static const struct {
+        const char *shape, *corners_shape;
+        int32_t corner;
+        const char *message;
+    } cases[] = {{"(1, 3, 3)", "(1, 3)", 2, NULL},
+                 {"(1, 3, 3,)", "(1L, 3)", 2, NULL},
+                 {"(1, a, 3)", "(1, 3)", 2, "key 'shape' should be"},
+                 {"(1, 1, 1, 3, 3)", "(1, 3)", 2, "key 'shape' should be"},
+                 {"1, 3, 3", "(1, 3)", 2, "key 'shape' should be"},
+                 {"(1, 3, 4)", "(1, 3)", 2, "not what its shape and type need"},
+                 {"(1, 3, 3)", "(3, 1)", 2, "should be whole numbers, triangles x 3"},
+                 {"(1, 3, 3)", "(1, 3)", 3, "triangle 0 uses vertex 3, but there are only 3"},
+                 {"(1, 3, 3)", "(1, 3)", -1, "triangle 0 uses vertex -1"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        npz_bytes archive;
+        make_archive(&archive, cases[i].shape, cases[i].corners_shape, cases[i].corner);
+        if (cases[i].message) {
+            expect_refused((const char *)archive.bytes, archive.size, cases[i].message);
+            continue;
+        }
+        tulle_animation *animation = NULL;
+        tulle_error error = {0};
+        put_file(test_path("good.npz"), (const char *)archive.bytes, archive.size);
+        if (tulle_animation_open(test_path("good.npz"), &animation, NULL, &error))
+            fail_msg("case %zu: %s", i, error.message);
+        assert_int_equal(tulle_animation_get_triangles(animation)[2], 2);
+        tulle_animation_close(animation);
+    }
+}
+
 static void every_failing_allocation(void **state) {
     (void)state;
     if (!HAS_OWN_HEAP) skip();
@@ -81,6 +193,7 @@ static void every_failing_allocation(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(npz_comes_back), cmocka_unit_test(many_frames_come_back),
-        cmocka_unit_test(damage_is_found), cmocka_unit_test(every_failing_allocation)};
+        cmocka_unit_test(damage_is_found), cmocka_unit_test(wrong_arrays_are_refused),
+        cmocka_unit_test(every_failing_allocation)};
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
 }
