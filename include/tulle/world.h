@@ -362,7 +362,7 @@ typedef struct tulle_body {
     double angular_velocity[3]; /* [rad/s] the same */
     double linear_damping;      /* [1/s] >= 0 */
     double angular_damping;     /* [1/s] >= 0 */
-    double start_time;  /* [s] until then the body follows `motion`; it goes on as that moved */
+    double start_time; /* [s] the body follows `motion`, which begins before; goes on as it moved */
     double sleep_speed; /* [m/s] 0: never sleeps */
     double sleep_time;  /* [s] > 0 where sleep_speed is */
 } tulle_body;

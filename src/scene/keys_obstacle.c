@@ -163,8 +163,8 @@ static const schema_key dynamic_table[] = {
      ANY_TIME,
      .fallback = "0",
      FIELD(dynamic_keys, start),
-     .meaning = "until then the body follows its motion; after that it moves freely, with the "
-                "velocity that it has"},
+     .meaning = "until then the body follows its motion, which must begin earlier; after that it "
+                "moves freely, with the velocity that it has"},
     {.name = "sleep_speed",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_VELOCITY,

@@ -123,6 +123,26 @@ bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t in
                     keys->copies.head.path);
         return false;
     }
+    const schema_list *const moves = &keys->motion.keyframes;
+    const dynamic_keys *const body = &keys->dynamic;
+    if (body->head.node && keys->motion.head.node && moves->count > 1) {
+        double const begin = ((const keyframe_keys *)moves->items)[0].time;
+        const char *idle = body->start <= begin ? "start" : NULL;
+        for (int k = 0; k < 3 && !idle; k++)
+            idle = body->velocity.value[k] != 0.0 ? "velocity"
+                   : body->spin.value[k] != 0.0   ? "spin"
+                                                  : NULL;
+        if (idle) {
+            problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(body, idle),
+                        body->start <= begin
+                            ? "%s.%s: is %g s, and the motion begins at %g s: the body never "
+                              "follows it. Give a later start, or leave out the motion"
+                            : "%s.%s: does nothing: at its start (%g s) the body goes on as its "
+                              "motion, from %g s on, had it; leave this out",
+                        body->head.path, idle, body->start, begin);
+            return false;
+        }
+    }
     place_copies(&keys->copies, entry.copy_count, entry.poses);
     bool is_good = check_dynamic_friction(work, keys, keys->dynamic_friction, keys->friction) &&
                    make_source(&entry) &&

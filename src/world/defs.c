@@ -456,6 +456,12 @@ static tulle_status check_body(const tulle_obstacle_def *def, const char *owner,
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: the start time of the body is not a number", owner);
     }
+    const tulle_motion *const motion = &def->motion;
+    if (motion->keys && motion->key_count > 1 && body->start_time <= motion->keys[0].time)
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "%s: the body is free from %g s on, its start_time, so it never follows "
+                         "its motion, which begins at %g s; give a later start_time, or no motion",
+                         owner, body->start_time, motion->keys[0].time);
     return TULLE_OK;
 }
 

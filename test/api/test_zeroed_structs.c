@@ -165,6 +165,10 @@ static void others_are_refused(void **state) {
     def = make_box();
     def.body = (tulle_body){.is_dynamic = 1};
     SAYS("mass", tulle_world_add_obstacle(world, &def, NULL, &error));
+    tulle_keyframe const way[2] = {{.time = 0.0}, {.time = 1.0}};
+    def.body = (tulle_body){.is_dynamic = 1, .mass = 1.0}; /* free from 0 s on */
+    def.motion = (tulle_motion){.keys = way, .key_count = 2};
+    SAYS("start_time", tulle_world_add_obstacle(world, &def, NULL, &error));
     static const uint32_t triangle[] = {0, 1, 2};
     tulle_detect_surface const surface = {0};
     tulle_detect_def detect = tulle_detect_def_default();

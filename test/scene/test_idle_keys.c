@@ -52,6 +52,12 @@ static const struct {
      8, 50, "obstacles[0].copies.order: does nothing without the key 'stagger'"},
     {TIME SHEET BOX "    copies: {row: {count: 2, offset: [3, 0, 0]}, stagger: 1}\n", 7, 59,
      "obstacles[0].copies.stagger: does nothing without motion, appears or disappears"},
+    {TIME SHEET BOX "    dynamic: {density: 9}\n    motion: {keyframes: [{time: 0}, {time: 1}]}\n",
+     7, 5,
+     "obstacles[0].dynamic.start: is 0 s, and the motion begins at 0 s: the body never follows it"},
+    {TIME SHEET BOX
+     "    dynamic: {start: 1, spin: [1, 0, 0]}\n    motion: {keyframes: [{time: 0}, {time: 1}]}\n",
+     7, 31, "obstacles[0].dynamic.spin: does nothing: at its start (1 s) the body goes on"},
     {TIME SPRINGS SHEET "    material: {poisson: 0.3}\n", 5, 25,
      "cloth[0].material.poisson: " WOVEN_ALONE "; give these, or set membrane: woven"},
     {TIME SPRINGS SHEET "    material: {warp: {stiffness: 900}}\n", 5, 22,
@@ -75,6 +81,10 @@ static const struct {
     {TIME SHEET BOX "    appears: 1\n    copies: {row: {count: 2, offset: [3, 0, 0]}, stagger: 1, "
                     "order: last-to-first}\n",
      0, 0, NULL},
+    {TIME SHEET BOX "    dynamic: {start: 1}\n    motion: {keyframes: [{time: 0}, {time: 1}]}\n", 0,
+     0, NULL},
+    {TIME SHEET BOX "    dynamic: {velocity: [1, 0, 0]}\n    motion: {keyframes: [{time: 0}]}\n", 0,
+     0, NULL},
     {TIME SPRINGS SHEET "    material: {stretch: 900, bend: 1e-5, stiffening_strain: 0.1}\n", 0, 0,
      NULL},
 };
