@@ -121,7 +121,7 @@ refuse 'no frame of the scene is left' scene.yaml --from first
 refuse 'frames are 0.0222222222 s apart, those of the scene 0.0333333333 s' scene.yaml --from first:3 --set time.steps_per_frame=3
 refuse "no cloth 'other'" scene.yaml --from first:3 --set 'cloth[0].name=other'
 refuse "no cloth 'sheet'" scene.yaml --from first:3 --set 'cloth[0].mesh.resolution=[12, 13]'
-refuse "no rigid body 'bar' of the same mesh" scene.yaml --from first:3 --set 'obstacles[1].dynamic={mass: 1 kg}'
+refuse "no rigid body 'bar' of the same mesh" scene.yaml --from first:3 --set 'obstacles[1].dynamic={mass: 1 kg, start: 1 s}'
 refuse "no rigid body 'crate' of the same mesh in the same place" bodies.yaml --from thrown:3 --set 'obstacles[1].translate=[0.05, 0, 0.6]'
 refuse "no rigid body 'slab'" bodies.yaml --from thrown:3 --set 'obstacles[2].mesh.size=[0.1, 0.1, 0.06]'
 refuse 'missing' scene.yaml --from missing
