@@ -3,6 +3,7 @@ view_start.bash)"""
 import json
 import os
 import random
+import signal
 import socket
 import struct
 import sys
@@ -300,9 +301,14 @@ def check_idle_clients(server):
 
 
 def check_half_open(server):
-    """300 connections that never finish a request keep no page out."""
-    idle = [server.open_socket() for _ in range(300)]
-    for connection in idle[::2]:
+    """300 connections that never finish a request keep no page out, also where the server finds many of them at once."""
+    os.kill(server.process.pid, signal.SIGSTOP)
+    idle = [server.open_socket() for _ in range(100)]
+    for connection in idle:
+        connection.sendall(b"GET / HTTP/1.1\r\nHost:")
+    os.kill(server.process.pid, signal.SIGCONT)
+    idle += [server.open_socket() for _ in range(200)]
+    for connection in idle[100::2]:
         connection.sendall(b"GET / HTTP/1.1\r\nHost:")
     begin = time.monotonic()
     expect(server.get("")[0] == 200, "the page beside 300 half-open connections")

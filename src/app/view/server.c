@@ -203,6 +203,8 @@ static void await_request(struct lws *wsi) {
     int const unread = UNREAD_BYTES;
     (void)setsockopt(lws_get_socket_fd(wsi), SOL_SOCKET, SO_SNDBUF, &unread, sizeof unread);
     if (server->half_open_count == HALF_OPEN_MAX) {
+        /* what it has sent already may set its timeout anew, but nothing undoes the end */
+        (void)shutdown(lws_get_socket_fd(server->half_open[0]), SHUT_RDWR);
         lws_set_timeout(server->half_open[0], PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
         settle(server->half_open[0]);
     }
