@@ -21,9 +21,9 @@ from mutation_operators import apply_mutant
 FOLDERS = {
     "contact": (80, r"world\."),
     "detect": (70, r"api\.arguments|world\.(queries|query_state|filters|values)"),
-    "world": (80, r"api\.world_arguments|scene\.build_world"),
+    "world": (80, r"api\.(world|query|live|objects|bodies|events|attach)_arguments|scene\.build_world"),
     "dynamics": (30, r"world\."),
-    "io": (40, r"api\.(io|run|animation)_arguments|e2e\.run_(far_away|left|without_cloth|input|messages|damage|trouble|interrupted_start|locked)"),
+    "io": (40, r"api\.(io|run|record|animation)_arguments|e2e\.run_(far_away|left|without_cloth|input|messages|damage|trouble|interrupted_start|locked)"),
 }
 # Whole steps judge all but io.
 WHOLE_STEPS = ("world.golden", "world.scratch_failures")

@@ -86,32 +86,6 @@ static void tables_lead_to_positions(void **state) {
     }
 }
 
-/* Rounding is judged by the largest coordinate of all that is there, also of what is static and was
- * fitted long ago. */
-static void the_largest_point_is_kept(void **state) {
-    (void)state;
-    memory heap = memory_default();
-    uint64_t seed = 17;
-    soup_scene *const soup = calloc(1, sizeof *soup);
-    assert_non_null(soup);
-    soup_scene_add(soup, SOUP_SHEET, 50, 0.02, &seed);
-    soup_scene_add(soup, SOUP_SHEET, 50, 0.0, &seed);
-    soup_scene_finish(&heap, soup);
-    soup->surfaces[1].is_static = true;
-    const uint32_t *const far = soup->topo.triangles + 3 * (size_t)soup->surfaces[1].triangle_begin;
-    for (int side = 0; side < 2; side++)
-        soup->x0[3 * (size_t)far[side]] = soup->x1[3 * (size_t)far[side]] = side ? 1e3 : -1e3;
-    broad_phase *const broad = make_trees(&heap, soup, BROAD_PHASE_REFIT);
-    double const largest = broad_phase_get_tables(broad)->largest_point;
-    for (int build = 0; build < 3; build++) {
-        assert_true(broad_phase_get_tables(broad)->largest_point == largest);
-        assert_true(largest == broad->trees[1].largest && largest > 1.1 * broad->trees[0].largest);
-        assert_int_equal(build_trees(broad, &soup->set, soup->x0, soup->x1, 0.02, 1), TULLE_OK);
-    }
-    broad_phase_destroy(broad);
-    free_scene(&heap, soup);
-}
-
 static void consume_none(void *context, const pair_tables *tables, const pair_batch *batch,
                          int worker) {
     (void)context, (void)tables, (void)batch, (void)worker;
@@ -409,7 +383,6 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(streams_what_the_list_holds),
         cmocka_unit_test(tables_lead_to_positions),
-        cmocka_unit_test(the_largest_point_is_kept),
         cmocka_unit_test(trees_that_were_not_built_are_refused),
         cmocka_unit_test(roots_are_those_that_meet),
         cmocka_unit_test(leaves_out_only_pairs_within_a_patch),

@@ -1,10 +1,7 @@
 /* Animations: what is written as glTF comes back with the same bits; a file with everything that
- * moves vertices against sums by hand; every truncation, flipped bit and failing allocation. */
+ * moves vertices against sums by hand; what is refused. */
 #define _XOPEN_SOURCE 700
-#include "io/bytes.h"
-
-#include "io/animation/animation_sample.h"
-#include "tulle_io/cache.h"
+#include "io/animation/everything.h"
 
 static void gltf_comes_back(void **state) {
     (void)state;
@@ -61,102 +58,6 @@ static void too_large_files_are_refused(void **state) {
 }
 
 /* ---- a file with everything that moves vertices ---- */
-
-static const char base64_digits[] =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-
-static void encode(const unsigned char *bytes, size_t count, char *text) {
-    for (size_t i = 0; i < count; i += 3) {
-        uint32_t bits = 0;
-        for (size_t k = 0; k < 3; k++) bits = bits << 8 | (i + k < count ? bytes[i + k] : 0u);
-        for (int k = 0; k < 4; k++) *text++ = base64_digits[bits >> (18 - 6 * k) & 63];
-    }
-    *text = '\0';
-}
-
-/* Node 0 turns by a quarter about z in 1 s and holds node 1, which shows mesh 0 (a strip of
- * bytes as indices, two targets, one of them sparse) and is moved by a matrix of scale 2. Node 2
- * shows mesh 1 (a fan without indices) on a skin of the joints 3 and 4, and joint 4 rises on a
- * cubic spline. */
-static size_t write_everything(const char *path) {
-    static const float values[] = {
-        0, 0,    0, 1,    0,    0,    0,           1,           0, 1, 1, 0, /*   0: four corners */
-        0, 0,    1, 0,    0,    1,    0,           0,           1, 0, 0, 1, /*  48: target 0: up */
-        5, 0,    0,                                             /*  96: target 1 of vertex 2 */
-        0, 1,                                                   /* 108: times */
-        0, 0,    0, 1,    0,    0,    0.70710678f, 0.70710678f, /* 116: rotations */
-        0, 0,    1, 0.5f,                                       /* 148: weights */
-        1, 0,    0, 0,    0.5f, 0.5f, 0,           0,           0, 1, 0, 0, 0, 1, 0, 0, /* 164:
-                                                                                           weights
-                                                                                           of joints
-                                                                                         */
-        0, 0,    0, 0,    0,    0,    2,           0,           0, 0, 0, 0, 4, 0, 0, 0, 0,
-        0,           /* 228: cubic: in, value, out */
-        0, 0.5f, 1}; /* 300: times of the cubic's frames */
-    static const unsigned char small[] = {0, 1, 2, 3, 2, 0, 0, 0,                          /* 312 */
-                                          0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0}; /* 320 */
-    unsigned char bytes[400];
-    char text[600];
-    size_t size = 0;
-    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++, size += 4)
-        bytes_store_float(bytes + size, values[i]);
-    assert_int_equal(size, 312);
-    memcpy(bytes + size, small, sizeof small);
-    size += sizeof small;
-    encode(bytes, size, text);
-    static char json[8192];
-    int const length = snprintf(
-        json, sizeof json,
-        "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,2,3]}],\n"
-        "\"nodes\":[{\"children\":[1]},{\"mesh\":0,\"matrix\":[2,0,0,0,0,2,0,0,0,0,2,0,10,0,0,1]},"
-        "\n"
-        "{\"mesh\":1,\"skin\":0,\"translation\":[100,0,0]},{\"children\":[4]},{}],\n"
-        "\"skins\":[{\"joints\":[3,4]}],\n"
-        "\"meshes\":[{\"primitives\":[{\"mode\":5,\"indices\":6,\"attributes\":{\"POSITION\":0},"
-        "\"targets\":[{\"POSITION\":1},{\"POSITION\":2}]},{\"mode\":1,\"attributes\":{\"POSITION\":"
-        "0}}],\"weights\":[0,1]},\n"
-        "{\"primitives\":[{\"mode\":6,\"attributes\":{\"POSITION\":0,\"JOINTS_0\":7,\"WEIGHTS_0\":8"
-        "}}]}],\n"
-        "\"animations\":[{\"samplers\":[{\"input\":3,\"output\":4},{\"input\":3,\"output\":5,"
-        "\"interpolation\":\"STEP\"},{\"input\":3,\"output\":9,\"interpolation\":\"CUBICSPLINE\"},"
-        "{\"input\":10,\"output\":11}],\n"
-        "\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}},{\"sampler\":"
-        "1,"
-        "\"target\":{\"node\":1,\"path\":\"weights\"}},{\"sampler\":2,\"target\":{\"node\":4,"
-        "\"path\":"
-        "\"translation\"}},{\"sampler\":3,\"target\":{\"node\":3,\"path\":\"scale\"}}]},{}],\n"
-        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},\n"
-        "{\"bufferView\":0,\"byteOffset\":48,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
-        "\n"
-        "{\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":"
-        "{\"bufferView\":0,\"byteOffset\":316,\"componentType\":5121},\"values\":{\"bufferView\":0,"
-        "\"byteOffset\":96}}},\n"
-        "{\"bufferView\":0,\"byteOffset\":108,\"componentType\":5126,\"count\":2,\"type\":"
-        "\"SCALAR\"},"
-        "\n{\"bufferView\":0,\"byteOffset\":116,\"componentType\":5126,\"count\":2,\"type\":"
-        "\"VEC4\"},"
-        "\n{\"bufferView\":0,\"byteOffset\":148,\"componentType\":5126,\"count\":4,\"type\":"
-        "\"SCALAR\""
-        "},\n{\"bufferView\":0,\"byteOffset\":312,\"componentType\":5121,\"count\":4,\"type\":"
-        "\"SCALAR\"},\n{\"bufferView\":0,\"byteOffset\":320,\"componentType\":5121,\"count\":4,"
-        "\"type\":\"VEC4\"},\n{\"bufferView\":0,\"byteOffset\":164,\"componentType\":5126,"
-        "\"count\":4,"
-        "\"type\":\"VEC4\"},\n{\"bufferView\":0,\"byteOffset\":228,\"componentType\":5126,"
-        "\"count\":6,"
-        "\"type\":\"VEC3\"},\n{\"bufferView\":0,\"byteOffset\":300,\"componentType\":5126,"
-        "\"count\":3,"
-        "\"type\":\"SCALAR\"},\n{\"bufferView\":1,\"componentType\":5126,\"count\":3,\"type\":"
-        "\"VEC3\""
-        "}],\n\"bufferViews\":[{\"buffer\":0,\"byteLength\":%zu},{\"buffer\":1,\"byteLength\":36}],"
-        "\n"
-        "\"buffers\":[{\"byteLength\":%zu,\"uri\":\"data:application/octet-stream;base64,%s\"},"
-        "{\"byteLength\":36,\"uri\":\"data:;base64,"
-        "AACAPwAAgD8AAIA/AACAPwAAgD8AAIA/AACAPwAAgD8AAIA/\"}]}\n",
-        size, size, text);
-    assert_true(length > 0 && length < (int)sizeof json);
-    put_file(path, json, (size_t)length);
-    return (size_t)length;
-}
 
 static void expect_point(const double *positions, size_t vertex, double x, double y, double z) {
     const double *const p = positions + 3 * vertex;
@@ -494,84 +395,6 @@ static void usd_times_differ(void **state) {
     free(text);
 }
 
-/* ---- damage ---- */
-
-static void damage_is_found(void **state) {
-    (void)state;
-    make_sample(3, 3);
-    made.vertex_count = 4;
-    made.triangle_count = 2;
-    for (int i = 0; i < 6; i++) made.triangles[i] %= 4;
-    assert_int_equal(write_sample(test_path("small.glb"), NULL), TULLE_OK);
-    write_everything(test_path("all.gltf"));
-    static const char *const names[] = {"small.glb", "all.gltf"};
-    for (int i = 0; i < 2; i++) {
-        size_t size = 0;
-        char *const bytes = get_file(test_path(names[i]), &size);
-        for (size_t cut = 0; cut < size; cut++) try_bytes(test_path(names[i]), bytes, cut);
-        for (size_t bit = 0; bit < 8 * size; bit++) {
-            bytes[bit / 8] ^= (char)(1 << bit % 8);
-            try_bytes(test_path(names[i]), bytes, size);
-            bytes[bit / 8] ^= (char)(1 << bit % 8);
-        }
-        free(bytes);
-    }
-}
-
-/* The size of an MDD file is the one that its counts say, so no part of one is one. */
-static void damaged_caches_are_found(void **state) {
-    (void)state;
-    make_sample(4, 3);
-    const char *const path = test_path("a.mdd");
-    assert_int_equal(write_sample(path, NULL), TULLE_OK);
-    size_t size = 0;
-    char *const bytes = get_file(path, &size);
-    for (size_t step = 0; step <= 9 * size; step++) {
-        size_t const bit = step - size, kept = step < size ? step : size;
-        if (step >= size && bit < 8 * size) bytes[bit / 8] ^= (char)(1 << bit % 8);
-        put_file(path, bytes, kept);
-        if (step >= size && bit < 8 * size) bytes[bit / 8] ^= (char)(1 << bit % 8);
-        tulle_pc2 *cache = NULL;
-        tulle_pc2_info info;
-        tulle_error error = {0};
-        double positions[3 * VERTEX_MAX];
-        tulle_status status = tulle_pc2_open(path, &cache, &info, &error);
-        assert_int_equal(status, step < size || bit < 64 ? TULLE_ERROR_PARSE : TULLE_OK);
-        if (status) assert_true(strncmp(error.message, "byte ", 5) == 0);
-        for (uint32_t f = 0; cache && f < 3; f++) {
-            status = tulle_pc2_read_frame(cache, f, positions, &error);
-            assert_true(status == TULLE_OK || status == TULLE_ERROR_PARSE);
-            for (size_t i = 0; bit == 8 * size && i < 3 * made.vertex_count; i++)
-                assert_true(positions[i] == (double)made.positions[f][i]);
-        }
-        tulle_pc2_close(cache);
-    }
-    free(bytes);
-}
-
-static void every_failing_allocation(void **state) {
-    (void)state;
-    if (!HAS_OWN_HEAP) skip();
-    size_t const size = write_everything(test_path("all.gltf"));
-    long fail = 0;
-    while (read_and_judge(test_path("all.gltf"), size, fail) == TULLE_ERROR_OUT_OF_MEMORY) fail++;
-    assert_true(fail > 10);
-    assert_int_equal(read_and_judge(test_path("all.gltf"), size, fail), TULLE_OK);
-    static const char *const names[] = {"out.glb", "out.gltf", "out.usda", "out.mdd", "out.npz"};
-    make_sample(3, 3);
-    for (int i = 0; i < 5; i++) {
-        tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-        for (fail = 0; status == TULLE_ERROR_OUT_OF_MEMORY; fail++) {
-            assert_true(fail < 200);
-            watch_heap(fail);
-            status = write_sample(test_path(names[i]), NULL);
-            unwatch_heap();
-            assert_int_equal(access(test_path(names[i]), F_OK) == 0, status == TULLE_OK);
-        }
-        assert_int_equal(status, TULLE_OK);
-    }
-}
-
 /* Some programs put a byte order mark before the JSON text. */
 static void byte_order_marks_are_read(void **state) {
     (void)state;
@@ -611,9 +434,6 @@ int main(void) {
         cmocka_unit_test(usd_names_differ),
         cmocka_unit_test(another_prototype_is_refused),
         cmocka_unit_test(usd_times_differ),
-        cmocka_unit_test(damage_is_found),
-        cmocka_unit_test(damaged_caches_are_found),
-        cmocka_unit_test(every_failing_allocation),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);
 }

@@ -43,6 +43,34 @@ static void a_run_comes_back(void **state) {
     tulle_run_reader_close(reader);
 }
 
+/* Files of bodies that are called like devices of Windows get other names; others keep theirs. */
+static void devices_are_no_files(void **state) {
+    (void)state;
+    static const char *const names[][2] = {
+        {"con", "con_.obj"},  {"CON", "CON_-1.obj"},      {"co", "co.obj"},
+        {"cons", "cons.obj"}, {"nul.1", "nul_.1.obj"},    {"Com7.x.y", "Com7_.x.y.obj"},
+        {"lpt", "lpt.obj"},   {"lptx", "lptx.obj"},       {"prn.", "prn_..obj"},
+        {"au", "au.obj"},     {"con.con", "con_.con.obj"}};
+    enum { COUNT = sizeof names / sizeof names[0] };
+    tulle_run_body shown[COUNT];
+    tulle_run_def def = make_def(test_path("devices"), FRAME_COUNT);
+    for (int i = 0; i < COUNT; i++) {
+        shown[i] = bodies[0];
+        shown[i].name = names[i][0];
+    }
+    def.bodies = shown;
+    def.body_count = COUNT;
+    tulle_run_writer *writer = NULL;
+    tulle_error error = {0};
+    if (tulle_run_create(&def, TULLE_RUN_REFUSE, &writer, &error)) fail_msg("%s", error.message);
+    assert_int_equal(tulle_run_close(writer, TULLE_RUN_INTERRUPTED, NULL, NULL), TULLE_OK);
+    tulle_run_reader *reader = NULL;
+    assert_int_equal(tulle_run_reader_open(test_path("devices"), &reader, NULL), TULLE_OK);
+    const tulle_run_info *const info = tulle_run_reader_get_info(reader);
+    for (int i = 0; i < COUNT; i++) assert_string_equal(info->bodies[i].mesh_file, names[i][1]);
+    tulle_run_reader_close(reader);
+}
+
 /* Frames of older runs name no lags; what is no lag is refused at its place. */
 static void lags_are_read_with_care(void **state) {
     (void)state;
@@ -496,6 +524,7 @@ int main(void) {
     make_bodies();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_run_comes_back),
+        cmocka_unit_test(devices_are_no_files),
         cmocka_unit_test(lags_are_read_with_care),
         cmocka_unit_test(existing_directories_are_spared),
         cmocka_unit_test(without_bodies_there_is_no_file_of_them),
