@@ -37,7 +37,7 @@ async function close({ page, seen, url }) {
 }
 
 const waitFrame = (view, frame) => view.evaluate((element, wanted) => new Promise((done, fail) => {
-  const end = performance.now() + 15000;
+  const end = performance.now() + 60000;
   const look = () => {
     const drawn = element.dataset.drawn;
     if (drawn !== undefined && (wanted === undefined || Number(drawn) === wanted)) requestAnimationFrame(() => requestAnimationFrame(done));
@@ -103,7 +103,7 @@ function compare(a, b) {
 
 // Asks again until it holds, for pictures come a little after what makes them.
 async function until(condition, message) {
-  for (const end = Date.now() + 10000; Date.now() < end;) if (await condition()) return;
+  for (const end = Date.now() + 60000; Date.now() < end;) if (await condition()) return;
   assert.fail(message);
 }
 
@@ -318,7 +318,7 @@ const checks = {
     for (const k of [...handles.keys(), 0, 12]) {
       await handles[k].scrollIntoViewIfNeeded();
       const frame = await (await handles[k].elementHandle()).contentFrame();
-      await frame.waitForFunction(() => document.querySelector('canvas') && document.querySelector('.view')?.dataset.drawn, null, { timeout: 15000 });
+      await frame.waitForFunction(() => document.querySelector('canvas') && document.querySelector('.view')?.dataset.drawn, null, { timeout: 60000 });
       await until(async () => measure(await look(handles[k]), isBlue).share > 0.05, `view ${k} is blank`);
     }
     await close(opened);
