@@ -111,6 +111,17 @@ void note_add(const scene_work *work, const char *format, ...) {
     if (kept) loaded->notes[loaded->note_count++] = kept;
 }
 
+double scene_get_end(const scene_work *work) {
+    const time_keys *const keys = &work->scene->keys.time;
+    return work->scene->frame_count * (double)keys->steps_per_frame * keys->step;
+}
+
+void note_late(const scene_work *work, const char *path, const char *what, double time) {
+    double const end = scene_get_end(work);
+    if (time >= end)
+        note_add(work, "%s: %s at %.6g s, and the scene ends at %.6g s", path, what, time, end);
+}
+
 tulle_status drop_duplicates(const scene_work *work, const char *path, tulle_mesh *mesh,
                              tulle_mesh_source *source, tulle_error *error) {
     tulle_mesh_duplicates found;
@@ -348,5 +359,6 @@ bool make_motion(const scene_work *work, const schema_list *keyframes, const pos
     }
     motion->keys = keys;
     motion->key_count = keyframes->count;
+    if (keyframes->count > 1) note_late(work, frames[0].head.path, "motion begins", keys[0].time);
     return true;
 }

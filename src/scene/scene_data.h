@@ -116,6 +116,10 @@ uint64_t resolve_seed(const tulle_scene *loaded, uint64_t seed);
 /* Adds to what tulle_scene_get_note tells. */
 void note_add(const scene_work *work, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
+/* [s] */
+double scene_get_end(const scene_work *work);
+/* Tells what comes only when the scene is over. `what`: with a verb; `time`: [s] */
+void note_late(const scene_work *work, const char *path, const char *what, double time);
 /* A mesh as its file has it, or as it was generated: then metres, z up. */
 typedef struct source_mesh {
     tulle_mesh *mesh;

@@ -44,6 +44,7 @@ enum {
  * is the first one again. */
 static const double SAME_FRAME_SHARE = 1e-3;
 /* A time as near to another, as a part of it, is the same, told as a float. */
+static const double MUCH_OF_A_FRAME = 0.1; /* of the time to the next one */
 static const double SAME_TIME_SHARE = 1e-6;
 /* The step from the last frame to the first may be so many times the largest one between frames. */
 static const double SEAM_STEP_RATIO = 2.0;
@@ -503,6 +504,21 @@ static tulle_status take_mesh(const scene_work *work, const scene_sequence *sequ
                               : status;
 }
 
+/* Tells where the triangles of an animation are others than those of the mesh that the scene gives.
+ */
+static void compare_triangles(const scene_work *work, const char *path, const frame_cache *cache,
+                              const tulle_mesh *mesh) {
+    size_t const count = cache->triangle_count;
+    if (count == 0 || (count == mesh->triangle_count &&
+                       memcmp(tulle_animation_get_triangles(cache->animation), mesh->triangles,
+                              3 * count * sizeof *mesh->triangles) == 0))
+        return;
+    note_add(work,
+             "%s: its %zu triangles are not used: the obstacle has the key 'mesh', with %zu; "
+             "without that key the file's own are taken",
+             path, count, mesh->triangle_count);
+}
+
 /* Opens the cache for its counts. False after a problem. */
 static bool begin_cache(const scene_work *work, const sequence_keys *keys, source_mesh *made,
                         scene_sequence *sequence) {
@@ -511,12 +527,15 @@ static bool begin_cache(const scene_work *work, const sequence_keys *keys, sourc
     frame_cache cache;
     tulle_status status = frame_cache_open(sequence->cache, &cache, &error);
     if (cache.note[0]) note_add(work, "%s: %s", sequence->cache, cache.note);
-    if (status == TULLE_OK && mesh->vertex_count == 0 && cache.animation)
+    bool const has_own_mesh = mesh->vertex_count > 0;
+    if (status == TULLE_OK && !has_own_mesh && cache.animation)
         status = take_mesh(work, sequence, &cache, mesh, &error);
     if (status == TULLE_OK && cache.vertex_count != mesh->vertex_count)
         status = error_set_at(&error, TULLE_ERROR_INVALID_MESH, sequence->cache, 0, 0,
                               "has %zu vertices, must have %zu as the obstacle's mesh",
                               cache.vertex_count, mesh->vertex_count);
+    if (status == TULLE_OK && has_own_mesh && cache.animation)
+        compare_triangles(work, sequence->cache, &cache, mesh);
     bool is_good = status == TULLE_OK;
     if (!is_good)
         problem_add_error(work->problems, schema_place(keys, "cache"), keys->head.path, &error);
@@ -646,6 +665,14 @@ void sequence_close(scene_sequence *sequence) {
     if (sequence) frame_cache_close(&sequence->open);
 }
 
+/* Tells where a scene is over before much of the way to the second frame. */
+static void note_slow(const scene_work *work, const scene_sequence *sequence, const char *path) {
+    if (sequence->frame_count < 2) return;
+    double const way = sequence->times ? sequence->times[1] : sequence->interval;
+    if (sequence->begin + MUCH_OF_A_FRAME * way >= scene_get_end(work))
+        note_late(work, path, "its second frame comes", sequence->begin + way);
+}
+
 scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys,
                               source_mesh *made) {
     const sequence_keys *from = &keys->motion.sequence;
@@ -666,6 +693,7 @@ scene_sequence *sequence_open(const scene_work *work, const obstacle_keys *keys,
     tulle_status status = check_frames(work, sequence, made, &error);
     bool const is_whole = status == TULLE_OK && set_loop(work, from, sequence);
     sequence_close(sequence);
+    if (is_whole) note_slow(work, sequence, path);
     if (status == TULLE_OK) return is_whole ? sequence : NULL;
     if (!error.file[0]) snprintf(error.file, sizeof error.file, "%s", path);
     problem_add_error(work->problems, schema_place(from, has_files ? "files" : "cache"),

@@ -462,6 +462,13 @@ static tulle_status check_body(const tulle_obstacle_def *def, const char *owner,
                          "%s: the body is free from %g s on, its start_time, so it never follows "
                          "its motion, which begins at %g s; give a later start_time, or no motion",
                          owner, body->start_time, motion->keys[0].time);
+    for (int k = 0; motion->keys && motion->key_count > 1 && k < 3; k++)
+        if (body->velocity[k] != 0.0 || body->angular_velocity[k] != 0.0)
+            return error_set(
+                error, TULLE_ERROR_INVALID_ARGUMENT,
+                "%s: the body has a velocity and a motion; at its start_time, %g s, it "
+                "goes on as the motion, from %g s on, had it; leave the velocity out",
+                owner, body->start_time, motion->keys[0].time);
     return TULLE_OK;
 }
 

@@ -169,6 +169,9 @@ static void others_are_refused(void **state) {
     def.body = (tulle_body){.is_dynamic = 1, .mass = 1.0}; /* free from 0 s on */
     def.motion = (tulle_motion){.keys = way, .key_count = 2};
     SAYS("start_time", tulle_world_add_obstacle(world, &def, NULL, &error));
+    def.body.start_time = 0.5; /* its motion has it move */
+    def.body.angular_velocity[1] = 1.0;
+    SAYS("leave the velocity out", tulle_world_add_obstacle(world, &def, NULL, &error));
     static const uint32_t triangle[] = {0, 1, 2};
     tulle_detect_surface const surface = {0};
     tulle_detect_def detect = tulle_detect_def_default();

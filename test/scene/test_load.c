@@ -366,7 +366,7 @@ static void test_notes(void **state) {
         load_good(TIME SHEET "obstacles:\n  - {mesh: {file: two.obj}, translate: [0, 0, -1]}\n"
                              "  - {mesh: {file: two.obj}, translate: [0, 0, -2]}\n"
                              "  - {motion: {sequence: {files: t_%d.obj, first: 1, last: 2, "
-                             "interval: 1}}, translate: [0, 0, -3]}\n");
+                             "interval: 0.01}}, translate: [0, 0, -3]}\n");
     for (size_t i = 0; i < 3; i++)
         assert_int_equal(tulle_scene_get_obstacle_mesh(loaded, i).triangle_count, 1);
     static const char *const notes[] = {
@@ -423,12 +423,13 @@ static void test_triangles_without_area(void **state) {
     write_text_file("w_0.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 0 0\nf 1 2 3\nf 1 4 2\nf 1 1 3\n");
     write_text_file("w_1.obj",
                     "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 -1 0\nf 1 2 3\nf 1 4 2\nf 1 1 3\n");
-    tulle_scene *loaded = load_good(
-        TIME SHEET "obstacles:\n  - {mesh: {file: flat.obj}, translate: [0, 0, -1]}\n"
-                   "  - {motion: {sequence: {files: w_%d.obj, last: 1, interval: 1}}, translate: "
-                   "[0, 0, -3]}\n"
-                   "  - {mesh: {file: w_0.obj}, motion: {sequence: {files: w_%d.obj, last: 0, "
-                   "interval: 1}}, translate: [0, 0, -4]}\n");
+    tulle_scene *loaded =
+        load_good(TIME SHEET
+                  "obstacles:\n  - {mesh: {file: flat.obj}, translate: [0, 0, -1]}\n"
+                  "  - {motion: {sequence: {files: w_%d.obj, last: 1, interval: 0.01}}, translate: "
+                  "[0, 0, -3]}\n"
+                  "  - {mesh: {file: w_0.obj}, motion: {sequence: {files: w_%d.obj, last: 0, "
+                  "interval: 0.01}}, translate: [0, 0, -4]}\n");
     static const size_t counts[] = {1, 2, 1};
     for (size_t i = 0; i < 3; i++)
         assert_int_equal(tulle_scene_get_obstacle_mesh(loaded, i).triangle_count, counts[i]);

@@ -163,6 +163,31 @@ static void test_formats(void **state) {
     EXPECT(MESH_FILE PLAY("w.pc2", ", fps: 10"), NULL, {0, 0.5}, {0.1, 0.6}, {0.2, 1.5});
 }
 
+/* The scene ends at 1 s. */
+static void what_comes_too_late_is_told(void **state) {
+    (void)state;
+    write_files();
+    EXPECT(PLAY("w.npz", ", start: 0.995"),
+           "w.npz: its second frame comes at 1.095 s, and the scene ends at 1 s", {0.995, 0.5},
+           {1.995, 1.5});
+    EXPECT(PLAY("w.npz", ", speed: 0.01"), "its second frame comes at 60 s", {50, 0.5}, {60, 0.6});
+    EXPECT("mesh: {shape: box}, motion: {keyframes: [{time: 1 s}, {time: 2 s, translate: [1, 0, "
+           "0]}]}",
+           "motion.keyframes[0]: motion begins at 1 s, and the scene ends at 1 s", {1, -0.5},
+           {2, 0.5});
+}
+
+/* The obstacle's own triangles stand before those of the animation. */
+static void other_triangles_are_told(void **state) {
+    (void)state;
+    write_files();
+    write_text_file("turned.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 3 2\n");
+    EXPECT(MESH_FILE PLAY("w.npz", ""), NULL, AS_TOLD);
+    EXPECT("mesh: {file: turned.obj}, " PLAY("w.npz", ""),
+           "w.npz: its 1 triangles are not used: the obstacle has the key 'mesh', with 1", AS_TOLD);
+    EXPECT("mesh: {file: turned.obj}, " PLAY("w.mdd", ""), NULL, AS_TOLD); /* has none */
+}
+
 /* What overrules what. */
 static void test_keys(void **state) {
     (void)state;
@@ -272,6 +297,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_formats),
         cmocka_unit_test(test_keys),
+        cmocka_unit_test(what_comes_too_late_is_told),
+        cmocka_unit_test(other_triangles_are_told),
         cmocka_unit_test(test_two_readers),
         cmocka_unit_test(test_problems_have_a_place),
     };

@@ -351,16 +351,25 @@ static const char *const sum_names[SUMS] = {"J", "contacts"};
  */
 static const double CHAOS_JITTER = 0x1p-30;
 static const double MOST_TIMES_SPREAD = 3.0, MOST_SHARE[SUMS] = {0.03, 0.1};
-/* Beyond this spread a scene would test nothing. */
+/* Beyond this spread sums test nothing: a nanometre decides to which side cloth folds. They are
+ * judged after the last step at which it does not, of these at least. */
 static const double MOST_SPREAD = 0.5;
+enum { CHAOS_STEPS = 12, LONG_CHAOS_STEPS = 32 };
 
-static void check_sums(const named_scene *named, const change_list *all, double sums[][SUMS]) {
+typedef double sum_array[CHANGES_MAX + 1][SUMS]; /* of the changes, then of the base */
+
+static double find_spread(const change_list *all, sum_array sums, int q) {
+    double spread = 0.0;
+    for (size_t k = 0; k < all->count; k++)
+        if (all->changes[k].jitter > 0.0)
+            spread = fmax(spread, fabs(sums[k][q] - sums[all->count][q]));
+    return spread;
+}
+
+static void check_sums(const named_scene *named, const change_list *all, sum_array sums) {
     const double *const base = sums[all->count];
     for (int q = 0; q < SUMS; q++) {
-        double spread = 0.0;
-        for (size_t k = 0; k < all->count; k++)
-            if (all->changes[k].jitter > 0.0) spread = fmax(spread, fabs(sums[k][q] - base[q]));
-        assert_true(spread <= MOST_SPREAD * base[q]);
+        double const spread = find_spread(all, sums, q);
         double const most = MOST_TIMES_SPREAD * spread + MOST_SHARE[q] * base[q];
         for (size_t k = 0; k < all->count; k++)
             if (!(fabs(sums[k][q] - base[q]) <= most))
@@ -378,15 +387,23 @@ static void chaos_keeps_energy_and_contacts(void **state) {
     for (size_t s = 0; s < SCENE_COUNT; s++) {
         side_by_side own;
         begin(&own, &scenes[s], all, with);
-        double sums[CHANGES_MAX + 1][SUMS] = {{0.0}};
-        for (int i = 0; i < (is_long() ? 32 : 12); i++) {
+        sum_array sums = {{0.0}}, next = {{0.0}};
+        int judged = 0;
+        for (int steps = 1; steps <= (is_long() ? LONG_CHAOS_STEPS : CHAOS_STEPS); steps++) {
             step_all(&own);
             for (size_t k = 0; k <= all.count; k++) {
                 const changed_world *const world = k < all.count ? &own.others[k] : &own.base;
-                sums[k][ENERGY] += changed_world_get_energy(world);
-                sums[k][CONTACTS] += (double)world->report.contacts;
+                next[k][ENERGY] += changed_world_get_energy(world);
+                next[k][CONTACTS] += (double)world->report.contacts;
             }
+            bool is_judged = steps >= CHAOS_STEPS;
+            for (int q = 0; q < SUMS; q++)
+                is_judged &= find_spread(&all, next, q) <= MOST_SPREAD * next[all.count][q];
+            if (!is_judged) continue;
+            memcpy(sums, next, sizeof sums);
+            judged = steps;
         }
+        if (judged == 0) fail_msg("%s: a nanometre decides all", scenes[s].name);
         check_sums(&scenes[s], &all, sums);
         end(&own);
     }

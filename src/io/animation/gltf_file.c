@@ -535,9 +535,7 @@ static tulle_status read_chunks(gltf_file *file, int source, gltf_buffer *binary
                      text_size, error);
 }
 
-/* Whether an extension changes no surface: those of materials, textures and lights. Numbers of any
- * type are read, as KHR_mesh_quantization has them. */
-static bool leaves_surfaces(const char *extension) {
+bool gltf_leaves_surfaces(const char *extension) {
     static const char *const beginnings[] = {
         "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_",
         "KHR_lights_",    "EXT_lights_",  "KHR_xmp",      "KHR_mesh_quantization"};
@@ -561,7 +559,7 @@ static tulle_status check_asset(const gltf_file *file, tulle_error *error) {
     const json_value *const needed = json_find(&file->json, root, "extensionsRequired");
     const json_value *item =
         needed && needed->type == JSON_ARRAY ? json_get_first(&file->json, needed) : NULL;
-    while (item && item->type == JSON_STRING && leaves_surfaces(item->string))
+    while (item && item->type == JSON_STRING && gltf_leaves_surfaces(item->string))
         item = json_get_next(&file->json, item);
     if (!item) return TULLE_OK;
     const char *const name = item->type == JSON_STRING ? item->string : "?";

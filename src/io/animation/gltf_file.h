@@ -66,6 +66,10 @@ typedef struct gltf_file {
 tulle_status gltf_file_open(memory *heap, const char *path, gltf_file *file, tulle_error *error);
 void gltf_file_close(gltf_file *file);
 
+/* Whether an extension changes no surface: those of materials, textures and lights. Numbers of any
+ * type are read, as KHR_mesh_quantization has them. */
+bool gltf_leaves_surfaces(const char *extension);
+
 /* Reads `count` elements from number `first` on, all below the accessor's count. What is no finite
  * number is an error. */
 tulle_status gltf_read(gltf_file *file, uint32_t accessor, uint64_t first, uint64_t count,

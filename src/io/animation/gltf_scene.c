@@ -257,7 +257,10 @@ static tulle_status add_piece(gltf_scene *scene, uint32_t node, const json_value
     const gltf_accessor *const positions = &file->accessors.data[piece.positions];
     if (positions->numbers.slice == GLTF_NONE)
         return json_fail(&file->json, positions->place, error,
-                         "positions without a buffer view are not read here");
+                         "positions without a buffer view are not read here%s",
+                         json_find(&file->json, primitive, "extensions")
+                             ? "; if they are compressed, export the file without compression"
+                             : "");
     status = gltf_scene_check_size(scene, 12 * positions->count, error);
     if (status) return status;
     if (positions->count > VERTEX_LIMIT - scene->vertex_count)

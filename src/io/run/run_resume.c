@@ -265,6 +265,11 @@ static tulle_status take_over(candidate *tried, const tulle_run_def *def, bool *
     if (!status) status = run_record_compare(&old, &writer->record, writer->directory, error);
     if (!status) status = run_directory_check_files(writer->directory, &writer->record, error);
     if (!status) status = find_checkpoint(tried, &old, is_found, error);
+    if (!status && *is_found && tried->record.state.frame_count > def->frame_count + 1)
+        status = error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, writer->directory, 0, 0,
+                              "holds %u frames after the start, more than the %u that are wanted; "
+                              "ask for at least as many, or begin anew (--force)",
+                              tried->record.state.frame_count - 1, def->frame_count);
     if (*is_found) { /* what the start came to stays on record */
         writer->record.has_untangle = old.has_untangle;
         writer->record.untangle = old.untangle;

@@ -4,7 +4,8 @@
  * Takes positions at time 0 and the laws. Gives each vertex its room [m], INFINITY where there is
  * enough: of cloth how near it lies to something, of an obstacle its part of the way to another
  * obstacle or, across a slot, to itself (start_slots.c). compute_pair_distances holds contact to
- * it. A place that is narrower than the least contact distance is told in world->message.
+ * it. A place that is narrower than the least contact distance, of cloth or between two obstacles,
+ * is told in world->message.
  *
  * Rooms stay as they were found. A change of objects (change.h) keeps those of what stays, and
  * looks for rooms between what is added and all else, as they are then.
@@ -26,10 +27,13 @@
 static const double LEAST_GAPS = 4.0;
 /* Of the way between two obstacles, so that cloth in its middle touches neither. */
 static const double SHARE_OF_SLOT = 0.4;
+/* Cosine to gravity of the way across a slot into which cloth falls. What stands on something
+ * leaves none. */
+static const double SIDEWAYS = 0.7;
 /* Nearer by less than this share is as near: rounding of a start that was made to fit. */
 static const double ROUNDING = 1e-6;
 
-/* The narrowest place of cloth. */
+/* The narrowest place of cloth, or between obstacles. */
 typedef struct narrow_place {
     double distance; /* [m] INFINITY: none */
     uint32_t surfaces[2];
@@ -38,11 +42,13 @@ typedef struct narrow_place {
 
 /* Notes the rooms of vertices of all pairs that are near at the start, or of pairs with what is
  * added. */
-static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place *narrowest) {
+static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place *narrowest,
+                       narrow_place *slot) {
     uint32_t const added = world->change ? world->change->added : TULLE_NONE;
     size_t const triangle_pairs = pairs->vertex_triangle.count;
     size_t const count = triangle_pairs + pairs->edge_edge.count;
     double const least = LEAST_GAPS * world->minimum_gap;
+    vec3 const gravity = vec3_load(world->def.gravity, 0);
     for (size_t i = 0; i < count; i++) {
         bool const has_triangle = i < triangle_pairs;
         feature_kind const kind = has_triangle ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
@@ -52,7 +58,8 @@ static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place 
         vec3 points[4];
         feature_pair_vertices(&world->topo, kind, pair, v);
         load_points(world->now.positions, v, points);
-        double const distance = sqrt(closest_of_pair(kind, points).distance2);
+        closest_points const closest = closest_of_pair(kind, points);
+        double const distance = sqrt(closest.distance2);
         if (!(distance > 0.0)) continue; /* the judgement's, not ours */
         vec3 const place = points[0];
         uint32_t const a = world->vertex_surface[v[0]], b = world->vertex_surface[v[3]];
@@ -64,6 +71,10 @@ static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place 
                                                            world->surface_bodies[b] != TULLE_NONE);
             if (has_triangle && !is_body && room >= least && room < world->contact_distance)
                 world->rooms[v[0]] = fmin(world->rooms[v[0]], room);
+            double const fall = fabs(vec3_dot(closest.difference, gravity)) / distance;
+            if (a != b && !is_body && room < least && distance < slot->distance &&
+                fall <= SIDEWAYS * vec3_norm(gravity))
+                *slot = (narrow_place){distance, {a, b}, place};
             continue;
         }
         bool const is_chosen = (a >= world->cloths.count || world->automatic[a] > 0.0) &&
@@ -82,17 +93,27 @@ static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place 
     }
 }
 
-static void tell_narrow(tulle_world *world, const narrow_place *place) {
-    size_t const a = place->surfaces[0], b = place->surfaces[1];
+static void tell_narrow(tulle_world *world, const narrow_place *place, const narrow_place *slot) {
     double const least = LEAST_GAPS * world->minimum_gap, mm = 1e3;
-    if (!(place->distance < least)) return;
-    snprintf(world->message, sizeof world->message,
-             "'%s' lies %.3g mm from '%s' at the start, at (%.4g, %.4g, %.4g) m. The least contact "
-             "distance that is chosen without a thickness is %.3g mm here: contact pushes them "
-             "apart to that. To keep them as they lie give the cloth a thickness of %.3g mm",
-             world_surface_name(world, a), mm * place->distance, world_surface_name(world, b),
-             place->position.x, place->position.y, place->position.z, mm * least,
-             mm * place->distance);
+    int length = 0;
+    if (place->distance < least)
+        length = snprintf(
+            world->message, sizeof world->message,
+            "'%s' lies %.3g mm from '%s' at the start, at (%.4g, %.4g, %.4g) m. The least contact "
+            "distance that is chosen without a thickness is %.3g mm here: contact pushes them "
+            "apart to that. To keep them as they lie give the cloth a thickness of %.3g mm",
+            world_surface_name(world, place->surfaces[0]), mm * place->distance,
+            world_surface_name(world, place->surfaces[1]), place->position.x, place->position.y,
+            place->position.z, mm * least, mm * place->distance);
+    if (slot->distance < (double)INFINITY)
+        snprintf(world->message + length, sizeof world->message - (size_t)length,
+                 "%s'%s' and '%s' are %.3g mm apart at (%.4g, %.4g, %.4g) m, too near for the "
+                 "contact distance that is chosen without a thickness: cloth that is to go between "
+                 "them needs a thickness of at most %.3g mm",
+                 length > 0 ? ". " : "", world_surface_name(world, slot->surfaces[0]),
+                 world_surface_name(world, slot->surfaces[1]), mm * slot->distance,
+                 slot->position.x, slot->position.y, slot->position.z,
+                 mm * SHARE_OF_SLOT * slot->distance);
 }
 
 tulle_status world_find_rooms(tulle_world *world, tulle_error *error) {
@@ -130,7 +151,7 @@ tulle_status world_find_rooms(tulle_world *world, tulle_error *error) {
     broad_phase_options const options = {.most_candidates = MOST_CANDIDATES(world)};
     broad_phase *broad = NULL;
     pair_list pairs = {0};
-    narrow_place narrowest = {.distance = (double)INFINITY};
+    narrow_place narrowest = {.distance = (double)INFINITY}, slot = narrowest;
     tulle_status status =
         broad_phase_create(heap, &set, world->now.positions, BROAD_PHASE_REFIT, &broad);
     if (status == TULLE_OK) broad_phase_configure(broad, options);
@@ -151,7 +172,7 @@ tulle_status world_find_rooms(tulle_world *world, tulle_error *error) {
                         "the start has over %llu pairs that are nearer than the contact distance, "
                         "%g mm; use coarser meshes, or give the cloth a smaller thickness",
                         (unsigned long long)MOST_CANDIDATES(world), 1e3 * world->contact_distance);
-    if (status == TULLE_OK) note_pairs(world, &pairs, &narrowest);
+    if (status == TULLE_OK) note_pairs(world, &pairs, &narrowest, &slot);
     for (size_t s = 0; s < surface_count;
          s++) /* obstacles that are yet to appear have slots, too */
         ranges[s].is_present = ranges[s].is_obstacle && (!change || s == change->added);
@@ -163,7 +184,7 @@ tulle_status world_find_rooms(tulle_world *world, tulle_error *error) {
     ARRAY_FREE(heap, &pairs.edge_edge);
     arena_release(&world->scratch, mark);
     if (status != TULLE_OK) return status;
-    tell_narrow(world, &narrowest);
+    tell_narrow(world, &narrowest, &slot);
     bool is_narrow = false;
     for (size_t v = 0; v < n; v++) is_narrow |= world->rooms[v] < (double)INFINITY;
     if (is_narrow) return TULLE_OK;

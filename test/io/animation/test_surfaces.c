@@ -275,6 +275,26 @@ static void buffers_behind_links_are_refused(void **state) {
     tulle_animation_close(animation);
 }
 
+/* What extensions say that a file could do without is told, unless it is no matter of surfaces. */
+static void extensions_are_told(void **state) {
+    (void)state;
+    char text[4096];
+    tulle_animation_info info;
+    write_buffer(test_path("b.bin"));
+    write_gltf("{\"mesh\":0}", "", "b.bin", text, sizeof text);
+    tulle_animation_close(open_text(test_path("plain.gltf"), text, &info));
+    assert_string_equal(info.note, "");
+    static const char used[] =
+        "{\"extensionsUsed\":[\"KHR_materials_unlit\",\"EXT_mesh_gpu_instancing\","
+        "\"KHR_draco_mesh_compression\",\"KHR_node_visibility\"],";
+    char more[sizeof text + sizeof used];
+    assert_true(text[0] == '{');
+    snprintf(more, sizeof more, "%s%s", used, text + 1);
+    tulle_animation_close(open_text(test_path("used.gltf"), more, &info));
+    assert_string_equal(info.note, "passed over: what the extension EXT_mesh_gpu_instancing says, "
+                                   "what the extension KHR_node_visibility says");
+}
+
 static void utf16_is_told(void **state) {
     (void)state;
     tulle_animation *animation = NULL;
@@ -301,6 +321,7 @@ int main(void) {
         cmocka_unit_test(blanks_of_usd_are_passed_over),
         cmocka_unit_test(mirrors_of_gltf_turn_surfaces_round),
         cmocka_unit_test(buffers_behind_links_are_refused),
+        cmocka_unit_test(extensions_are_told),
         cmocka_unit_test(utf16_is_told),
     };
     return cmocka_run_group_tests(tests, make_test_folder, remove_test_folder);

@@ -71,6 +71,19 @@ static void devices_are_no_files(void **state) {
     tulle_run_reader_close(reader);
 }
 
+/* A run that has more frames than are wanted stays as it is. */
+static void fewer_frames_are_refused(void **state) {
+    (void)state;
+    const char *const directory = test_path("fewer");
+    run_whole(directory, FRAME_COUNT);
+    tulle_error error = {0};
+    assert_int_equal(resume_run(directory, FRAME_COUNT - 1, &error), TULLE_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "holds 12 frames after the start, more than the 11"));
+    assert_same_run(directory, test_path("whole"));
+    assert_int_equal(resume_run(directory, FRAME_COUNT, &error), TULLE_OK);
+    assert_same_run(directory, test_path("whole"));
+}
+
 /* Frames of older runs name no lags; what is no lag is refused at its place. */
 static void lags_are_read_with_care(void **state) {
     (void)state;
@@ -525,6 +538,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_run_comes_back),
         cmocka_unit_test(devices_are_no_files),
+        cmocka_unit_test(fewer_frames_are_refused),
         cmocka_unit_test(lags_are_read_with_care),
         cmocka_unit_test(existing_directories_are_spared),
         cmocka_unit_test(without_bodies_there_is_no_file_of_them),
