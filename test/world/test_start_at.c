@@ -347,12 +347,13 @@ static tulle_world *make_world_with_bodies(tape_bytes *to) {
         def.mesh = tulle_mesh_get_view(&box);
         def.body.is_dynamic = 1;
         def.body.mass = 1.0;
-        def.body.velocity[1] = 0.7;
-        def.body.angular_velocity[0] = 3.0;
-        def.body.angular_velocity[2] = 1.0;
         if (b == WAITING) {
             def.motion = (tulle_motion){.keys = keys, .key_count = 2};
             def.body.start_time = 0.3;
+        } else {
+            def.body.velocity[1] = 0.7;
+            def.body.angular_velocity[0] = 3.0;
+            def.body.angular_velocity[2] = 1.0;
         }
         if (b == LATE) def.appear_time = 0.35;
         FINE(tulle_world_add_obstacle(world, &def, NULL, &error));
