@@ -139,9 +139,9 @@ TULLE_API tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_exis
  * which is null after an error. Release the checkpoint with tulle_run_free_checkpoint. `def` must
  * describe the same scene and bodies. Where the directory is missing or empty, or the run was
  * killed before its first checkpoint, the run starts anew, as by tulle_run_create, and
- * checkpoint->bytes is null. Errors as of tulle_run_create, TULLE_ERROR_INVALID_ARGUMENT (also:
- * there are more frames than def->frame_count wants), and TULLE_ERROR_PARSE (also: a file is
- * damaged or missing). */
+ * checkpoint->bytes is null. A run with more frames than def->frame_count wants stays as it is; a
+ * note says so. Errors as of tulle_run_create, and TULLE_ERROR_PARSE (also: a file is damaged or
+ * missing). */
 TULLE_API tulle_status tulle_run_resume(const tulle_run_def *def, tulle_run_writer **writer,
                                         tulle_run_checkpoint *checkpoint, tulle_error *error);
 /* What tulle_run_resume found damaged and made good, a line for each, without a line end after the

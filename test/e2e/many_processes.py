@@ -30,7 +30,7 @@ TIMEOUT = 120  # [s] a process that takes longer hangs
 OPTIONS = ("--threads", "1", "--checkpoint-every", "7", "--progress", "none", "--record", "debug", "--write", "vtp")
 LOCKED = "is locked: another process is writing a run here"
 REFUSALS = {  # what may be said of a directory that others write to
-    "run": (LOCKED, "another process removed the checkpoint while the scene was loaded", "ask for at least as many, or begin anew"),
+    "run": (LOCKED, "another process removed the checkpoint while the scene was loaded"),
     "create": (LOCKED, "holds a run already"),
     "read": ("No such file or directory", "holds no run.json", "goes with the directory of a run alone",
              "holds no whole frame yet", "does not exist; ", "is a directory, not a file", "another process changed the run while it was read"),

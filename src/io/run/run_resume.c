@@ -191,17 +191,18 @@ static tulle_status restore_scene_files(const candidate *tried, const tulle_run_
     return status;
 }
 
-/* Writes scene.yaml, unless it is there. It has another number of frames where the run gets longer.
- */
+/* Writes scene.yaml, unless it is there. It has another number of frames where the run gets longer;
+ * that of a run which is longer than `def` wants stays. */
 static tulle_status renew_scene_text(const candidate *tried, const tulle_run_def *def,
-                                     tulle_error *error) {
+                                     bool is_longer, tulle_error *error) {
     tulle_run_writer *const writer = tried->writer;
     const checksum_line *const line = checksums_find(&tried->sums, RUN_FILE_SCENE, 0);
     size_t const size = def->scene_text ? strlen(def->scene_text) : 0;
     bool const is_same = line && line->sum.end == size &&
                          line->sum.hash == hash_bytes(FILE_SUM_SEED, def->scene_text, size);
-    bool const is_sound = is_same && !checksums_check_file(&tried->sums, writer->directory,
-                                                           RUN_FILE_SCENE, UINT32_MAX, NULL);
+    bool const is_sound =
+        (is_same || (line && is_longer)) &&
+        !checksums_check_file(&tried->sums, writer->directory, RUN_FILE_SCENE, UINT32_MAX, NULL);
     if (is_sound) return TULLE_OK;
     tulle_status const status =
         run_writer_write_file(writer, def, SCENE_FILE_TEXT, 0, is_same ? &line->sum : NULL, error);
@@ -265,17 +266,15 @@ static tulle_status take_over(candidate *tried, const tulle_run_def *def, bool *
     if (!status) status = run_record_compare(&old, &writer->record, writer->directory, error);
     if (!status) status = run_directory_check_files(writer->directory, &writer->record, error);
     if (!status) status = find_checkpoint(tried, &old, is_found, error);
-    if (!status && *is_found && tried->record.state.frame_count > def->frame_count + 1)
-        status = error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, writer->directory, 0, 0,
-                              "holds %u frames after the start, more than the %u that are wanted; "
-                              "ask for at least as many, or begin anew (--force)",
-                              tried->record.state.frame_count - 1, def->frame_count);
     if (*is_found) { /* what the start came to stays on record */
         writer->record.has_untangle = old.has_untangle;
         writer->record.untangle = old.untangle;
         writer->has_former_outcome = old.has_outcome;
         writer->former_outcome = old.outcome;
     }
+    uint32_t const held = *is_found ? tried->record.state.frame_count - 1 : 0;
+    bool const is_longer = held > def->frame_count;
+    if (is_longer) writer->record.wanted_frame_count = old.wanted_frame_count;
     run_record_destroy(&old);
     if (status || !*is_found) return status;
     writer->record.has_checkpoint = true;
@@ -286,7 +285,11 @@ static tulle_status take_over(candidate *tried, const tulle_run_def *def, bool *
     /* While files are cut, the run is no longer one that ended. */
     if (!status) status = run_writer_write_record(writer, error);
     if (!status) status = cut_files_back(tried, error);
-    return status ? status : renew_scene_text(tried, def, error);
+    if (!status && is_longer)
+        note(writer,
+             "%s: holds %u frames after the start, more than the %u that are wanted: it stays",
+             writer->directory, held, def->frame_count);
+    return status ? status : renew_scene_text(tried, def, is_longer, error);
 }
 
 tulle_status tulle_run_resume(const tulle_run_def *def, tulle_run_writer **result,
