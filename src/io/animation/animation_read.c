@@ -6,6 +6,8 @@
 #include "io/file_data.h"
 
 #include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
@@ -17,6 +19,17 @@ struct tulle_animation {
     void *state;
     animation_content content;
 };
+
+void animation_add_note(tulle_animation_info *info, const char *format, ...) {
+    size_t const length = strlen(info->note), room = sizeof info->note - length;
+    va_list arguments;
+    va_start(arguments, format);
+    int const added =
+        snprintf(info->note + length, room, "%s", length > 0 ? ", " : "passed over: ");
+    if (added > 0 && (size_t)added < room)
+        (void)vsnprintf(info->note + length + added, room - (size_t)added, format, arguments);
+    va_end(arguments);
+}
 
 static const animation_reader *const readers[] = {&gltf_reader, &usd_reader, &npz_reader,
                                                   &alembic_reader};

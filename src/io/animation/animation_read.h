@@ -18,6 +18,10 @@ typedef struct animation_content {
     size_t file_count;         /* read beside the one that was opened, or with it */
 } animation_content;
 
+/* Adds a part to the note of what is passed over, with commas between the parts. */
+void animation_add_note(tulle_animation_info *info, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
 /* The reader of a format. */
 typedef struct animation_reader {
     const char *extensions[3]; /* from the second one on they may be null */

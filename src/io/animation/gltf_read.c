@@ -3,27 +3,12 @@
 #include "io/animation/animation_read.h"
 #include "io/animation/gltf_scene.h"
 
-#include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
 
 typedef struct gltf_state {
     gltf_file file;
     gltf_scene scene;
 } gltf_state;
-
-/* Adds a piece to the note of what is passed over. */
-__attribute__((format(printf, 2, 3))) static void add_note(tulle_animation_info *info,
-                                                           const char *format, ...) {
-    size_t const length = strlen(info->note), size = sizeof info->note;
-    int const start =
-        snprintf(info->note + length, size - length, "%s", length > 0 ? ", " : "passed over: ");
-    if (start < 0 || length + (size_t)start >= size) return;
-    va_list arguments;
-    va_start(arguments, format);
-    (void)vsnprintf(info->note + length + start, size - length - (size_t)start, format, arguments);
-    va_end(arguments);
-}
 
 /* Tells of extensions that a file uses and could do without, and that may say more of surfaces. */
 static void note_extensions(const gltf_file *file, tulle_animation_info *info) {
@@ -34,7 +19,7 @@ static void note_extensions(const gltf_file *file, tulle_animation_info *info) {
     for (; item; item = json_get_next(&file->json, item))
         if (item->type == JSON_STRING && !gltf_leaves_surfaces(item->string) &&
             !strstr(item->string, "compression")) /* what is read holds the same, uncompressed */
-            add_note(info, "what the extension %.60s says", item->string);
+            animation_add_note(info, "what the extension %.60s says", item->string);
 }
 
 static void describe(const gltf_scene *scene, tulle_animation_info *info) {
@@ -48,9 +33,9 @@ static void describe(const gltf_scene *scene, tulle_animation_info *info) {
                                    .meters_per_unit = 1.0};
     unsigned long long const lines = scene->passed_primitives;
     unsigned long long const animations = scene->passed_animations;
-    if (lines > 0) add_note(info, "%llu parts of lines", lines);
-    if (animations > 0) add_note(info, "all animations but the first, %llu", animations);
-    if (scene->is_turning_too_fast) add_note(info, "%s", ANIMATION_TOO_FAST);
+    if (lines > 0) animation_add_note(info, "%llu parts of lines", lines);
+    if (animations > 0) animation_add_note(info, "all animations but the first, %llu", animations);
+    if (scene->is_turning_too_fast) animation_add_note(info, "%s", ANIMATION_TOO_FAST);
 }
 
 static tulle_status open_gltf(memory *heap, const char *path, void *state,

@@ -3,7 +3,6 @@
 #include "io/animation/usd_scene.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -11,22 +10,6 @@ typedef struct usd_state {
     usd_layer layer;
     usd_scene scene;
 } usd_state;
-
-/* Adds a part to a note of parts with commas between them. */
-static void add_note(tulle_animation_info *info, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-static void add_note(tulle_animation_info *info, const char *format, ...) {
-    size_t length = 0;
-    while (info->note[length]) length++;
-    va_list arguments;
-    va_start(arguments, format);
-    size_t const room = sizeof info->note - length;
-    int const added =
-        snprintf(info->note + length, room, "%s", length > 0 ? ", " : "passed over: ");
-    if (added > 0 && (size_t)added < room)
-        vsnprintf(info->note + length + added, room - (size_t)added, format, arguments);
-    va_end(arguments);
-}
 
 static void describe(const usd_state *usd, tulle_animation_info *info) {
     const usd_passed *const passed = &usd->layer.passed;
@@ -40,24 +23,27 @@ static void describe(const usd_state *usd, tulle_animation_info *info) {
                                    .is_y_up = usd->layer.is_y_up,
                                    .meters_per_unit = usd->layer.meters_per_unit};
     if (passed->other_files > 0)
-        add_note(info, "%zu other files, as @%.60s@", passed->other_files,
-                 usd_layer_get_text(&usd->layer, passed->first_file));
+        animation_add_note(info, "%zu other files, as @%.60s@", passed->other_files,
+                           usd_layer_get_text(&usd->layer, passed->first_file));
     if (passed->classes > 0)
-        add_note(info, "what prims inherit from %zu that are not there, as <%.60s>",
-                 passed->classes, usd_layer_get_text(&usd->layer, passed->first_class));
-    if (passed->variant_sets > 0) add_note(info, "%zu variant sets", passed->variant_sets);
-    if (passed->shapes > 0) add_note(info, "%zu spheres, curves and the like", passed->shapes);
-    if (passed->hidden > 0) add_note(info, "%zu that are hidden", passed->hidden);
+        animation_add_note(info, "what prims inherit from %zu that are not there, as <%.60s>",
+                           passed->classes, usd_layer_get_text(&usd->layer, passed->first_class));
+    if (passed->variant_sets > 0)
+        animation_add_note(info, "%zu variant sets", passed->variant_sets);
+    if (passed->shapes > 0)
+        animation_add_note(info, "%zu spheres, curves and the like", passed->shapes);
+    if (passed->hidden > 0) animation_add_note(info, "%zu that are hidden", passed->hidden);
     if (passed->changing > 0)
-        add_note(info, "when %zu are visible, so they always are", passed->changing);
-    if (usd->scene.is_turning_too_fast) add_note(info, "%s", ANIMATION_TOO_FAST);
+        animation_add_note(info, "when %zu are visible, so they always are", passed->changing);
+    if (usd->scene.is_turning_too_fast) animation_add_note(info, "%s", ANIMATION_TOO_FAST);
     if (usd->scene.half_turn_line > 0)
-        add_note(
+        animation_add_note(
             info,
             "which way round matrices turn by half a turn, as in line %d; a sample between tells",
             usd->scene.half_turn_line);
-    if (passed->skins > 0) add_note(info, "skins of %zu meshes", passed->skins);
-    if (passed->smooth > 0) add_note(info, "the subdivision of %zu meshes", passed->smooth);
+    if (passed->skins > 0) animation_add_note(info, "skins of %zu meshes", passed->skins);
+    if (passed->smooth > 0)
+        animation_add_note(info, "the subdivision of %zu meshes", passed->smooth);
     char polygons[200];
     polygon_cutter_describe(&usd->scene.cutter, polygons, sizeof polygons);
     size_t const length = strlen(info->note);

@@ -272,8 +272,8 @@ static tulle_status take_over(candidate *tried, const tulle_run_def *def, bool *
         writer->has_former_outcome = old.has_outcome;
         writer->former_outcome = old.outcome;
     }
-    uint32_t const held = *is_found ? tried->record.state.frame_count - 1 : 0;
-    bool const is_longer = held > def->frame_count;
+    uint32_t const held = tried->record.state.frame_count; /* with that of the start */
+    bool const is_longer = *is_found && held > 0 && held - 1 > def->frame_count;
     if (is_longer) writer->record.wanted_frame_count = old.wanted_frame_count;
     run_record_destroy(&old);
     if (status || !*is_found) return status;
@@ -288,7 +288,7 @@ static tulle_status take_over(candidate *tried, const tulle_run_def *def, bool *
     if (!status && is_longer)
         note(writer,
              "%s: holds %u frames after the start, more than the %u that are wanted: it stays",
-             writer->directory, held, def->frame_count);
+             writer->directory, held - 1, def->frame_count);
     return status ? status : renew_scene_text(tried, def, is_longer, error);
 }
 
