@@ -254,7 +254,7 @@ bench-peers:
 	@python3 bench/peers/run.py --tulle $(BUILD)/tulle $(PEERS_OPTIONS)
 
 # The physics of contact: measured against expected (hours; VALIDATE_OPTIONS=--quick: a minute); fails where a row is
-# off. Plots are drawn if gnuplot is there, build/validation holds them and the rows. What was interrupted goes on with
+# off. Plots are drawn if matplotlib is there, build/validation holds them and the rows. What was interrupted goes on with
 # VALIDATE_OPTIONS=--resume.
 VALIDATE_OPTIONS ?=
 validate:
@@ -263,7 +263,7 @@ validate:
 	@cmake --build $(BUILD) -j $(JOBS) --target tulle_validate
 	@mkdir -p build/validation
 	@$(BUILD)/test/tulle_validate --csv build/validation/validation.csv --plots build/validation $(VALIDATE_OPTIONS); code=$$?; \
-	if command -v gnuplot >/dev/null; then cd build/validation && for f in *.gnuplot; do gnuplot -d "$$f"; done; fi; \
+	python3=$$($(FIND_PYTHON) matplotlib) && "$$python3" tools/plot_validation.py build/validation; \
 	exit $$code
 
 # A live scene for hours: the judge, memory, the cost of a step, saved states: docs/contributing/testing.md. Prints a line a minute.

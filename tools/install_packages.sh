@@ -29,7 +29,6 @@ needs() {
         echo "clang-format   program:clang-format optional"
         echo "python3        program:python3     optional"
         echo "ffmpeg         program:ffmpeg      optional"
-        echo "gnuplot-nox    program:gnuplot     optional"
         echo "python3-numpy  python:numpy        optional"
         echo "python3-matplotlib python:matplotlib optional"
         echo "python3-cffi   python:cffi,numpy   optional"

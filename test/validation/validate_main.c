@@ -20,7 +20,7 @@ static const char usage[] =
     "  --threads N          default 1\n"
     "  --csv FILE           the rows, written anew after each experiment\n"
     "  --resume             keep the rows of that file, run the experiments that have none\n"
-    "  --plots DIR          data and gnuplot scripts of the plots, into a folder that is there\n";
+    "  --plots DIR          data of the plots, into a folder that is there\n";
 
 typedef struct command_line {
     validation_options options;

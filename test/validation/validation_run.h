@@ -38,7 +38,7 @@ typedef struct validation_totals {
 } validation_totals;
 
 /* A world of the run with what the judge must know. */
-enum { VALIDATION_BODIES = 64, VALIDATION_WORLDS = 64, VALIDATION_SERIES = 12 };
+enum { VALIDATION_BODIES = 64, VALIDATION_WORLDS = 64 };
 typedef struct validation_world {
     tulle_world *world;
     double minimum_gap;                        /* [m] */
@@ -69,9 +69,6 @@ struct validation_run {
     size_t world_count;
     validation_block *blocks;
     FILE *plot_data;
-    char plot_series[VALIDATION_SERIES][VALIDATION_TEXT];
-    size_t series_count;
-    validation_plot plot;
     validation_progress progress;
     jmp_buf leave;
 };
@@ -84,7 +81,7 @@ bool validation_run_experiment(validation_run *run);
 /* Adds the rows that hold for all experiments together. */
 void validation_report_totals(validation_run *run);
 void validation_add_row(validation_table *table, const validation_row *row);
-/* Writes the script of the plot that is open, if one is. */
+/* Ends the file of the plot that is open, if one is. */
 void validation_end_plot(validation_run *run);
 
 #endif

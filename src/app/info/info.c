@@ -6,7 +6,6 @@
 #include "app/cli/numbered_files.h"
 #include "app/cli/options.h"
 #include "app/commands.h"
-#include "app/info/plot.h"
 #include "base/error.h"
 
 #include "tulle_io/run.h"
@@ -20,17 +19,12 @@ static const char command_name[] = "info";
 
 /* The words of the command line. */
 typedef struct info_words {
-    int wants_plot, wants_json;
-    const char *output_path;
+    int wants_json;
     option_list overrides;
 } info_words;
 
 static options_outcome read_words(int argc, char **argv, info_words *words, size_t *path_count) {
     const option_spec options[] = {
-        {"plot", 0, OPTION_FLAG, &words->wants_plot, NULL,
-         "draws the step times, contacts, gaps, energies and solves of a run", 0, 0, NULL},
-        {"output", 'o', OPTION_TEXT, &words->output_path, "FILE",
-         "the plot, .svg, .png or .pdf (default: plot.svg)", 0, 0, NULL},
         {"set", 's', OPTION_LIST, &words->overrides, "PATH=VALUE",
          "change a key of a scene, as cloth[0].mesh.size=[1, 1]; may be repeated", 0, 0, NULL},
         {"json", 0, OPTION_FLAG, &words->wants_json, NULL, "a scene as one JSON object a line", 0,
@@ -87,28 +81,11 @@ static int print_info(const info_words *words, const char *path) {
     return app_exit_for_input(status);
 }
 
-static int plot(const info_words *words, char **paths, size_t path_count) {
-    if (path_count != 1) {
-        app_print_message(command_name, "--plot takes one directory of a run");
-        return APP_EXIT_BAD_INPUT;
-    }
-    if (!tulle_run_is_directory(paths[0])) {
-        app_print_message(command_name, "%s: --plot takes the directory of a run", paths[0]);
-        return APP_EXIT_BAD_INPUT;
-    }
-    return info_plot_run(paths[0], words->output_path ? words->output_path : "plot.svg");
-}
-
 int app_info(int argc, char **argv) {
     info_words words = {0};
     size_t path_count = 0;
     options_outcome const outcome = read_words(argc, argv, &words, &path_count);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
-    if (words.wants_plot) return plot(&words, argv, path_count);
-    if (words.output_path) {
-        app_print_message(command_name, "--output goes with --plot");
-        return APP_EXIT_BAD_INPUT;
-    }
     for (size_t i = 0; i < path_count; i++) {
         if (is_scene(argv[i]) || (!words.wants_json && words.overrides.count == 0)) continue;
         app_print_message(command_name, "%s: --json and --set go with scene files (.yaml)",
