@@ -68,7 +68,7 @@ fabric-pictures:
 	@"$$(sh paper/find_python.sh 'PIL, matplotlib')" tools/draw_fabrics.py $(BUILD)/tulle
 
 # The figures and tables of the paper again, with a report in reproduced/report.html (two hours), or with coarse cloth and short
-# runs in reproduced-quick (minutes): docs/experiments/paper.md. What was interrupted goes on. PAPER_OPTIONS='--threads 1'
+# runs in reproduced-quick (minutes): lab/paper.md. What was interrupted goes on. PAPER_OPTIONS='--threads 1'
 # and PAPER_FIGURES='fig7 table1' choose.
 PAPER_FIGURES ?= all
 PAPER_OPTIONS ?=
@@ -219,7 +219,7 @@ check-portability: check-arm64
 	@$(MAKE) --no-print-directory build-tests
 	@cd $(BUILD) && $(CTEST) -R 'tools\.(baseline|oldest_processor)'
 
-# What the stages of a step cost: docs/experiments/benchmarks.md. Inputs are made once (2k and 9.8k: some minutes), then measured;
+# What the stages of a step cost: lab/benchmarks.md. Inputs are made once (2k and 9.8k: some minutes), then measured;
 # tables are printed, all measures are in build/bench.csv. BENCH_SCENES and BENCH_OPTIONS choose others, as
 # BENCH_OPTIONS='--particles all --threads 1'.
 BENCH_SCENES ?= all
@@ -237,14 +237,14 @@ bench-compare:
 	@$(MAKE) --no-print-directory build-program
 	@$(BENCH) --particles 0.1k,0.4k,1k,2k,9.8k --instructions --compare bench/baseline.csv $(BENCH_OPTIONS)
 
-# The tables of docs/experiments/detection.md: makes the inputs once (half an hour), then measures.
+# The tables of lab/detection.md: makes the inputs once (half an hour), then measures.
 bench-detect:
 	@$(INSTALL_PACKAGES) build test
 	@$(MAKE) --no-print-directory build-tests
 	@sh bench/make_inputs.sh $(BUILD)/tulle build/bench_inputs
 	@$(BUILD)/bench/bench_detect --paper --csv build/bench_detect.csv
 
-# Tulle beside Blender, MuJoCo and Bullet in the same scenes, one after the other (an hour): docs/experiments/benchmarks.md. What is not
+# Tulle beside Blender, MuJoCo and Bullet in the same scenes, one after the other (an hour): lab/benchmarks.md. What is not
 # there is skipped and told; PEERS_OPTIONS='--limit 60 --tools Tulle,Blender' chooses less. Rows are in build/peers.csv.
 PEERS_OPTIONS ?=
 bench-peers:
@@ -255,7 +255,7 @@ bench-peers:
 
 # The physics of contact: measured against expected (hours; VALIDATE_OPTIONS=--quick: a minute); fails where a row is
 # off. Plots are drawn if matplotlib is there, build/validation holds them and the rows. What was interrupted goes on with
-# VALIDATE_OPTIONS=--resume.
+# VALIDATE_OPTIONS=--resume. tools/make_validation_page.py takes the rows into the book.
 VALIDATE_OPTIONS ?=
 validate:
 	@$(INSTALL_PACKAGES) build test
@@ -353,7 +353,7 @@ help:
 	@echo "make fabric-pictures  each fabric on a pedestal, springs beside woven cloth (half an hour)"
 	@echo "make paper        the figures and tables of the paper again, with a report (two hours; goes on after Ctrl-C)"
 	@echo "make paper-quick  the same with coarse cloth and short runs: minutes"
-	@echo "make paper-pictures DIR=reproduced   the pictures of docs/experiments/paper.md, of what make paper left there"
+	@echo "make paper-pictures DIR=reproduced   the pictures of lab/paper.md, of what make paper left there"
 	@echo "make test         all quick tests (installs missing packages)"
 	@echo "make test-formats what tulle convert writes, opened by glTF's validator, three.js, tinyusdz and Blender"
 	@echo "make test-long    all tests, the whole scenes too (hours; what was interrupted goes on)"

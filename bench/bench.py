@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """What the stages of a step cost, scene by scene and size by size: runs `tulle bench` of each, keeps its inputs, counts
-instructions, and compares with a baseline. docs/experiments/benchmarks.md tells what is measured.
+instructions, and compares with a baseline. lab/benchmarks.md tells what is measured.
 
 usage: bench.py [OPTIONS] SCENE ...     scenes by name, or all; --help names the options
 """

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Prints the tables of docs/experiments/detection.md from the CSV of bench_detect.
+"""Prints the tables of lab/detection.md from the CSV of bench_detect.
 
-Usage: bench/detect_markdown.py build/bench_detect.csv [--fill docs/experiments/detection.md]
+Usage: bench/detect_markdown.py build/bench_detect.csv [--fill lab/detection.md]
 """
 import contextlib
 import io

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Checks the links of README.md, CHANGELOG.md and of the book: every file and every anchor that a page links to is there, every
-source file (`src/world/world.c`, `detect/surface_set.h`) and every public name (`tulle_world_step`) that a page names in code is
-there, every page that a source file names (docs/guide/scene.md) is there, every .c or .h file that a comment in C names
-(`world/world.c`, or `run.h` alone) is there, and every page of docs/ stands in the `nav` of mkdocs.yml.
+"""Checks the links of README.md, CHANGELOG.md, of the book and of the diaries in lab/: every file and every anchor that a page
+links to is there, every source file (`src/world/world.c`, `detect/surface_set.h`) and every public name (`tulle_world_step`)
+that a page of the book names in code is there, every page that a source file names (docs/guide/scene.md) is there, every .c or
+.h file that a comment in C names (`world/world.c`, or `run.h` alone) is there, and every page of docs/ stands in the `nav` of
+mkdocs.yml. The changelog and the diaries may name files and functions that are gone.
 
 usage: check_links.py [ROOT]        exit 1 if a link leads nowhere or a page is missing in the book's contents
        check_links.py --self-test   shows it each fault
@@ -30,7 +31,7 @@ ANY_NAME = re.compile(r"[A-Z]{3}")
 SOURCE_FOLDERS = ("", "src", "include", "test")
 CODE_FOLDERS = ("src", "include", "test", "fuzz", "examples", "bench", "tools", "cmake", "paper", "scenes")
 CODE_ENDINGS = (".c", ".h", ".cpp", ".py", ".sh", ".cmake", ".txt", ".yaml")
-PAGE = re.compile(r"\bdocs/[\w/]+\.md\b")
+PAGE = re.compile(r"\b(?:docs|lab)/[\w/]+\.md\b")
 COMMENT_OR_TEXT = re.compile(r'(/\*.*?\*/|//[^\n]*)|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S)
 NAMED_FILE = re.compile(r"(?<![\w./*?<>{}$-])(?:[\w-]+/)*[\w-]+\.[ch]\b(?![\w/*>])")
 COMMENT_FOLDERS = ("src", "include", "test", "fuzz", "examples", "bench", "paper")
@@ -69,9 +70,10 @@ def get_anchors(path):
 
 def find_pages(root):
     pages = [name for name in ("README.md", "CHANGELOG.md") if os.path.exists(os.path.join(root, name))]
-    for folder, _, names in os.walk(os.path.join(root, "docs")):
-        here = os.path.relpath(folder, root).replace(os.sep, "/")
-        pages += [posixpath.join(here, name) for name in names if name.endswith(".md")]
+    for top in ("docs", "lab"):
+        for folder, _, names in os.walk(os.path.join(root, top)):
+            here = os.path.relpath(folder, root).replace(os.sep, "/")
+            pages += [posixpath.join(here, name) for name in names if name.endswith(".md")]
     return sorted(pages)
 
 
@@ -96,7 +98,7 @@ def find_public_names(root):
 
 
 def find_missing_names(root, page, public):
-    if page == "CHANGELOG.md":  # it names what was
+    if page == "CHANGELOG.md" or page.startswith("lab/"):  # they name what was
         return []
     text = FENCE.sub(lambda match: "\n" * match.group(0).count("\n"), read(os.path.join(root, page)))
     faults = [f"{page}:{text.count(chr(10), 0, match.start()) + 1}: there is no public name {match.group(1)}"
@@ -187,6 +189,7 @@ SELF_TEST = (  # page, contents beyond index.md, faults
     ("`tulle_gone` and `tulle_gone()`", "", 2),
     ("GONE", "", 1),
     ("COMMENT", "", 3),
+    ("LAB", "", 2),
     ("", "  - B: b.md\n", 1),
     ("", "  - index.md\n", 1),
 )
@@ -200,6 +203,9 @@ def self_test():
                      "include/tulle/x.h": "int tulle_x;\n", "src/x.c": "/* docs/index.md */\n"}
             if text == "GONE":
                 files["src/x.c"] = "/* docs/gone.md */\n"
+            if text == "LAB":
+                files["lab/x.md"] = "# X\n[a](../docs/index.md#the-head) `src/gone.c` [b](gone.md)\n"
+                files["src/x.c"] = "/* lab/x.md, lab/gone.md */\n"
             if text == "COMMENT":
                 files["src/x.c"] = ("/* x.c: see tulle/x.h, x.h,\n * gone.h, src/gone.c. */ // old/x.c\nconst char *t = \"away.c\";\n"
                                     "/* <stdio.h> x_*.c test_NAME.c */\n")

@@ -4,7 +4,8 @@
 usage: make_book.py OUT [ROOT]   exit 1 if a public name is undocumented
 
 A page in docs/ links to a header by its path in the tree; in the book that is the header's page in reference/. A link to
-another file outside docs/ (a scene, an example, a script) leads to a page source/PATH that shows it.
+another file outside docs/ (a scene, an example, a script) leads to a page source/PATH that shows it. The diaries in lab/ are no
+part of the book: where a page links to one, the book has the file's name.
 """
 import json
 import os
@@ -18,6 +19,7 @@ import make_reference
 
 LANGUAGES = {".c": "c", ".h": "c", ".py": "python", ".sh": "bash", ".yaml": "yaml", ".yml": "yaml", ".cmake": "cmake"}
 LINK = re.compile(r"\]\(([^()\s<>#]+)((?:#[^()\s]*)?)\)")
+LAB_LINK = re.compile(r"\[([^\[\]]*)\]\((?:\.\./)+(lab/[^()\s#]*)(?:#[^()\s]*)?\)")
 
 
 def format_notebook(words):
@@ -51,6 +53,8 @@ class Book:
             new = self.find_new_place(place)
             return f"]({posixpath.relpath(new, posixpath.dirname(page) or '.')}{match.group(2)})"
 
+        name_file = lambda match: f"`{match.group(2)}`" if match.group(1).strip("`") == match.group(2) else f"{match.group(1)} (`{match.group(2)}`)"
+        text = LAB_LINK.sub(name_file, text)
         result, end = "", 0
         for fence in check_links.FENCE.finditer(text):
             result += LINK.sub(mend, text[end:fence.start()]) + fence.group(0)

@@ -175,7 +175,7 @@ class Tables(unittest.TestCase):
 
     def test_the_page_holds_the_committed_rows(self):
         texts = table.make_texts(read_rows(HERE.parent / "peers.csv"))
-        page = (HERE.parents[1] / "docs" / "experiments" / "benchmarks.md").read_text(encoding="utf-8")
+        page = (HERE.parents[1] / "lab" / "benchmarks.md").read_text(encoding="utf-8")
         for name, text in texts.items():
             self.assertIn(f"<!-- begin {name} -->\n{text}\n<!-- end {name} -->", page)
 

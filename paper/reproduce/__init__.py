@@ -2,5 +2,5 @@
 
 Runs the scenes of the paper by `tulle run`, judges every frame by `tulle check`, asks the detector by
 paper_measure, takes stills by `tulle render`, and writes tables, plots and one page that shows all of it.
-docs/experiments/paper.md describes every file.
+lab/paper.md describes every file.
 """

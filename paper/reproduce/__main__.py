@@ -1,4 +1,4 @@
-"""The command line: which figures, where, how large; see `--help` and docs/experiments/paper.md."""
+"""The command line: which figures, where, how large; see `--help` and lab/paper.md."""
 from __future__ import annotations
 
 import argparse

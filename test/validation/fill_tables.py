@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""Writes the rows of tulle_validate into docs/experiments/validation.md.
+"""Writes the rows of several runs of tulle_validate, a column each, into lab/validation.md.
 
-Usage: test/validation/fill_tables.py validation CSV [--fill docs/experiments/validation.md]
-       test/validation/fill_tables.py responses CSV CSV [...] [--fill docs/experiments/validation.md]
+Usage: test/validation/fill_tables.py responses CSV CSV [...] [--fill lab/validation.md]
 
-The table between the marks `begin NAME` and `end NAME`: `validation` has all rows of one file,
-`responses` those of several, one column each. Without --fill it is printed.
+The table between the marks `begin responses` and `end responses`. Without --fill it is printed.
+The rows of one run are in the book: tools/make_validation_page.py.
 """
 import pathlib
 import sys
@@ -29,17 +28,6 @@ def figure(row):
 
 def marked(row):
     return f"**{figure(row)}**" if row["verdict"] == "OFF" else figure(row)
-
-
-def validation(rows):
-    out = []
-    last = ""
-    for row in rows:
-        name = f"`{row['experiment']}`" if row["experiment"] != last else ""
-        last = row["experiment"]
-        out.append([name, row["row"], figure(row), row["expected"], row["reference"],
-                    row["verdict"]])
-    return make_table(["experiment", "what", "measured", "expected", "after", ""], out)
 
 
 def way(row):
@@ -105,9 +93,9 @@ def main():
         del arguments[at:at + 2]
     name = arguments.pop(0) if arguments else ""
     files = [rows for rows in map(read_rows, arguments) if rows]
-    if not (name == "validation" and len(files) == 1 or name == "responses" and len(files) > 1):
+    if name != "responses" or len(files) < 2:
         sys.exit(__doc__)
-    text = validation(files[0]) if name == "validation" else responses(files)
+    text = responses(files)
     if target:
         fill(target, {name: text})
     else:

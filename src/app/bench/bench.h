@@ -1,5 +1,5 @@
 /* app/bench/bench.h - what the parts of `tulle bench` share: a scene, rows of measures, and the
- * steps from a state in the middle of it to a comparison. docs/experiments/benchmarks.md tells what
+ * steps from a state in the middle of it to a comparison. lab/benchmarks.md tells what
  * is measured. */
 #ifndef TULLE_APP_BENCH_BENCH_H
 #define TULLE_APP_BENCH_BENCH_H

@@ -1,4 +1,4 @@
-/* app/bench/csv.c - measures as CSV, a line each; docs/experiments/benchmarks.md describes the
+/* app/bench/csv.c - measures as CSV, a line each; lab/benchmarks.md describes the
  * columns. No field holds a comma, a quote or a line end, so none is quoted. */
 #define _POSIX_C_SOURCE 200809L
 #include "app/bench/rows.h"

@@ -15,7 +15,7 @@
  * ones it takes the row with the nearest normal.
  *
  * Whether the contact was hard is not handed on. A tip is hard on one triangle only. If the mark
- * slid along, cloth that lands on spikes would tear further (docs/experiments/contact.md).
+ * slid along, cloth that lands on spikes would tear further (lab/contact.md).
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 3.6 (sliding in a determined configuration). */

@@ -9,7 +9,7 @@
 
 /* Friction between cloths is settled when its misfit is less than this part of the momentum that a
  * cloth gains in a step. The misfits of sliding cloth have the same direction in every step, so
- * they add up: with a larger part cloth slides too fast (docs/experiments/contact.md). */
+ * they add up: with a larger part cloth slides too fast (lab/contact.md). */
 static const double SETTLED_SHARE = 0.01;
 
 /* Whether misfits give a cloth that nothing holds more speed than settings and the step's own

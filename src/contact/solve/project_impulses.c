@@ -33,7 +33,7 @@ static const double STALLED_PART = 0.99;
 /* Before the sweeps over all rows, rows with bodies have so many times as many sweeps of their own.
  * No solve carries load along a chain of bodies, nor shares it between the many contacts of one
  * body: only sweeps do. Without these, contacts of a chain that falls taut need rescue, and boxes
- * on a sheet creep (docs/experiments/bodies.md). */
+ * on a sheet creep (lab/bodies.md). */
 enum { SWEEPS_OF_BODIES = 4 };
 
 /* The nearest total impulse by the rules above; sets the row's state. */

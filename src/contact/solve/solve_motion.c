@@ -36,7 +36,7 @@ static const double LEAST_REFERENCE = 1e-12;
  * under a body at rest is that of the body's weight, however little the cloth moves. A residual of
  * 1e-4 of that feeds each step into the next, and over minutes makes a stack slip along. The net
  * impulse dies out with the motion. A smaller tolerance instead does not stop the slip for sure
- * (docs/experiments/bodies.md). */
+ * (lab/bodies.md). */
 static const double NET_SHARE = 0.01;
 /* Where a solve of cloth alone may end above its tolerance, it must get below this share. Without
  * it cloth creeps down a slope that holds it. */
