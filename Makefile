@@ -306,7 +306,7 @@ fuzz-afl:
 	@cmake --build build/fuzz-afl -j $(JOBS) --target replay_$(TARGET)
 	@sh fuzz/run_afl.sh $(SECONDS) $(TARGET)
 
-# The book as a static site with search: docs/ and the pages of the public headers. It needs no network; the search needs a
+# The book as a static site with search: docs/, the pages of the public headers and of the Python package. It needs no network; the search needs a
 # server, as `python3 -m http.server --directory build/site`.
 docs:
 	@$(INSTALL_PACKAGES) docs
@@ -317,6 +317,7 @@ docs:
 # Every public name has its comment, every link leads somewhere, the site builds without a warning and asks no other host.
 test-docs: docs
 	@python3 tools/make_reference.py --self-test
+	@python3 tools/make_python_reference.py --self-test
 	@python3 tools/check_links.py --self-test
 	@python3 tools/check_links.py
 	@sh tools/check_site.sh build/site

@@ -165,13 +165,14 @@ def find_faults(root):
 
 
 def find_reference_pages(root):
-    """The pages that tools/make_reference.py makes, a header each: world.md of tulle/world.h, io_run.md of tulle_io/run.h."""
+    """The pages that tools/make_reference.py makes, a header each: world.md of tulle/world.h, io_run.md of tulle_io/run.h; and
+    those of tools/make_python_reference.py."""
     pages = []
     for folder, prefix in (("tulle", ""), ("tulle_io", "io_")):
         path = os.path.join(root, "include", folder)
         names = sorted(os.listdir(path)) if os.path.isdir(path) else []
         pages += [prefix + name[:-2] + ".md" for name in names if name.endswith(".h")]
-    return pages
+    return pages + (["python.md", "python_structs.md"] if os.path.isdir(os.path.join(root, "python", "tulle")) else [])
 
 
 SELF_TEST = (  # page, contents beyond index.md, faults

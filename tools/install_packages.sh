@@ -138,6 +138,8 @@ needs() {
         echo "mkdocs         program:mkdocs      needed"
         echo "mkdocs-material file:/usr/share/mkdocs/themes/material/mkdocs_theme.yml needed"
         echo "doxygen        program:doxygen     needed"
+        echo "python3-cffi   python:cffi         needed"
+        echo "gcc            program:cc          needed"
         ;;
     formats)
         echo "nodejs         program:node        optional"

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Gathers the pages of the book for mkdocs: docs/, the pages of the public headers, and the files that pages link to.
+"""Gathers the pages of the book for mkdocs: docs/, the pages of the public headers and of the Python package, and the files that pages
+link to.
 
 usage: make_book.py OUT [ROOT]   exit 1 if a public name is undocumented
 
-A page in docs/ links to a header by its path in the tree; in the book that is the header's page in reference/. A link to
+A page in docs/ links to a header by its path in the tree; in the book that is the header's page in reference/. A link to the Python
+package, or to what makes its structs, leads to its page there, too. A link to
 another file outside docs/ (a scene, an example, a script) leads to a page source/PATH that shows it. The diaries in lab/ are no
 part of the book: where a page links to one, the book has the file's name. A table of keys, whose last column is their meaning, gets
 the class `keys`; on a narrow screen book.css sets a key's meaning below the key.
@@ -16,8 +18,10 @@ import shutil
 import sys
 
 import check_links
+import make_python_reference
 import make_reference
 
+PYTHON_PAGES = {"python/tulle": "reference/python.md", "python/generate.py": "reference/python_structs.md"}
 LANGUAGES = {".c": "c", ".h": "c", ".py": "python", ".sh": "bash", ".yaml": "yaml", ".yml": "yaml", ".cmake": "cmake"}
 LINK = re.compile(r"\]\(([^()\s<>#]+)((?:#[^()\s]*)?)\)")
 KEYS = re.compile(r"^\|(?: [^|\n]+ \|){3,5} meaning \|\n(?:\|.*\n)+", re.M)
@@ -37,6 +41,8 @@ class Book:
     def find_new_place(self, place):
         """Where the book has a file of the tree, or None if it stays."""
         parts = place.split("/")
+        if place in PYTHON_PAGES:
+            return PYTHON_PAGES[place]
         if parts[0] == "include" and place.endswith(".h"):
             return "reference/" + make_reference.make_page_name("/".join(parts[1:]))
         self.sources.add(place)
@@ -106,7 +112,8 @@ def main():
     book = Book(out, root)
     book.copy_docs()
     book.write_sources()
-    return make_reference.make(os.path.join(out, "reference"), root)
+    reference = os.path.join(out, "reference")
+    return make_reference.make(reference, root) | make_python_reference.make(reference, root)
 
 
 if __name__ == "__main__":

@@ -176,9 +176,9 @@ def drapes(count: int, seed: int = 0, *, negatives: float = 0.0, resolution: int
            threads: int = 0) -> Drapes:
     """`count` samples of draped and crumpled cloth over random obstacles. Nothing is simulated before a sample is asked for.
 
-    negatives: the part of samples that are pushed until something intersects; 0: all are states that the simulation accepted.
-    resolution: most vertices along a side of a cloth, which has from 60 % of them on. steps: of 0.02 s that a cloth falls or is
-    crumpled. threads: 0: one per processor; no byte depends on it.
+    seed: of all that is drawn. negatives: the part of samples that are pushed until something intersects; 0: all are states
+    that the simulation accepted. resolution: most vertices along a side of a cloth, which has from 60 % of them on. steps:
+    of 0.02 s that a cloth falls or is crumpled. threads: 0: one per processor; no byte depends on it.
     """
     return Drapes(count, seed, negatives, resolution, steps, threads)
 

@@ -76,10 +76,12 @@ def fit_material(build: Callable[[structs.Material], World], fields: Mapping[Nam
     build: makes the world of a material, always the same for the same one. fields: the least and the largest value by name,
     both above 0, as "area_density" or "warp.stiffness"; a tuple of names for fields that keep their ratio, as ("bend_warp",
     "bend_weft"). The others, and where the search begins, are those of `material`.
-    observations: where the vertices of the first cloth were seen [m] (vertices, 3) by the number of steps after which; places
-    that are not known are NaN. Or residual: numbers of a world after `steps` steps that should all be 0. control: acts before
-    each step. noise: standard deviation of what was seen; None: that of what is left at the end. starts: how many places that
-    are spread over the bounds are tried first, beside that of `material`; the search goes on from the best two.
+    observations: where the vertices of the first cloth were seen [m] (vertices, 3) by the number of steps after which;
+    places that are not known are NaN. Or residual: numbers of a world after `steps` steps that should all be 0. control:
+    acts before each step. time_step: [s] of a step. max_rounds: most rounds of the search. threads: 0: one per processor;
+    no result depends on it. noise: standard deviation of what was seen; None: that of what is left at the end. starts: how
+    many places that are spread over the bounds are tried first, beside that of `material`; the search goes on from the best
+    two.
 
     Raises InvalidArgumentError, and the error of a step that fails.
     """

@@ -231,8 +231,10 @@ def make_shape(shape: Union[structs.Shape, str], *, size: Optional[ArrayLike] = 
     """Generates a mesh: cloth ("rectangle", "disc", "cape" ...) or an obstacle ("sphere", "needle" ...), see Shape.
 
     size: [m] along x, y and z, as many as the shape has. Other lengths in metres, angle in radians. resolution: vertices
-    along its sides; one number serves both. What is left out has the default of the shape. What the shape does not have is
-    refused. Raises InvalidArgumentError, which names the field, and LimitError for over 10,000,000 vertices.
+    along its sides; one number serves both. radius, inner_radius, height, tip_height, head_radius, head_height, strand,
+    wavelength, cells, strand_resolution, is_irregular, seed: see docs/guide/shapes.md. What is left out has the default of
+    the shape. What the shape does not have is refused. Raises InvalidArgumentError, which names the field, and LimitError
+    for over 10,000,000 vertices.
 
     >>> sheet = make_shape("rectangle", size=(1, 1), resolution=40)
     >>> ball = make_shape("sphere", radius=0.3)

@@ -96,7 +96,7 @@ class View:
 
 def show(thing: Thing, *, frames: Any = None, width: Optional[int] = None, height: int = 400, colors: Optional[str] = None,
          megabytes: float = LIMIT) -> View:
-    """Shows a world, a run or a mesh in a notebook: give it as the last value of a cell.
+    """Shows `thing`, a world, a run or a mesh, in a notebook: give it as the last value of a cell.
 
     frames: of a run their numbers, as 10, range(0, 60, 2) or slice(-30, None); all where it is left out. Of a world a list of
     states that it saved (`save_state`); the present state where it is left out, which also stays. Of a mesh its positions

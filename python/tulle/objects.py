@@ -85,7 +85,7 @@ class Object:
         return Mesh(self.positions.copy(), self.triangles)
 
     def set_filter(self, category: int = 1, mask: int = 0xFFFFFFFF) -> None:
-        """Before the start: its categories, a set of bits, and the mask of those that it collides with."""
+        """Before the start: its categories, a set of bits `category`, and the `mask` of those that it collides with."""
         self.world._call(core.tulle_object_set_filter, self._object_id(), category, mask)
 
     # ---- values of its vertices ----
@@ -206,11 +206,11 @@ class Cloth(Object):
         self.world._call(core.tulle_cloth_set_material, self._id[0], made.to_c(keep))
 
     def set_thickness(self, thickness: float) -> None:
-        """Changes the distance [m] at which its contact acts, from the next step on."""
+        """Changes the distance `thickness` [m] at which its contact acts, from the next step on."""
         self.world._call(core.tulle_cloth_set_thickness, self._id[0], thickness)
 
     def set_pin_targets(self, pin: int, positions: ArrayLike) -> None:
-        """Tells where the vertices of a pin are at the end of the next step: (vertices, 3) [m]."""
+        """Tells where the vertices of a pin are at the end of the next step. positions: (vertices, 3) [m]."""
         rows = to_doubles(positions, 3, "positions")
         self.world._call(core.tulle_cloth_set_pin_targets, self._id[0], pin, point_to(rows, "double *"), rows.shape[0])
 
@@ -255,14 +255,18 @@ class Obstacle(Object):
                            travel: Union[structs.Travel, str] = structs.Travel.MOVE) -> None:
         """Tells where one with `drive="rigid"` is at the end of the next step.
 
-        Vertex x of its mesh is then at translation [m] + R (x - pivot) + pivot, with the unit quaternion w, x, y, z as R.
+        Vertex x of its mesh is then at translation [m] + R (x - pivot) + pivot, where R is `rotation`, a unit quaternion w,
+        x, y, z.
         """
         rows = to_vector(translation, "translation"), to_vector(rotation, "rotation", 4)
         self.world._call(core.tulle_obstacle_set_next_transform, self._id[0], *(point_to(row, "double *") for row in rows),
                          int(to_enum(structs.Travel, travel, "travel")))
 
     def set_next_positions(self, positions: ArrayLike, travel: Union[structs.Travel, str] = structs.Travel.MOVE) -> None:
-        """Tells where the vertices of one with `drive="deforming"` are at the end of the next step: (vertices, 3) [m]."""
+        """Tells where the vertices of one with `drive="deforming"` are at the end of the next step.
+
+        positions: (vertices, 3) [m].
+        """
         rows = to_doubles(positions, 3, "positions")
         self.world._call(core.tulle_obstacle_set_next_positions, self._id[0], point_to(rows, "double *"), rows.shape[0],
                          int(to_enum(structs.Travel, travel, "travel")))
@@ -305,7 +309,7 @@ class Body(Obstacle):
         self.world._call(core.tulle_obstacle_add_torque, self._id[0], point_to(to_vector(torque, "torque"), "double *"))
 
     def set_velocity(self, velocity: Optional[ArrayLike] = None, angular_velocity: Optional[ArrayLike] = None) -> None:
-        """Sets velocity [m/s] and angular velocity [rad/s] at once; what is left out stays."""
+        """Sets `velocity` [m/s] and `angular_velocity` [rad/s] at once; what is left out stays."""
         rows = [None if row is None else to_vector(row, "velocity") for row in (velocity, angular_velocity)]
         self.world._call(core.tulle_obstacle_set_velocity, self._id[0],
                          *(ffi.NULL if row is None else point_to(row, "double *") for row in rows))

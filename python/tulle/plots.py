@@ -23,8 +23,8 @@ def plot_report(run_or_reports: Reports, *, title: Optional[str] = None, width: 
     """Plots what each step did over simulated time: how long its stages took, contacts, the smallest gap, energies, solves and
     the largest stretch. Needs matplotlib.
 
-    run_or_reports: a Run, its `reports`, or reports that `World.step` gave. width: [inches]. Gives the figure, which a
-    notebook shows where it is the last value of a cell; `savefig` writes it.
+    run_or_reports: a Run, its `reports`, or reports that `World.step` gave. title: of the figure. width: [inches]. Gives
+    the figure, which a notebook shows where it is the last value of a cell; `savefig` writes it.
     """
     reports = _collect(run_or_reports)
     if not reports.size:

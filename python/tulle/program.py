@@ -126,6 +126,7 @@ def simulate(scene: PathLike, output: PathLike, *, frames: Optional[int] = None,
     """Simulates a scene file into the directory `output`, as `tulle run` does, and opens the run.
 
     resume: goes on from the last checkpoint, or starts where there is none. force: replaces a run that is there.
+    threads: 0: one per processor; the states do not depend on it. writes_vtp: each frame also as VTP files.
     overrides: other values for keys of the scene, as {"time.frames": 10}. record: "debug" keeps contacts too.
     checkpoint_every: "100" steps or "30s". progress: a bar where tqdm is there, or a function that gets each event of
     `--progress json` as a dictionary. Ctrl-C stops at a checkpoint and raises KeyboardInterrupt; `resume` goes on from it.
@@ -156,7 +157,7 @@ def simulate(scene: PathLike, output: PathLike, *, frames: Optional[int] = None,
 
 def check_files(*paths: PathLike, obstacles: Sequence[PathLike] = (), threads: int = 0) -> list[dict[str, Any]]:
     """Judges mesh files and every frame of runs by exact arithmetic, as `tulle check --json` does: a dictionary for each
-    frame or file. Raises ProgramError for what cannot be judged."""
+    frame or file. threads: 0: one per processor. Raises ProgramError for what cannot be judged."""
     arguments: list[Union[str, PathLike]] = ["check", *paths, "--json", "-t", str(threads)]
     for path in obstacles:
         arguments += ["--obstacle", path]
@@ -164,12 +165,18 @@ def check_files(*paths: PathLike, obstacles: Sequence[PathLike] = (), threads: i
 
 
 def detect_files(start: PathLike, end: PathLike, *options: str) -> dict[str, Any]:
-    """What collides while a surface moves from one mesh file to another, as `tulle detect --json` tells it."""
+    """What collides while a surface moves from one mesh file to another, as `tulle detect --json` tells it.
+
+    options: further options of it, one by one, as "--thickness", "1mm".
+    """
     return json.loads(run_program("detect", start, end, "--json", *options))  # type: ignore[no-any-return]
 
 
 def convert(source: PathLike, output: PathLike, *options: str) -> str:
-    """Meshes, point caches and runs from one format to another, as `tulle convert SOURCE OUTPUT` does; its last words."""
+    """Meshes, point caches and runs from one format to another, as `tulle convert SOURCE OUTPUT` does; its last words.
+
+    options: further options of it, one by one, as "--up", "y".
+    """
     return run_program("convert", source, output, *options)
 
 
@@ -177,7 +184,8 @@ def render(source: Union[PathLike, Run, World], *, frame: Optional[int] = None, 
            samples: int = 32, options: Sequence[str] = ()) -> NDArray[np.uint8]:
     """A ray traced picture of a run's frame, or of a world as it is: (height, width, 3), sRGB, 0 .. 255.
 
-    options: further options of `tulle render`, as ["--camera", "orbit=30deg,20deg"].
+    size: width and height in pixels. samples: rays for each pixel. options: further options of `tulle render`, as
+    ["--camera", "orbit=30deg,20deg"].
     """
     with tempfile.TemporaryDirectory(prefix="tulle-") as directory:
         if isinstance(source, World):

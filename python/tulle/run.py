@@ -224,7 +224,8 @@ class RunWriter(Unique):
                  replace: bool = False, writes_vtp: bool = False) -> None:
         """Makes the directory with the meshes as they are now, and writes frame 0. `replace`: in place of a run that is there.
 
-        frame_count: frames that are wanted, for the record. Objects must not come and go meanwhile.
+        steps_per_frame: steps of `time_step` [s] between two frames. frame_count: frames that are wanted, for the record.
+        writes_vtp: each frame also as VTP files. Objects must not come and go meanwhile.
         """
         if not world._is_started:
             world.start()
@@ -284,7 +285,7 @@ class RunWriter(Unique):
         return self._writer
 
     def close(self, state: structs.RunState = structs.RunState.FINISHED, message: str = "") -> None:
-        """Ends the run as `state`."""
+        """Ends the run as `state`, with `message` in its record."""
         with self._using():
             writer, self._writer = self._writer, None
             if writer is not None:
@@ -344,13 +345,13 @@ class PointCacheWriter(Unique):
     """A PC2 file that is written frame by frame; it is valid after each."""
 
     def __init__(self, path: PathLike, vertex_count: int, resume_frame_count: int = 0) -> None:
-        """Opens the file; `resume_frame_count` keeps that many frames of one that is there."""
+        """Opens the file for frames of `vertex_count` vertices; `resume_frame_count` keeps that many frames of one that is there."""
         made, error = ffi.new("tulle_pc2_writer **"), make_error_buffer()
         check(io.tulle_pc2_writer_open(encode_path(path), vertex_count, resume_frame_count, made, error), error)
         self._writer, self._error, self._vertex_count, self._lock = made[0], error, vertex_count, threading.Lock()
 
     def append(self, positions: ArrayLike) -> None:
-        """Appends a frame: (vertices, 3) [m], rounded to floats."""
+        """Appends a frame. positions: (vertices, 3) [m], which are rounded to floats."""
         rows = to_doubles(positions, 3, "positions", self._vertex_count)
         with take_turn(self._lock, "the point cache"):
             if self._writer is None:

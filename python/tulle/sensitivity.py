@@ -63,6 +63,8 @@ class Rollout:
     def run(self, parameters: Sequence[Values], threads: int = 0) -> Doubles:
         """What is measured for each of the parameters: (parameters, numbers). Their worlds step together.
 
+        threads: 0: one per processor; no result depends on it.
+
         Raises the error of a step that fails.
         """
         rows: list[Doubles] = []
@@ -144,10 +146,11 @@ def differentiate(rollout: Rollout, values: Values, *, relative_step: float = 0.
                   tolerance: float = 0.05, threads: int = 0) -> Sensitivity:
     """Derivatives at `values`: parameters by name, each a number or an array.
 
-    It makes 2 * LEVELS simulations for each number of the parameters. The largest step is `relative_step` of a number, or what
-    `steps` says by name, which a number that is 0 needs; the others are a half, a fourth and an eighth of it. tolerance:
-    estimates agree that differ by less than this part of the derivative, or of a hundredth of the largest one of the same
-    parameter. Raises InvalidArgumentError, and the error of a step that fails.
+    It makes 2 * LEVELS simulations for each number of the parameters. The largest step is `relative_step` of a number, or
+    what `steps` says by name, which a number that is 0 needs; the others are a half, a fourth and an eighth of it.
+    tolerance: estimates agree that differ by less than this part of the derivative, or of a hundredth of the largest one of
+    the same parameter. threads: 0: one per processor; no result depends on it. Raises InvalidArgumentError, and the error
+    of a step that fails.
     """
     base = {name: np.asarray(value, np.float64) for name, value in values.items()}
     largest = {name: _choose_steps(name, value, relative_step, steps) for name, value in base.items()}

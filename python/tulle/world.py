@@ -371,7 +371,7 @@ class World(Unique):
         self._call(getattr(core, name), a._id[0], b._id[0], made)
 
     def set_material_law(self, a: str, b: str, law: Optional[structs.ContactLaw] = None, **changes: Any) -> None:
-        """Sets the law of all pairs of surfaces with these contact materials; only before the start."""
+        """Sets the law of all pairs of surfaces with the contact materials `a` and `b`, by name; only before the start."""
         keep: list[Any] = []
         made = structs.ContactLaw.make(law, changes, "set_material_law").to_c(keep)
         self._call(core.tulle_world_set_material_law, a.encode(), b.encode(), made)
@@ -586,7 +586,7 @@ class World(Unique):
                 return np.concatenate(parts), lost
 
     def get_numerical_damping(self, time_step: float, period: float) -> float:
-        """The damping ratio (1: critical) that the integrator gives a free motion of this period [s]."""
+        """The damping ratio (1: critical) that the integrator gives a free motion of `period` [s] in steps of `time_step` [s]."""
         return self._get(core.tulle_world_get_numerical_damping, time_step, period)  # type: ignore[no-any-return]
 
     # ---- queries ----
@@ -595,13 +595,17 @@ class World(Unique):
         """The first triangle that the straight line from `start` to `end` [m] meets; None: none.
 
         `find_object(hit.object)` gives the object. mask: only objects with a category in common with it; 0: all.
+        skips_back_faces: triangles are seen from the front only.
         """
         ray = ffi.new("tulle_ray *", {"from": to_vector(start, "start").tolist(), "to": to_vector(end, "end").tolist(),
                                       "mask": mask, "skips_back_faces": skips_back_faces})
         return self._find(core.tulle_world_cast_ray, ray)
 
     def find_closest_point(self, point: ArrayLike, max_distance: float = float("inf"), *, mask: int = 0) -> Optional[structs.Hit]:
-        """The place on any surface that is nearest to `point` [m]; None: none within `max_distance` [m]."""
+        """The place on any surface that is nearest to `point` [m]; None: none within `max_distance` [m].
+
+        mask: only objects with a category in common with it; 0: all.
+        """
         place = to_vector(point, "point")
         return self._find(core.tulle_world_find_closest_point, point_to(place, "double *"), max_distance, mask)
 
@@ -611,13 +615,19 @@ class World(Unique):
         return structs.Hit(hit) if hit.object.kind else None
 
     def find_box_overlaps(self, low: ArrayLike, high: ArrayLike, *, mask: int = 0) -> list[tuple[Object, int]]:
-        """All triangles that have a point in common with a box [m], as objects and triangle numbers."""
+        """All triangles that have a point in common with the box from `low` to `high` [m], as objects and triangle numbers.
+
+        mask: only objects with a category in common with it; 0: all.
+        """
         corners = to_vector(low, "low"), to_vector(high, "high")
         found = self._find_triangles(core.tulle_world_find_box_overlaps, *(point_to(row, "double *") for row in corners), mask)
         return [(each, triangle) for each, triangle, _ in found]
 
     def find_mesh_overlaps(self, mesh: Mesh, *, mask: int = 0) -> list[tuple[Object, int, int]]:
-        """All pairs of a triangle of the world and one of `mesh` that have a point in common: object, its triangle, mesh's."""
+        """All pairs of a triangle of the world and one of `mesh` that have a point in common: object, its triangle, mesh's.
+
+        mask: only objects with a category in common with it; 0: all.
+        """
         return self._find_triangles(core.tulle_world_find_mesh_overlaps, view_mesh(mesh), mask)
 
     def _find_triangles(self, function: Any, *arguments: Any) -> list[tuple[Object, int, int]]:
@@ -722,7 +732,10 @@ def step_worlds(worlds: Sequence[World], time_step: float, threads: int = 0) -> 
 
 
 def replay(path: PathLike, threads: int = 0) -> structs.ReplayReport:
-    """Repeats a recording, up to its end or to the first call that comes to another state, which the report tells."""
+    """Repeats a recording, up to its end or to the first call that comes to another state, which the report tells.
+
+    threads: 1 .. 256, in place of those recorded; 0: as recorded.
+    """
     with open(path, "rb") as file:
         data = file.read()
     options = ffi.new("tulle_replay_options *", {"threads": threads})

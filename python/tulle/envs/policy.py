@@ -24,6 +24,7 @@ class Policy:
     """
 
     task: type[Task]
+    """The task that it solves."""
 
     def __init__(self) -> None:
         self._states: list[State] = []

@@ -19,7 +19,10 @@ class Box:
 
     def __init__(self, low: ArrayLike, high: ArrayLike, shape: Optional[tuple[int, ...]] = None,
                  dtype: DTypeLike = np.float32, seed: Optional[int] = None) -> None:
-        """low, high: arrays of one shape, or numbers for all of `shape`. Raises InvalidArgumentError."""
+        """low, high: arrays of one shape, or numbers for all of `shape`. dtype: of the arrays. seed: of `sample`.
+
+        Raises InvalidArgumentError.
+        """
         self.dtype = np.dtype(dtype)
         self.shape = np.broadcast(low, high).shape if shape is None else tuple(shape)
         try:
@@ -49,7 +52,7 @@ class Box:
         return np.clip(chosen.astype(self.dtype), self.low, self.high)
 
     def contains(self, value: Any) -> bool:
-        """Whether an array is of the space."""
+        """Whether the array `value` is of the space."""
         array = np.asarray(value)
         return bool(array.shape == self.shape and np.can_cast(array.dtype, self.dtype, "same_kind")
                     and (array >= self.low).all() and (array <= self.high).all())

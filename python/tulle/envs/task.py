@@ -48,11 +48,16 @@ class Gripper:
     """A point that an action moves. Where it closes it takes the nearest vertex and those beside that in the cloth, and holds
     them by springs of limited force; other layers slip out of it."""
 
-    REACH = 0.025  # [m] what is nearer when it closes is held
-    MOST = 6  # vertices that it holds at a time, the nearest ones
-    SPEED = 0.6  # [m/s] along each axis; a step then moves a vertex by about an edge, and leaves the cloth time to follow
-    STIFFNESS = 100.0  # [N/m] it sags by some tenths of a millimetre under a cloth that hangs from it
-    BREAK_FORCE = 4.0  # [N] on a vertex: more than a start at full speed takes
+    REACH = 0.025
+    """[m] what is nearer when it closes is held."""
+    MOST = 6
+    """Vertices that it holds at a time, the nearest ones."""
+    SPEED = 0.6
+    """[m/s] along each axis; a step then moves a vertex by about an edge, and leaves the cloth time to follow."""
+    STIFFNESS = 100.0
+    """[N/m] it sags by some tenths of a millimetre under a cloth that hangs from it."""
+    BREAK_FORCE = 4.0
+    """[N] on a vertex: more than a start at full speed takes."""
 
     def __init__(self, task: Task, position: Doubles) -> None:
         self.cloth, self._rest, self.position = task.cloth, task.rest, np.array(position, float)
@@ -101,7 +106,7 @@ class Gripper:
             self.open()
 
     def move(self, time: float) -> None:
-        """Moves on through the next step of the world."""
+        """Moves on for `time` [s], through the next step of the world."""
         self.position = np.clip(self.position + time * self.velocity, self._low, self._high)
         if self._attachment is not None:
             self._attachment.set_points(self.position + self._offsets)
@@ -170,7 +175,7 @@ class Task:
 
     @classmethod
     def get_layout(cls, vertex_count: int) -> dict[str, tuple[int, ...]]:
-        """The shapes of what an observation holds, in order."""
+        """The shapes of what an observation of a cloth of `vertex_count` vertices holds, in order."""
         return {"positions": (vertex_count, 3), "velocities": (vertex_count, 3), "grippers": (cls.GRIPPERS, 3),
                 "holds": (cls.GRIPPERS,), "features": (cls.FEATURES,), "time": (1,)}
 
@@ -184,7 +189,7 @@ class Task:
         self.cloth, self.rest = self.world.add_cloth(mesh, material=self.material, name="cloth"), mesh.positions.copy()
 
     def add_gripper(self, position: Doubles) -> Gripper:
-        """Adds a gripper at a place."""
+        """Adds a gripper at `position` [m]."""
         made = Gripper(self, position)
         self.grippers.append(made)
         return made
@@ -201,7 +206,7 @@ class Task:
             gripper.move(self.TIME_STEP)
 
     def observe(self, out: NDArray[np.float32]) -> None:
-        """Writes what is observed, see `get_layout`."""
+        """Writes what is observed into `out`, see `get_layout`."""
         count = 3 * self.cloth.vertex_count
         for values, start in (("positions", 0), ("velocities", count)):
             self.cloth.copy_values(values, out[start:start + count].reshape(-1, 3))

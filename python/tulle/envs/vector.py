@@ -39,12 +39,15 @@ class VectorEnv:
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 25, "autoreset_mode": "NextStep"}
+    """What gymnasium asks of environments."""
     render_mode = "rgb_array"
+    """`render` gives arrays."""
     spec = None
+    """Gymnasium's registry does not know these environments."""
 
     def __init__(self, task: type[Task], count: int = 1, threads: int = 0, seed: Union[int, Sequence[int]] = 0,
                  **options: Any) -> None:
-        """See `tulle.envs.make`."""
+        """See `tulle.envs.make`; `options` are fields of Options."""
         refuse_unknown(options, Options.__dataclass_fields__, task.NAME)
         _check_whole(count, "count", 1, 1_000_000)
         _check_whole(threads, "threads", 0, 256)
@@ -224,7 +227,10 @@ class VectorEnv:
         return [world.state_hash for world in self.worlds]
 
     def render(self, index: int = 0, *, size: tuple[int, int] = (640, 360), samples: int = 32) -> NDArray[np.uint8]:
-        """A ray traced picture of one world: (height, width, 3)."""
+        """A ray traced picture of the world `index`: (height, width, 3).
+
+        size: width and height in pixels. samples: rays for each pixel.
+        """
         self._check_open()
         if not self._is_reset:
             raise InvalidArgumentError("call reset before render")
