@@ -1,7 +1,7 @@
 # libtulle, shared and static, from the same object files: base, math, geom, detect, dynamics, contact, world, check. It
 # needs libc, libm and threads.
 set(library_sources)
-foreach(folder base math geom detect dynamics contact world check)
+foreach(folder base math geom detect dynamics contact step world check)
     file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${folder}/*.c)
     list(FILTER sources EXCLUDE REGEX "/kernels/") # kernels.cmake compiles these
     list(APPEND library_sources ${sources})

@@ -20,7 +20,7 @@ import re
 import sys
 import tempfile
 
-ENGINE = ["base", "math", "geom", "detect", "dynamics", "contact", "world", "check"]
+ENGINE = ["base", "math", "geom", "detect", "dynamics", "contact", "step", "world", "check"]
 IO = ["io", "scene", "subdivision"]
 LAYERS = ENGINE + IO + ["render", "app"]
 PUBLIC = {"tulle": {"tulle"}, "tulle_io": {"tulle", "tulle_io"}}

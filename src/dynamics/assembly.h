@@ -31,7 +31,7 @@ typedef struct padded_vertices {
 
 typedef struct assembly {
     const cloth_model *model;
-    const motion_state *state;
+    const cloth_start *state;
     const environment *surroundings;
     linear_system *system;
     arena *scratch;

@@ -66,7 +66,7 @@ static const double SAME_STEP = 1e-9;
 static void fill_vertices(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     assembly *const work = context;
-    const motion_state *const state = work->state;
+    const cloth_start *const state = work->state;
     const padded_vertices *const to = &work->padded;
     double const c = work->share, part = (1.0 - c) / c;
     bool const has_starts = to->starts != to->velocities;
@@ -89,7 +89,7 @@ static void fill_vertices(void *context, size_t begin, size_t end, size_t chunk,
 
 static bool provide_vertices(assembly *work) {
     const cloth_model *const model = work->model;
-    const motion_state *const state = work->state;
+    const cloth_start *const state = work->state;
     size_t const count = 4 * model->vertex_count;
     padded_vertices *const padded = &work->padded;
     padded->positions = ARENA_NEW(work->scratch, double, count);
@@ -186,7 +186,7 @@ static bool fill_system(assembly *work) {
 
 /* f(x0, v0): the sums of a system whose w is zero. */
 static bool find_forces(assembly work, double *forces) {
-    motion_state start = *work.state;
+    cloth_start start = *work.state;
     start.guess = NULL;
     work.state = &start;
     work.finds_forces = true;
@@ -198,7 +198,7 @@ static bool find_forces(assembly work, double *forces) {
     return ok;
 }
 
-tulle_status compute_forces(const cloth_model *model, const motion_state *state,
+tulle_status compute_forces(const cloth_model *model, const cloth_start *state,
                             const environment *surroundings, force_options options, arena *scratch,
                             linear_system *system) {
     /* BDF2 needs one earlier step of the same length. */

@@ -22,7 +22,7 @@ typedef struct force_terms {
 } force_terms;
 
 /* Where the cloth is at the start of the step; arrays of 3 * vertex_count, borrowed. */
-typedef struct motion_state {
+typedef struct cloth_start {
     const double *positions;           /* x0 [m] */
     const double *velocities;          /* v0 [m/s] */
     const double *previous_mean;       /* u of the last step [m/s]; null: there was none */
@@ -33,7 +33,7 @@ typedef struct motion_state {
     const double *guess;   /* [m/s] springs are linearised about x0 + h guess; null: about x0 */
     const double *plastic; /* of sliders, see hysteresis.h; null: none act */
     force_terms *terms;    /* kept from the first linearisation to the next; null: none are */
-} motion_state;
+} cloth_start;
 
 typedef struct environment {
     vec3 gravity; /* [m/s^2] */
@@ -74,7 +74,7 @@ typedef struct force_options {
     double damping;    /* 0 .. 1: from the integrator itself to implicit Euler */
     bool finds_forces; /* system->forces are wanted, which takes as long again */
 } force_options;
-tulle_status compute_forces(const cloth_model *model, const motion_state *state,
+tulle_status compute_forces(const cloth_model *model, const cloth_start *state,
                             const environment *surroundings, force_options options, arena *scratch,
                             linear_system *system);
 
@@ -91,7 +91,7 @@ typedef struct linear_excess {
     double curvature; /* [J] d . (M + h^2 K) d of masses and springs by implicit Euler, d being the
                          way from where they are linearised; without a guess K alone counts */
 } linear_excess;
-tulle_status measure_linear_excess(const cloth_model *model, const motion_state *state,
+tulle_status measure_linear_excess(const cloth_model *model, const cloth_start *state,
                                    const double *mean, int threads, arena *scratch,
                                    linear_excess *excess);
 /* 0.05 .. 1: how much of the way from the guess to u lowers the energy of masses and springs most,
@@ -104,7 +104,7 @@ typedef struct wind_work_options {
     const tulle_wind *wind;
     int threads;
 } wind_work_options;
-tulle_status measure_wind_work(const cloth_model *model, const motion_state *state,
+tulle_status measure_wind_work(const cloth_model *model, const cloth_start *state,
                                const double *mean, wind_work_options options, arena *scratch,
                                double *work);
 
@@ -119,7 +119,7 @@ tulle_status cloth_measure_yarn_growth(const cloth_model *model, const double *s
  * vertices; `mean` and `velocities` may be the same array. Without damping v1 is u for implicit
  * Euler, 2 u - v0 for Crank-Nicolson, and 3/2 u - 1/2 previous u for BDF2; see `share` of
  * linear_system. The integrator is that of linear_system. */
-void finish_velocities(const linear_system *system, const motion_state *state, size_t vertex_count,
+void finish_velocities(const linear_system *system, const cloth_start *state, size_t vertex_count,
                        const double *mean, double *velocities);
 
 typedef struct elastic_energies {

@@ -280,7 +280,7 @@ static void add_forces(const membrane_element *element, vec3 warp, vec3 weft, ve
 
 static void fill_shear_slider(const assembly *work, size_t t) {
     const cloth_model *const model = work->model;
-    const motion_state *const state = work->state;
+    const cloth_start *const state = work->state;
     const membrane_element *const element = &model->elements[t];
     const slider_law *const law = &model->sliders->fabrics[element->fabric].laws[SLIDER_SHEAR];
     if (!(law->most > 0.0)) return;

@@ -21,7 +21,7 @@ enum { DESCENT_ITERATIONS = 12 };
 
 typedef struct excess_task {
     const cloth_model *model;
-    const motion_state *state;
+    const cloth_start *state;
     const double *mean;
     excess_motion motion;     /* of springs */
     membrane_motion elements; /* of woven cloth */
@@ -63,7 +63,7 @@ static void measure_chunks(void *context, size_t begin, size_t end, size_t chunk
     }
 }
 
-tulle_status measure_linear_excess(const cloth_model *model, const motion_state *state,
+tulle_status measure_linear_excess(const cloth_model *model, const cloth_start *state,
                                    const double *mean, int threads, arena *scratch,
                                    linear_excess *excess) {
     arena_mark const mark = arena_get_mark(scratch);

@@ -38,7 +38,7 @@ void linear_system_destroy(memory *heap, linear_system *system) {
     *system = (linear_system){0};
 }
 
-void finish_velocities(const linear_system *system, const motion_state *state, size_t vertex_count,
+void finish_velocities(const linear_system *system, const cloth_start *state, size_t vertex_count,
                        const double *mean, double *velocities) {
     for (size_t i = 0; i < 3 * vertex_count; i++) {
         double const u = mean[i];

@@ -7,7 +7,7 @@
 
 bool fill_elements(assembly *work) {
     const cloth_model *const model = work->model;
-    const motion_state *const state = work->state;
+    const cloth_start *const state = work->state;
     bool const is_mean = work->system->integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
     size_t const places = cloth_count_places(model);
     work->membrane_blocks = ARENA_NEW(work->scratch, symmetric3, places + 1);

@@ -73,7 +73,7 @@ vec3 wind_compute_velocity(const tulle_wind *wind, vec3 place, double time, gust
 /* The air at each vertex. */
 typedef struct air_samples {
     const tulle_wind *wind;
-    const motion_state *state;
+    const cloth_start *state;
     vec3 *velocities; /* [m/s] */
 } air_samples;
 
@@ -101,7 +101,7 @@ bool fill_air(assembly *work) {
 
 typedef struct work_task {
     const cloth_model *model;
-    const motion_state *state;
+    const cloth_start *state;
     const tulle_wind *wind;
     const double *mean;
     const vec3 *air; /* [m/s] at each vertex */
@@ -111,7 +111,7 @@ typedef struct work_task {
 static void measure_triangles(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     work_task *const task = context;
-    const motion_state *const state = task->state;
+    const cloth_start *const state = task->state;
     double sum = 0.0;
     for (size_t t = begin; t < end; t++) {
         const uint32_t *const vertices = task->model->surface->triangles + 3 * t;
@@ -134,7 +134,7 @@ static void measure_triangles(void *context, size_t begin, size_t end, size_t ch
     task->sums[chunk] = sum;
 }
 
-tulle_status measure_wind_work(const cloth_model *model, const motion_state *state,
+tulle_status measure_wind_work(const cloth_model *model, const cloth_start *state,
                                const double *mean, wind_work_options options, arena *scratch,
                                double *work) {
     *work = 0.0;

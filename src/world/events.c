@@ -58,7 +58,7 @@ static int compare_loads(const void *one, const void *two) {
     return a->index < b->index ? -1 : a->index > b->index;
 }
 
-tulle_status world_find_touching(tulle_world *world, const world_motion_state *state,
+tulle_status world_find_touching(tulle_world *world, const motion_state *state,
                                  tulle_error *error) {
     world_events *const events = world->events;
     if (!events) return TULLE_OK;
@@ -73,20 +73,20 @@ tulle_status world_find_touching(tulle_world *world, const world_motion_state *s
         size_t const last = events->holding.count;
         if (last > 0 && events->holding.data[last - 1].number == tie->number) continue;
         events->holding.data[events->holding.count++] =
-            (held_attachment){tie->number, world->vertex_surface[tie->vertex]};
+            (held_attachment){tie->number, world->model.vertex_surface[tie->vertex]};
     }
     if (!is_watched(events, TULLE_EVENT_CONTACT_BEGIN) &&
         !is_watched(events, TULLE_EVENT_CONTACT_END))
         return TULLE_OK;
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    contact_load *const loads = ARENA_NEW(&world->scratch, contact_load, count);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    contact_load *const loads = ARENA_NEW(&world->work.scratch, contact_load, count);
     bool has_memory = loads || count == 0;
     for (size_t i = 0; has_memory && i < count; i++) {
         const stored_contact *const contact = &store->contacts.data[i];
         uint32_t v[4];
-        feature_pair_vertices(&world->topo, (feature_kind)contact->kind,
+        feature_pair_vertices(&world->model.topo, (feature_kind)contact->kind,
                               (feature_pair){contact->first, contact->second}, v);
-        uint64_t const a = world->vertex_surface[v[0]], b = world->vertex_surface[v[3]];
+        uint64_t const a = world->model.vertex_surface[v[0]], b = world->model.vertex_surface[v[3]];
         double const load = vec3_dot(vec3_load(contact->impulse, 0), vec3_load(contact->normal, 0));
         loads[i] = (contact_load){a < b ? a << 32 | b : b << 32 | a, i, fmax(load, 0.0)};
     }
@@ -99,34 +99,36 @@ tulle_status world_find_touching(tulle_world *world, const world_motion_state *s
         has_memory = ARRAY_RESERVE(&world->heap, &events->found, 1);
         if (has_memory) events->found.data[events->found.count++] = pair;
     }
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     return has_memory ? TULLE_OK
                       : error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
 }
 
 /* What an object is now; surface_count stands for the world. */
 static uint8_t find_marks(const tulle_world *world, size_t surface) {
-    size_t const cloth_count = world->cloths.count;
+    size_t const cloth_count = world->model.cloths.count;
     if (surface < cloth_count) {
         bool const is_asked = is_watched(world->events, TULLE_EVENT_OVERSTRETCH_BEGIN) ||
                               is_watched(world->events, TULLE_EVENT_OVERSTRETCH_END);
-        const surface_range *const range = &world->surfaces[surface];
+        const surface_range *const range = &world->model.surfaces[surface];
         int cloth_marks = 0;
         for (size_t t = range->triangle_begin; is_asked && t < range->triangle_end; t++) {
-            if (!cloth_is_overstretched(world->model, world->now.positions, t)) continue;
+            if (!cloth_is_overstretched(world->model.cloth_model, world->now.positions, t))
+                continue;
             cloth_marks = IS_OVERSTRETCHED;
             break;
         }
-        if (surface < world->cloth_rest_count && world->now.cloth_rests[surface].is_asleep)
+        if (surface < world->model.cloth_rest_count && world->now.cloth_rests[surface].is_asleep)
             cloth_marks |= IS_ASLEEP;
         return (uint8_t)cloth_marks;
     }
     size_t const obstacle = surface - cloth_count; /* all of them for the world */
     int marks = world_is_held(world, &world->now, obstacle) ? IS_PINCHED : 0;
-    if (obstacle == world->obstacles.count)
+    if (obstacle == world->model.obstacles.count)
         return (uint8_t)(marks | (world->ignored.count > 0 ? IS_TANGLED : 0));
     if (world->now.is_present[obstacle]) marks |= IS_PRESENT;
-    uint32_t const body = world->surface_bodies ? world->surface_bodies[surface] : TULLE_NONE;
+    uint32_t const body =
+        world->model.surface_bodies ? world->model.surface_bodies[surface] : TULLE_NONE;
     if (body != TULLE_NONE && world->now.rests[body].state == BODY_SLEEPS) marks |= IS_ASLEEP;
     return (uint8_t)marks;
 }
@@ -196,9 +198,9 @@ void world_tell_events(tulle_world *world) {
         i += was <= is;
         k += is <= was;
     }
-    for (size_t s = 0; s <= world->set.surface_count; s++) {
+    for (size_t s = 0; s <= world->model.set.surface_count; s++) {
         uint8_t const was = events->marks[s], is = find_marks(world, s);
-        uint64_t const object = s < world->set.surface_count ? s : UINT32_MAX;
+        uint64_t const object = s < world->model.set.surface_count ? s : UINT32_MAX;
         events->marks[s] = is;
         for (size_t c = 0; was != is && c < sizeof changes / sizeof changes[0]; c++) {
             if (((was ^ is) & changes[c].mark) == 0) continue;
@@ -217,7 +219,8 @@ void world_restart_events(tulle_world *world) {
     events->first = events->count = 0;
     events->lost = 0;
     swap_looks(events);
-    for (size_t s = 0; s <= world->set.surface_count; s++) events->marks[s] = find_marks(world, s);
+    for (size_t s = 0; s <= world->model.set.surface_count; s++)
+        events->marks[s] = find_marks(world, s);
 }
 
 /* ---- objects that come and go ---- */
@@ -245,8 +248,8 @@ static void renumber_queue(const world_change *change, world_events *events) {
 tulle_status world_carry_events(tulle_world *world, tulle_error *error) {
     const world_change *const change = world->change;
     world_events *const events = change->before->events;
-    size_t const count = world->set.surface_count;
-    size_t const count_before = change->before->set.surface_count;
+    size_t const count = world->model.set.surface_count;
+    size_t const count_before = change->before->model.set.surface_count;
     if (!events) return TULLE_OK;
     uint8_t *const marks = memory_allocate_zeroed(&world->heap, count + 1, 1);
     if (!marks) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
@@ -279,7 +282,7 @@ tulle_status world_carry_events(tulle_world *world, tulle_error *error) {
 static void destroy_events(tulle_world *world, world_events *events) {
     memory *const heap = &world->heap;
     if (!events) return;
-    memory_release(heap, events->marks, world->set.surface_count + 1);
+    memory_release(heap, events->marks, world->model.set.surface_count + 1);
     memory_release(heap, events->queue, events->watch.capacity * sizeof *events->queue);
     ARRAY_FREE(heap, &events->pairs);
     ARRAY_FREE(heap, &events->found);
@@ -327,7 +330,7 @@ tulle_status tulle_world_watch_events(tulle_world *world, const tulle_event_watc
     world_events *const events = memory_allocate_zeroed(heap, 1, sizeof *events);
     if (!events) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
     events->watch = *watch;
-    events->marks = memory_allocate_zeroed(heap, world->set.surface_count + 1, 1);
+    events->marks = memory_allocate_zeroed(heap, world->model.set.surface_count + 1, 1);
     events->queue = memory_allocate(heap, watch->capacity * sizeof *events->queue);
     world->events = events;
     tulle_status const status =

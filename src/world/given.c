@@ -42,7 +42,7 @@ static world_obstacle *find_driven(tulle_world *world, tulle_obstacle_id id, tul
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world has no such obstacle");
         return NULL;
     }
-    world_obstacle *const obstacle = &world->obstacles.data[index];
+    world_obstacle *const obstacle = &world->model.obstacles.data[index];
     const char *const name = obstacle->name;
     if (!world->is_started) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -127,7 +127,7 @@ tulle_status tulle_cloth_set_pin_targets(tulle_world *world, tulle_cloth_id id, 
     size_t const index = world_find_cloth(world, id);
     if (index == SIZE_MAX)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world has no such cloth");
-    const world_cloth *const cloth = &world->cloths.data[index];
+    const world_cloth *const cloth = &world->model.cloths.data[index];
     if (pin >= cloth->pin_count)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: has no pin number %zu; it has %zu pins", cloth->name, pin,
@@ -165,14 +165,14 @@ tulle_status tulle_cloth_set_pin_targets(tulle_world *world, tulle_cloth_id id, 
 /* ---- the step ---- */
 
 void world_begin_given(tulle_world *world) {
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        world_obstacle *const obstacle = &world->obstacles.data[i];
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        world_obstacle *const obstacle = &world->model.obstacles.data[i];
         bool const jumps = obstacle->given == GIVEN_JUMP;
         if (obstacle->drive == TULLE_DRIVE_RIGID) {
             motion_pose const last = world->now.poses[i];
             motion_pose const to = obstacle->given == GIVEN_NOTHING ? last : obstacle->given_pose;
             motion_pose const poses[2] = {jumps ? to : last, to};
-            double const times[2] = {world->now.time, world->step_end};
+            double const times[2] = {world->now.time, world->work.step_end};
             for (int k = 0; k < 2; k++) {
                 motion_key *const key = &obstacle->motion.keys[k];
                 *key = (motion_key){.time = times[k],
@@ -183,7 +183,7 @@ void world_begin_given(tulle_world *world) {
                 key->turned = vec3_norm(key->turn);
             }
             if (jumps)
-                motion_apply(&obstacle->motion, world->step_end, obstacle->mesh.positions,
+                motion_apply(&obstacle->motion, world->work.step_end, obstacle->mesh.positions,
                              obstacle->mesh.vertex_count, obstacle->given_positions);
         }
         if (!jumps) continue;
@@ -202,8 +202,8 @@ void world_begin_given(tulle_world *world) {
 
 void world_end_given(tulle_world *world, bool has_failed) {
     if (has_failed) world->has_queries = false;
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        world_obstacle *const obstacle = &world->obstacles.data[i];
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        world_obstacle *const obstacle = &world->model.obstacles.data[i];
         if (has_failed && obstacle->has_jumped) {
             memcpy(world->now.positions + 3 * (size_t)obstacle->vertex_begin,
                    obstacle->given_positions, 3 * obstacle->mesh.vertex_count * sizeof(double));
@@ -216,8 +216,8 @@ void world_end_given(tulle_world *world, bool has_failed) {
         obstacle->given_force = obstacle->given_torque = vec3_make(0.0, 0.0, 0.0);
         obstacle->has_jumped = false;
     }
-    for (size_t i = 0; i < world->cloths.count; i++) {
-        const world_cloth *const cloth = &world->cloths.data[i];
+    for (size_t i = 0; i < world->model.cloths.count; i++) {
+        const world_cloth *const cloth = &world->model.cloths.data[i];
         for (size_t p = 0; p < cloth->pin_count; p++) cloth->pins[p].has_targets = false;
     }
 }

@@ -21,7 +21,7 @@
  * the slot that must not be overwritten, or -1. */
 static tulle_status load_frame(tulle_world *world, size_t index, uint32_t number, int keep,
                                int *slot, tulle_error *error) {
-    world_obstacle *const obstacle = &world->obstacles.data[index];
+    world_obstacle *const obstacle = &world->model.obstacles.data[index];
     for (int i = 0; i < 2; i++) {
         if (obstacle->frame_numbers[i] == number) {
             *slot = i;
@@ -37,7 +37,7 @@ static tulle_status load_frame(tulle_world *world, size_t index, uint32_t number
                      &(recorded_call){
                          .kind = RECORD_FRAME,
                          .ids = {obstacle->slot, number},
-                         .generations = {world->obstacle_slots.data[obstacle->slot].generation},
+                         .generations = {world->slots.obstacles.data[obstacle->slot].generation},
                          .numbers = {(uint64_t)status},
                          .arrays = {{status == TULLE_OK ? frame : NULL,
                                      status == TULLE_OK ? 3 * obstacle->mesh.vertex_count : 0}}});
@@ -56,7 +56,7 @@ static tulle_status load_frame(tulle_world *world, size_t index, uint32_t number
 /* Positions of a mesh sequence at `time`, linear between its frames, still outside them. */
 static tulle_status sample_sequence(tulle_world *world, size_t index, double time, double *target,
                                     tulle_error *error) {
-    const world_obstacle *const obstacle = &world->obstacles.data[index];
+    const world_obstacle *const obstacle = &world->model.obstacles.data[index];
     double const last = (double)(obstacle->frame_count - 1);
     double const position = (time - obstacle->frame_start_time) / obstacle->frame_interval;
     /* What is off a frame only by the rounding that the sum of the steps has gathered is that
@@ -93,7 +93,7 @@ static void go_towards(const double *from, const double *to, double share, size_
 
 tulle_status world_place_obstacle(tulle_world *world, size_t index, double *positions,
                                   tulle_error *error) {
-    const world_obstacle *const obstacle = &world->obstacles.data[index];
+    const world_obstacle *const obstacle = &world->model.obstacles.data[index];
     double const time = world->now.time;
     if (obstacle->read_frame) return sample_sequence(world, index, time, positions, error);
     motion_apply(&obstacle->motion, time, obstacle->mesh.positions, obstacle->mesh.vertex_count,
@@ -104,21 +104,21 @@ tulle_status world_place_obstacle(tulle_world *world, size_t index, double *posi
 tulle_status world_script_targets(tulle_world *world, double time, double end_time,
                                   tulle_error *error) {
     double const length =
-        world->step_end - world->now.time; /* of the step that runs, or the last */
+        world->work.step_end - world->now.time; /* of the step that runs, or the last */
     double const share = length > 0.0 ? (end_time - world->now.time) / length : 0.0;
-    memset(world->is_fixed, 0, world->cloth_vertex_count);
-    memcpy(world->active_inverse_masses, world->inverse_masses,
-           world->vertex_count * sizeof(double));
-    for (size_t i = 0; i < world->cloths.count; i++) {
-        const world_cloth *const cloth = &world->cloths.data[i];
+    memset(world->work.is_fixed, 0, world->model.cloth_vertex_count);
+    memcpy(world->work.active_inverse_masses, world->model.inverse_masses,
+           world->model.vertex_count * sizeof(double));
+    for (size_t i = 0; i < world->model.cloths.count; i++) {
+        const world_cloth *const cloth = &world->model.cloths.data[i];
         for (size_t p = 0; p < cloth->pin_count; p++) {
             const world_pin *const pin = &cloth->pins[p];
             if (time >= pin->release_time) continue;
             for (size_t k = 0; k < pin->vertex_count; k++) {
                 size_t const local = pin->vertices[k], vertex = cloth->vertex_begin + local;
-                world->is_fixed[vertex] = 1;
-                world->active_inverse_masses[vertex] = 0.0;
-                double *const target = world->targets + 3 * vertex;
+                world->work.is_fixed[vertex] = 1;
+                world->work.active_inverse_masses[vertex] = 0.0;
+                double *const target = world->work.targets + 3 * vertex;
                 const double *const start = cloth->mesh.positions + 3 * local;
                 const double *const from =
                     world->is_started ? world->now.positions + 3 * vertex : start;
@@ -130,9 +130,9 @@ tulle_status world_script_targets(tulle_world *world, double time, double end_ti
             }
         }
     }
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        world_obstacle *const obstacle = &world->obstacles.data[i];
-        double *const target = world->targets + 3 * (size_t)obstacle->vertex_begin;
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        world_obstacle *const obstacle = &world->model.obstacles.data[i];
+        double *const target = world->work.targets + 3 * (size_t)obstacle->vertex_begin;
         if (obstacle->read_frame) {
             tulle_status const status = sample_sequence(world, i, end_time, target, error);
             if (status != TULLE_OK) return status;
@@ -152,11 +152,11 @@ tulle_status world_script_targets(tulle_world *world, double time, double end_ti
 }
 
 /* Judges obstacles that have just appeared (all others are clean already). */
-static tulle_status judge_appearance(tulle_world *world, const world_motion_state *state,
+static tulle_status judge_appearance(tulle_world *world, const motion_state *state,
                                      tulle_error *error) {
     const intersection_list *const list = &world->intersections;
-    size_t const cloth_count = world->cloths.count;
-    bool const is_ignored = world->def.start_intersections == TULLE_START_IGNORE;
+    size_t const cloth_count = world->model.cloths.count;
+    bool const is_ignored = world->model.def.start_intersections == TULLE_START_IGNORE;
     char when[WORLD_NAME_BYTES + 64];
     tulle_status const status =
         world_find_intersections(world, state->positions, &world->intersections, error);
@@ -203,17 +203,16 @@ static tulle_status judge_appearance(tulle_world *world, const world_motion_stat
     return world_refuse_intersections(world, state->positions, when, error);
 }
 
-tulle_status world_update_presence(tulle_world *world, world_motion_state *state,
-                                   tulle_error *error) {
+tulle_status world_update_presence(tulle_world *world, motion_state *state, tulle_error *error) {
     bool has_appeared = false, has_changed = false;
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        const world_obstacle *const obstacle = &world->obstacles.data[i];
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        const world_obstacle *const obstacle = &world->model.obstacles.data[i];
         bool const is_present =
             state->time >= obstacle->appear_time && state->time < obstacle->disappear_time;
         has_appeared = has_appeared || (is_present && !state->is_present[i]);
         has_changed |= is_present != (state->is_present[i] != 0);
         state->is_present[i] = is_present;
-        world->surfaces[world->cloths.count + i].is_present = is_present;
+        world->model.surfaces[world->model.cloths.count + i].is_present = is_present;
     }
     if (has_changed) world_wake_all(world, state);
     has_appeared |= world_free_bodies(world, state);

@@ -10,8 +10,8 @@
 #include <string.h>
 
 static world_pair_law *find_entry(const tulle_world *world, const world_pair_law *wanted) {
-    for (size_t i = 0; i < world->pair_laws.count; i++) {
-        world_pair_law *const entry = &world->pair_laws.data[i];
+    for (size_t i = 0; i < world->rules.pair_laws.count; i++) {
+        world_pair_law *const entry = &world->rules.pair_laws.data[i];
         if (entry->first == wanted->first && entry->second == wanted->second &&
             entry->obstacle_count == wanted->obstacle_count)
             return entry;
@@ -20,8 +20,8 @@ static world_pair_law *find_entry(const tulle_world *world, const world_pair_law
 }
 
 static uint32_t find_material(const tulle_world *world, const char *name) {
-    for (size_t i = 0; i < world->contact_materials.count; i++)
-        if (strcmp(world->contact_materials.data[i].name, name) == 0) return (uint32_t)i;
+    for (size_t i = 0; i < world->rules.contact_materials.count; i++)
+        if (strcmp(world->rules.contact_materials.data[i].name, name) == 0) return (uint32_t)i;
     return TULLE_NONE;
 }
 
@@ -29,8 +29,8 @@ uint32_t world_add_contact_material(tulle_world *world, const char *name) {
     if (!name) return TULLE_NONE;
     uint32_t const known = find_material(world, name);
     if (known != TULLE_NONE) return known;
-    size_t const count = world->contact_materials.count++;
-    world_contact_material *const added = &world->contact_materials.data[count];
+    size_t const count = world->rules.contact_materials.count++;
+    world_contact_material *const added = &world->rules.contact_materials.data[count];
     snprintf(added->name, sizeof added->name, "%s", name);
     return (uint32_t)count;
 }
@@ -38,23 +38,24 @@ uint32_t world_add_contact_material(tulle_world *world, const char *name) {
 static world_material_law *find_material_law(const tulle_world *world, uint32_t a, uint32_t b) {
     if (a == TULLE_NONE || b == TULLE_NONE) return NULL;
     uint32_t const low = a < b ? a : b, high = a < b ? b : a;
-    for (size_t i = 0; i < world->material_laws.count; i++) {
-        world_material_law *const entry = &world->material_laws.data[i];
+    for (size_t i = 0; i < world->rules.material_laws.count; i++) {
+        world_material_law *const entry = &world->rules.material_laws.data[i];
         if (entry->first == low && entry->second == high) return entry;
     }
     return NULL;
 }
 
 const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a, size_t b) {
-    size_t const surfaces[2] = {a < b ? a : b, a < b ? b : a}, cloth_count = world->cloths.count;
+    size_t const surfaces[2] = {a < b ? a : b, a < b ? b : a},
+                 cloth_count = world->model.cloths.count;
     size_t numbers[2]; /* among the cloths or among the obstacles */
     uint32_t materials[2];
     int obstacle_count = 0;
     for (int i = 0; i < 2; i++) {
         bool const is_cloth = surfaces[i] < cloth_count;
         numbers[i] = is_cloth ? surfaces[i] : surfaces[i] - cloth_count;
-        materials[i] = is_cloth ? world->cloths.data[numbers[i]].contact_material
-                                : world->obstacles.data[numbers[i]].contact_material;
+        materials[i] = is_cloth ? world->model.cloths.data[numbers[i]].contact_material
+                                : world->model.obstacles.data[numbers[i]].contact_material;
         obstacle_count += !is_cloth;
     }
     world_pair_law const wanted = {
@@ -85,7 +86,7 @@ static tulle_status set_law(tulle_world *world, world_pair_law entry, const tull
                             tulle_error *error) {
     tulle_status const status = check_law(law, error);
     if (status != TULLE_OK) return status;
-    size_t const cloth_count = world->cloths.count;
+    size_t const cloth_count = world->model.cloths.count;
     if (world->is_started)
         return world_change_law(world, entry.first + (entry.obstacle_count > 1 ? cloth_count : 0),
                                 entry.second + (entry.obstacle_count > 0 ? cloth_count : 0), law,
@@ -96,9 +97,9 @@ static tulle_status set_law(tulle_world *world, world_pair_law entry, const tull
         *earlier = entry;
         return TULLE_OK;
     }
-    if (!ARRAY_RESERVE(&world->heap, &world->pair_laws, 1))
+    if (!ARRAY_RESERVE(&world->heap, &world->rules.pair_laws, 1))
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for the law of a pair");
-    world->pair_laws.data[world->pair_laws.count++] = entry;
+    world->rules.pair_laws.data[world->rules.pair_laws.count++] = entry;
     return TULLE_OK;
 }
 
@@ -157,7 +158,7 @@ tulle_status tulle_world_set_obstacle_obstacle_law(tulle_world *world, tulle_obs
     if (first == SIZE_MAX || second == SIZE_MAX)
         return refuse(error, "the world has no such obstacle");
     if (first == second) return refuse(error, "the same obstacle is named twice");
-    const world_obstacle *const obstacles = world->obstacles.data;
+    const world_obstacle *const obstacles = world->model.obstacles.data;
     if (!obstacles[first].body.is_dynamic && !obstacles[second].body.is_dynamic)
         return refuse(error, "neither obstacle is a rigid body, so they do not touch");
     return set_called_law(world, make_entry(first, second, 2), law,
@@ -181,8 +182,8 @@ static void list_name(char *list, size_t size, const char *name) {
 static tulle_status refuse_material(const tulle_world *world, const char *name,
                                     tulle_error *error) {
     char list[1000] = "";
-    for (size_t i = 0; i < world->contact_materials.count; i++)
-        list_name(list, sizeof list, world->contact_materials.data[i].name);
+    for (size_t i = 0; i < world->rules.contact_materials.count; i++)
+        list_name(list, sizeof list, world->rules.contact_materials.data[i].name);
     const char *preset;
     for (size_t i = 0; (preset = tulle_material_preset_name(i)); i++)
         if (find_material(world, preset) == TULLE_NONE) list_name(list, sizeof list, preset);
@@ -203,8 +204,8 @@ tulle_status tulle_world_set_material_law(tulle_world *world, const char *a, con
     for (int i = 0; i < 2; i++)
         if (find_material(world, names[i]) == TULLE_NONE && !is_preset(names[i]))
             return refuse_material(world, names[i], error);
-    if (!ARRAY_RESERVE(&world->heap, &world->contact_materials, 2) ||
-        !ARRAY_RESERVE(&world->heap, &world->material_laws, 1))
+    if (!ARRAY_RESERVE(&world->heap, &world->rules.contact_materials, 2) ||
+        !ARRAY_RESERVE(&world->heap, &world->rules.material_laws, 1))
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for the law of a pair");
     uint32_t const first = world_add_contact_material(world, a);
     uint32_t const second = world_add_contact_material(world, b);
@@ -215,7 +216,7 @@ tulle_status tulle_world_set_material_law(tulle_world *world, const char *a, con
         earlier->law = *law;
         return TULLE_OK;
     }
-    world->material_laws.data[world->material_laws.count++] =
+    world->rules.material_laws.data[world->rules.material_laws.count++] =
         (world_material_law){.first = first < second ? first : second,
                              .second = first < second ? second : first,
                              .law = *law};

@@ -21,100 +21,102 @@
 /* ---- in force ---- */
 
 static world_settings get_settings(const tulle_world *world) {
-    world_settings settings = {.wind = world->def.wind};
-    memcpy(settings.gravity, world->def.gravity, sizeof settings.gravity);
+    world_settings settings = {.wind = world->model.def.wind};
+    memcpy(settings.gravity, world->model.def.gravity, sizeof settings.gravity);
     return settings;
 }
 
 static tulle_status check_settings(const tulle_world *world, const world_settings *settings,
                                    tulle_error *error) {
-    tulle_world_def def = world->def;
+    tulle_world_def def = world->model.def;
     memcpy(def.gravity, settings->gravity, sizeof def.gravity);
     def.wind = settings->wind;
     return world_def_check(&def, error);
 }
 
 static void set_settings(tulle_world *world, const world_settings *settings) {
-    memcpy(world->def.gravity, settings->gravity, sizeof world->def.gravity);
-    world->def.wind = settings->wind;
+    memcpy(world->model.def.gravity, settings->gravity, sizeof world->model.def.gravity);
+    world->model.def.wind = settings->wind;
 }
 
 static size_t get_laws_size(const tulle_world *world) {
-    return world->set.surface_count * world->set.surface_count * sizeof(contact_law);
+    return world->model.set.surface_count * world->model.set.surface_count * sizeof(contact_law);
 }
 
 static bool laws_differ(const tulle_world *world) {
-    return world->first_laws && memcmp(world->laws, world->first_laws, get_laws_size(world)) != 0;
+    return world->first.laws &&
+           memcmp(world->model.laws, world->first.laws, get_laws_size(world)) != 0;
 }
 
 /* Keeps the laws of the start before one of them changes. */
 static tulle_status keep_first_laws(tulle_world *world, tulle_error *error) {
-    if (world->first_laws) return TULLE_OK;
-    world->first_laws = memory_allocate(&world->heap, get_laws_size(world));
-    if (!world->first_laws)
+    if (world->first.laws) return TULLE_OK;
+    world->first.laws = memory_allocate(&world->heap, get_laws_size(world));
+    if (!world->first.laws)
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for laws of pairs");
-    memcpy(world->first_laws, world->laws, get_laws_size(world));
+    memcpy(world->first.laws, world->model.laws, get_laws_size(world));
     return TULLE_OK;
 }
 
 static size_t get_materials_size(const tulle_world *world) {
-    return world->cloths.count * sizeof(tulle_material);
+    return world->model.cloths.count * sizeof(tulle_material);
 }
 
 static size_t get_releases_size(const tulle_world *world) {
-    return world->pin_count * sizeof(double);
+    return world->model.pin_count * sizeof(double);
 }
 
 static void list_materials(const tulle_world *world, tulle_material *materials) {
-    for (size_t i = 0; i < world->cloths.count; i++) materials[i] = world->cloths.data[i].material;
+    for (size_t i = 0; i < world->model.cloths.count; i++)
+        materials[i] = world->model.cloths.data[i].material;
 }
 
 static void list_releases(const tulle_world *world, double *releases) {
-    for (size_t i = 0; i < world->cloths.count; i++)
-        for (size_t p = 0; p < world->cloths.data[i].pin_count; p++)
-            *releases++ = world->cloths.data[i].pins[p].release_time;
+    for (size_t i = 0; i < world->model.cloths.count; i++)
+        for (size_t p = 0; p < world->model.cloths.data[i].pin_count; p++)
+            *releases++ = world->model.cloths.data[i].pins[p].release_time;
 }
 
 /* Keeps materials and pins of the start before one of them changes. */
 static tulle_status keep_first_cloths(tulle_world *world, tulle_error *error) {
-    if (world->first_materials) return TULLE_OK;
-    world->first_materials = memory_allocate(&world->heap, get_materials_size(world));
-    world->first_releases = memory_allocate(&world->heap, get_releases_size(world));
-    if (!world->first_materials || !world->first_releases) {
-        memory_release(&world->heap, world->first_materials, get_materials_size(world));
-        memory_release(&world->heap, world->first_releases, get_releases_size(world));
-        world->first_materials = NULL;
-        world->first_releases = NULL;
+    if (world->first.materials) return TULLE_OK;
+    world->first.materials = memory_allocate(&world->heap, get_materials_size(world));
+    world->first.releases = memory_allocate(&world->heap, get_releases_size(world));
+    if (!world->first.materials || !world->first.releases) {
+        memory_release(&world->heap, world->first.materials, get_materials_size(world));
+        memory_release(&world->heap, world->first.releases, get_releases_size(world));
+        world->first.materials = NULL;
+        world->first.releases = NULL;
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for materials");
     }
-    list_materials(world, world->first_materials);
-    list_releases(world, world->first_releases);
+    list_materials(world, world->first.materials);
+    list_releases(world, world->first.releases);
     return TULLE_OK;
 }
 
 void world_release_first_settings(tulle_world *world) {
-    memory_release(&world->heap, world->first_laws, get_laws_size(world));
-    memory_release(&world->heap, world->first_materials, get_materials_size(world));
-    memory_release(&world->heap, world->first_releases, get_releases_size(world));
-    world->first_laws = NULL;
-    world->first_materials = NULL;
-    world->first_releases = NULL;
+    memory_release(&world->heap, world->first.laws, get_laws_size(world));
+    memory_release(&world->heap, world->first.materials, get_materials_size(world));
+    memory_release(&world->heap, world->first.releases, get_releases_size(world));
+    world->first.laws = NULL;
+    world->first.materials = NULL;
+    world->first.releases = NULL;
 }
 
 static bool materials_differ(const tulle_world *world) {
     bool differ = false;
-    for (size_t i = 0; world->first_materials && i < world->cloths.count; i++)
-        differ |= memcmp(&world->cloths.data[i].material, &world->first_materials[i],
+    for (size_t i = 0; world->first.materials && i < world->model.cloths.count; i++)
+        differ |= memcmp(&world->model.cloths.data[i].material, &world->first.materials[i],
                          sizeof(tulle_material)) != 0;
     return differ;
 }
 
 static bool releases_differ(const tulle_world *world) {
-    const double *first = world->first_releases;
+    const double *first = world->first.releases;
     bool differ = false;
-    for (size_t i = 0; first && i < world->cloths.count; i++)
-        for (size_t p = 0; p < world->cloths.data[i].pin_count; p++)
-            differ |= world->cloths.data[i].pins[p].release_time != *first++;
+    for (size_t i = 0; first && i < world->model.cloths.count; i++)
+        for (size_t p = 0; p < world->model.cloths.data[i].pin_count; p++)
+            differ |= world->model.cloths.data[i].pins[p].release_time != *first++;
     return differ;
 }
 
@@ -175,7 +177,7 @@ tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind, tu
 
 static world_cloth *find_cloth(tulle_world *world, tulle_cloth_id id, tulle_error *error) {
     size_t const index = world_find_cloth(world, id);
-    if (index != SIZE_MAX && world->is_started) return &world->cloths.data[index];
+    if (index != SIZE_MAX && world->is_started) return &world->model.cloths.data[index];
     error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
               "the world has no such cloth, or has not started");
     return NULL;
@@ -190,7 +192,7 @@ static bool has_hysteresis(const tulle_material *m) {
 static tulle_status check_material(const tulle_world *world, const world_cloth *cloth,
                                    const tulle_material *material, tulle_error *error) {
     tulle_status const status =
-        material_validate(material, world->def.membrane, cloth->name, error);
+        material_validate(material, world->model.def.membrane, cloth->name, error);
     if (status != TULLE_OK) return status;
     if (has_hysteresis(material) == has_hysteresis(&cloth->material)) return TULLE_OK;
     return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -264,7 +266,7 @@ tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, do
                                        tulle_error *error) {
     world_cloth *const cloth = find_cloth(world, id, error);
     if (!cloth) return TULLE_ERROR_INVALID_ARGUMENT;
-    double const least = 2.0 * world->minimum_gap, most = world->contact_distance;
+    double const least = 2.0 * world->model.minimum_gap, most = world->model.contact_distance;
     if (!(thickness >= least && thickness <= most))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: a thickness of %g m is asked for; while the world runs it lies "
@@ -273,16 +275,16 @@ tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, do
                          cloth->name, thickness, least, most);
     tulle_status const status = keep_first_laws(world, error);
     if (status != TULLE_OK) return status;
-    size_t const count = world->set.surface_count, own = world_find_cloth(world, id);
+    size_t const count = world->model.set.surface_count, own = world_find_cloth(world, id);
     for (size_t other = 0; other < count; other++) {
-        contact_law *const law = &world->laws[own * count + other];
+        contact_law *const law = &world->model.laws[own * count + other];
         if (!(law->contact_distance > 0.0)) continue; /* nothing that it meets */
         law->contact_distance = thickness;
-        if (other != own && other < world->cloths.count)
+        if (other != own && other < world->model.cloths.count)
             law->contact_distance =
-                0.5 * (thickness + world->laws[other * count + other].contact_distance);
+                0.5 * (thickness + world->model.laws[other * count + other].contact_distance);
         law->separation_distance = world_get_separation(world, law->contact_distance);
-        world->laws[other * count + own] = *law;
+        world->model.laws[other * count + own] = *law;
     }
     world_wake_all(world, &world->now);
     if (world->recording)
@@ -295,7 +297,7 @@ tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, do
 
 int tulle_cloth_is_asleep(const tulle_world *world, tulle_cloth_id id) {
     size_t const cloth = world_find_cloth(world, id);
-    return cloth != SIZE_MAX && world->is_started && cloth < world->cloth_rest_count &&
+    return cloth != SIZE_MAX && world->is_started && cloth < world->model.cloth_rest_count &&
            world->now.cloth_rests[cloth].is_asleep;
 }
 
@@ -313,14 +315,14 @@ tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tull
                               tulle_error *error) {
     tulle_status const status = keep_first_laws(world, error);
     if (status != TULLE_OK) return status;
-    contact_law *const old = &world->laws[a * world->set.surface_count + b];
+    contact_law *const old = &world->model.laws[a * world->model.set.surface_count + b];
     contact_law changed = *old;
     changed.static_friction = law->static_friction;
     changed.dynamic_friction =
         law->dynamic_friction < 0.0 ? law->static_friction : law->dynamic_friction;
     changed.restitution = law->restitution;
     if (memcmp(old, &changed, sizeof changed) == 0) return TULLE_OK;
-    *old = world->laws[b * world->set.surface_count + a] = changed;
+    *old = world->model.laws[b * world->model.set.surface_count + a] = changed;
     world_wake_all(world, &world->now);
     return TULLE_OK;
 }
@@ -344,7 +346,7 @@ static size_t get_parts_size(const tulle_world *world, uint64_t parts) {
 size_t world_get_settings_size(const tulle_world *world) {
     world_settings const settings = get_settings(world);
     uint64_t const parts = list_parts(world);
-    if (parts == 0 && memcmp(&settings, &world->first_settings, sizeof settings) == 0) return 0;
+    if (parts == 0 && memcmp(&settings, &world->first.settings, sizeof settings) == 0) return 0;
     return sizeof settings + get_parts_size(world, parts);
 }
 
@@ -352,15 +354,15 @@ void world_put_settings(const tulle_world *world, void *bytes) {
     world_settings settings = get_settings(world);
     unsigned char *to = bytes;
     settings.parts = list_parts(world);
-    if (settings.parts & PART_LAWS) memcpy(to, world->laws, get_laws_size(world));
+    if (settings.parts & PART_LAWS) memcpy(to, world->model.laws, get_laws_size(world));
     to += get_parts_size(world, settings.parts & PART_LAWS);
-    for (size_t i = 0; settings.parts & PART_MATERIALS && i < world->cloths.count; i++) {
-        memcpy(to, &world->cloths.data[i].material, sizeof(tulle_material));
+    for (size_t i = 0; settings.parts & PART_MATERIALS && i < world->model.cloths.count; i++) {
+        memcpy(to, &world->model.cloths.data[i].material, sizeof(tulle_material));
         to += sizeof(tulle_material);
     }
-    for (size_t i = 0; settings.parts & PART_RELEASES && i < world->cloths.count; i++)
-        for (size_t p = 0; p < world->cloths.data[i].pin_count; p++, to += sizeof(double))
-            memcpy(to, &world->cloths.data[i].pins[p].release_time, sizeof(double));
+    for (size_t i = 0; settings.parts & PART_RELEASES && i < world->model.cloths.count; i++)
+        for (size_t p = 0; p < world->model.cloths.data[i].pin_count; p++, to += sizeof(double))
+            memcpy(to, &world->model.cloths.data[i].pins[p].release_time, sizeof(double));
     memcpy(to, &settings, sizeof settings);
 }
 
@@ -368,12 +370,14 @@ uint64_t world_hash_settings(const tulle_world *world, uint64_t hash) {
     if (world_get_settings_size(world) == 0) return hash;
     world_settings settings = get_settings(world);
     settings.parts = list_parts(world);
-    if (settings.parts & PART_LAWS) hash = hash_bytes(hash, world->laws, get_laws_size(world));
-    for (size_t i = 0; settings.parts & PART_MATERIALS && i < world->cloths.count; i++)
-        hash = hash_bytes(hash, &world->cloths.data[i].material, sizeof(tulle_material));
-    for (size_t i = 0; settings.parts & PART_RELEASES && i < world->cloths.count; i++)
-        for (size_t p = 0; p < world->cloths.data[i].pin_count; p++)
-            hash = hash_bytes(hash, &world->cloths.data[i].pins[p].release_time, sizeof(double));
+    if (settings.parts & PART_LAWS)
+        hash = hash_bytes(hash, world->model.laws, get_laws_size(world));
+    for (size_t i = 0; settings.parts & PART_MATERIALS && i < world->model.cloths.count; i++)
+        hash = hash_bytes(hash, &world->model.cloths.data[i].material, sizeof(tulle_material));
+    for (size_t i = 0; settings.parts & PART_RELEASES && i < world->model.cloths.count; i++)
+        for (size_t p = 0; p < world->model.cloths.data[i].pin_count; p++)
+            hash =
+                hash_bytes(hash, &world->model.cloths.data[i].pins[p].release_time, sizeof(double));
     return hash_bytes(hash, &settings, sizeof settings);
 }
 
@@ -386,7 +390,7 @@ typedef struct read_settings {
 /* False where the sizes do not fit. */
 static bool split_settings(const tulle_world *world, const void *bytes, size_t size,
                            read_settings *split) {
-    *split = (read_settings){.settings = world->first_settings};
+    *split = (read_settings){.settings = world->first.settings};
     if (size == 0) return true;
     const unsigned char *const from = bytes;
     if (size < sizeof split->settings) return false;
@@ -405,12 +409,13 @@ static bool split_settings(const tulle_world *world, const void *bytes, size_t s
 static bool law_is_valid(const tulle_world *world, const contact_law *law, const contact_law *now) {
     tulle_contact_law const given = {law->static_friction, law->dynamic_friction, law->restitution};
     bool const meets = now->contact_distance > 0.0;
-    bool const has_distance = meets ? law->contact_distance >= 2.0 * world->minimum_gap &&
-                                          law->contact_distance <= world->contact_distance &&
-                                          law->separation_distance >= law->contact_distance &&
-                                          law->separation_distance <= world->separation_distance
-                                    : law->contact_distance == now->contact_distance &&
-                                          law->separation_distance == now->separation_distance;
+    bool const has_distance = meets
+                                  ? law->contact_distance >= 2.0 * world->model.minimum_gap &&
+                                        law->contact_distance <= world->model.contact_distance &&
+                                        law->separation_distance >= law->contact_distance &&
+                                        law->separation_distance <= world->model.separation_distance
+                                  : law->contact_distance == now->contact_distance &&
+                                        law->separation_distance == now->separation_distance;
     return has_distance && law->dynamic_friction >= 0.0 &&
            contact_law_check(&given, "", NULL) == TULLE_OK;
 }
@@ -421,14 +426,14 @@ static bool settings_are_valid(const tulle_world *world, const read_settings *sp
     for (size_t i = 0; is_valid && i < law_count; i++) {
         contact_law law;
         memcpy(&law, split->laws + i * sizeof law, sizeof law);
-        is_valid = law_is_valid(world, &law, &world->laws[i]);
+        is_valid = law_is_valid(world, &law, &world->model.laws[i]);
     }
-    for (size_t i = 0; is_valid && split->materials && i < world->cloths.count; i++) {
+    for (size_t i = 0; is_valid && split->materials && i < world->model.cloths.count; i++) {
         tulle_material material;
         memcpy(&material, split->materials + i * sizeof material, sizeof material);
-        is_valid = check_material(world, &world->cloths.data[i], &material, NULL) == TULLE_OK;
+        is_valid = check_material(world, &world->model.cloths.data[i], &material, NULL) == TULLE_OK;
     }
-    for (size_t i = 0; is_valid && split->releases && i < world->pin_count; i++) {
+    for (size_t i = 0; is_valid && split->releases && i < world->model.pin_count; i++) {
         double release;
         memcpy(&release, split->releases + i * sizeof release, sizeof release);
         is_valid = !isnan(release);
@@ -441,26 +446,26 @@ static bool settings_are_valid(const tulle_world *world, const read_settings *sp
 static tulle_status prepare_cloths(tulle_world *world, const read_settings *split,
                                    tulle_error *error) {
     size_t const material_size = get_materials_size(world), release_size = get_releases_size(world);
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    tulle_material *const materials = arena_allocate(&world->scratch, 2, material_size);
-    double *const releases = arena_allocate(&world->scratch, 2, release_size);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    tulle_material *const materials = arena_allocate(&world->work.scratch, 2, material_size);
+    double *const releases = arena_allocate(&world->work.scratch, 2, release_size);
     tulle_status status = TULLE_OK;
     if (!materials || !releases) {
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for materials");
     } else {
-        tulle_material *const now = materials + world->cloths.count;
-        double *const pins_now = releases + world->pin_count;
+        tulle_material *const now = materials + world->model.cloths.count;
+        double *const pins_now = releases + world->model.pin_count;
         list_materials(world, now);
         list_releases(world, pins_now);
         memcpy(materials,
                split->materials         ? (const void *)split->materials
-               : world->first_materials ? world->first_materials
+               : world->first.materials ? world->first.materials
                                         : now,
                material_size);
         if (release_size > 0)
             memcpy(releases,
                    split->releases         ? (const void *)split->releases
-                   : world->first_releases ? world->first_releases
+                   : world->first.releases ? world->first.releases
                                            : pins_now,
                    release_size);
         bool const differs = memcmp(materials, now, material_size) != 0 ||
@@ -470,7 +475,7 @@ static tulle_status prepare_cloths(tulle_world *world, const read_settings *spli
         if (differs && status == TULLE_OK)
             status = prepare_machinery(world, (cloth_settings){materials, releases}, error);
     }
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     return status;
 }
 
@@ -489,15 +494,15 @@ void world_take_settings(tulle_world *world, const void *bytes, size_t size) {
     read_settings split;
     (void)split_settings(world, bytes, size, &split); /* world_check_settings has seen them */
     set_settings(world, &split.settings);
-    if (world->first_laws)
-        memcpy(world->laws, split.laws ? (const void *)split.laws : world->first_laws,
+    if (world->first.laws)
+        memcpy(world->model.laws, split.laws ? (const void *)split.laws : world->first.laws,
                get_laws_size(world));
     const unsigned char *materials =
-        split.materials ? split.materials : (const unsigned char *)world->first_materials;
+        split.materials ? split.materials : (const unsigned char *)world->first.materials;
     const unsigned char *releases =
-        split.releases ? split.releases : (const unsigned char *)world->first_releases;
-    for (size_t i = 0; world->first_materials && i < world->cloths.count; i++) {
-        world_cloth *const cloth = &world->cloths.data[i];
+        split.releases ? split.releases : (const unsigned char *)world->first.releases;
+    for (size_t i = 0; world->first.materials && i < world->model.cloths.count; i++) {
+        world_cloth *const cloth = &world->model.cloths.data[i];
         memcpy(&cloth->material, materials + i * sizeof cloth->material, sizeof cloth->material);
         for (size_t p = 0; p < cloth->pin_count; p++, releases += sizeof(double))
             memcpy(&cloth->pins[p].release_time, releases, sizeof(double));
@@ -510,17 +515,17 @@ void world_take_settings(tulle_world *world, const void *bytes, size_t size) {
 tulle_status world_carry_first_cloths(tulle_world *world, tulle_error *error) {
     const world_change *const change = world->change;
     const tulle_world *const before = change->before;
-    if (!before->first_materials) return TULLE_OK;
+    if (!before->first.materials) return TULLE_OK;
     tulle_status const status = keep_first_cloths(world, error);
     if (status != TULLE_OK) return status;
-    double *release = world->first_releases;
-    for (size_t i = 0; i < world->cloths.count; i++) {
-        size_t const pin_count = world->cloths.data[i].pin_count;
+    double *release = world->first.releases;
+    for (size_t i = 0; i < world->model.cloths.count; i++) {
+        size_t const pin_count = world->model.cloths.data[i].pin_count;
         uint32_t const source = change->sources[i];
         if (source != TULLE_NONE) {
-            const double *first = before->first_releases;
-            for (size_t k = 0; k < source; k++) first += before->cloths.data[k].pin_count;
-            world->first_materials[i] = before->first_materials[source];
+            const double *first = before->first.releases;
+            for (size_t k = 0; k < source; k++) first += before->model.cloths.data[k].pin_count;
+            world->first.materials[i] = before->first.materials[source];
             if (pin_count > 0) memcpy(release, first, pin_count * sizeof *release);
         }
         release += pin_count;
@@ -539,7 +544,7 @@ static void carry_law(const tulle_world *world, const contact_law *first, const 
         law->restitution = last->restitution;
     }
     if (last->contact_distance == first->contact_distance) return;
-    double const least = 2.0 * world->minimum_gap, most = world->contact_distance;
+    double const least = 2.0 * world->model.minimum_gap, most = world->model.contact_distance;
     law->contact_distance = fmin(fmax(last->contact_distance, least), most);
     law->separation_distance = world_get_separation(world, law->contact_distance);
 }
@@ -550,12 +555,13 @@ static tulle_status carry_laws(tulle_world *world, tulle_error *error) {
     if (!laws_differ(before)) return TULLE_OK;
     tulle_status const status = keep_first_laws(world, error);
     if (status != TULLE_OK) return status;
-    size_t const count = world->set.surface_count, count_before = before->set.surface_count;
+    size_t const count = world->model.set.surface_count,
+                 count_before = before->model.set.surface_count;
     for (size_t i = 0; i < count * count; i++) {
         uint32_t const a = change->sources[i / count], b = change->sources[i % count];
         if (a == TULLE_NONE || b == TULLE_NONE) continue;
         size_t const old = (size_t)a * count_before + b;
-        carry_law(world, &before->first_laws[old], &before->laws[old], &world->laws[i]);
+        carry_law(world, &before->first.laws[old], &before->model.laws[old], &world->model.laws[i]);
     }
     return TULLE_OK;
 }

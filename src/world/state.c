@@ -55,20 +55,23 @@ static void take(byte_cursor *cursor, void *target, size_t byte_count) {
 }
 
 moving_run world_first_moving(const tulle_world *world) {
-    size_t const count = world->set.surface_count;
-    size_t surface = world->cloths.count;
-    while (surface < count && !world->surfaces[surface].is_static) surface++;
-    return (moving_run){
-        0, surface < count ? world->surfaces[surface].vertex_begin : world->vertex_count, surface};
+    size_t const count = world->model.set.surface_count;
+    size_t surface = world->model.cloths.count;
+    while (surface < count && !world->model.surfaces[surface].is_static) surface++;
+    return (moving_run){0,
+                        surface < count ? world->model.surfaces[surface].vertex_begin
+                                        : world->model.vertex_count,
+                        surface};
 }
 
 bool world_next_moving(const tulle_world *world, moving_run *run) {
-    size_t const count = world->set.surface_count;
+    size_t const count = world->model.set.surface_count;
     if (run->surface >= count) return false;
     size_t surface = run->surface + 1;
-    while (surface < count && !world->surfaces[surface].is_static) surface++;
-    run->begin = world->surfaces[run->surface].vertex_end;
-    run->end = surface < count ? world->surfaces[surface].vertex_begin : world->vertex_count;
+    while (surface < count && !world->model.surfaces[surface].is_static) surface++;
+    run->begin = world->model.surfaces[run->surface].vertex_end;
+    run->end =
+        surface < count ? world->model.surfaces[surface].vertex_begin : world->model.vertex_count;
     run->surface = surface;
     return true;
 }
@@ -95,27 +98,28 @@ static void take_moving(byte_cursor *cursor, const tulle_world *world, double *v
 
 uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     if (!world || !world->is_started) return HASH_SEED;
-    const world_motion_state *const now = &world->now;
-    size_t const bytes = 3 * world->vertex_count * sizeof(double);
+    const motion_state *const now = &world->now;
+    size_t const bytes = 3 * world->model.vertex_count * sizeof(double);
     uint64_t hash = HASH_SEED;
     double *vectors[STATE_VECTORS_MAX];
     size_t const vector_count = world_list_vectors(now, vectors);
     for (size_t i = 0; i < vector_count; i++) hash = hash_bytes(hash, vectors[i], bytes);
-    if (world->plastic_count > 0)
-        hash = hash_bytes(hash, now->plastic, world->plastic_count * sizeof(double));
+    if (world->model.plastic_count > 0)
+        hash = hash_bytes(hash, now->plastic, world->model.plastic_count * sizeof(double));
     double const clocks[2] = {now->time, now->previous_time_step};
     hash = hash_bytes(hash, clocks, sizeof clocks);
     hash = hash_bytes(hash, &world->step_count, sizeof world->step_count);
-    hash = hash_bytes(hash, now->is_present, world->obstacles.count);
-    hash = hash_bytes(hash, now->particles, world->particle_count);
-    hash = hash_bytes(hash, now->rests, world->body_count * sizeof *now->rests);
-    hash = hash_bytes(hash, now->poses, world->pose_count * sizeof *now->poses);
-    if (world->cloth_rest_count > 0)
-        hash =
-            hash_bytes(hash, now->cloth_rests, world->cloth_rest_count * sizeof *now->cloth_rests);
+    hash = hash_bytes(hash, now->is_present, world->model.obstacles.count);
+    hash = hash_bytes(hash, now->particles, world->model.particle_count);
+    hash = hash_bytes(hash, now->rests, world->model.body_count * sizeof *now->rests);
+    hash = hash_bytes(hash, now->poses, world->model.pose_count * sizeof *now->poses);
+    if (world->model.cloth_rest_count > 0)
+        hash = hash_bytes(hash, now->cloth_rests,
+                          world->model.cloth_rest_count * sizeof *now->cloth_rests);
     if (now->hold_count > 0)
         hash = hash_bytes(hash, now->holds, now->hold_count * sizeof *now->holds);
-    if (world->body_count > 0) hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
+    if (world->model.body_count > 0)
+        hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
     hash = world_hash_settings(world, hash);
     hash = world_hash_controls(world, hash);
@@ -124,7 +128,7 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
         hash = hash_bytes(hash, now->ties.data, now->ties.count * sizeof *now->ties.data);
     }
     if (world_has_lags(world, now))
-        hash = hash_bytes(hash, now->lags, 3 * world->lag_vertex_count * sizeof(double));
+        hash = hash_bytes(hash, now->lags, 3 * world->model.lag_vertex_count * sizeof(double));
     return contact_store_hash(&now->contacts, hash);
 }
 
@@ -138,9 +142,10 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
     double *vectors[STATE_VECTORS_MAX];
     size_t const vector_count = world_list_vectors(&world->now, vectors);
     return sizeof(state_header) + 3 * vector_count * count_moving(world) * sizeof(double) +
-           world->plastic_count * sizeof(double) + world->obstacles.count + world->particle_count +
-           world->body_count * sizeof(body_rest) + world->cloth_rest_count * sizeof(cloth_rest) +
-           world->pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
+           world->model.plastic_count * sizeof(double) + world->model.obstacles.count +
+           world->model.particle_count + world->model.body_count * sizeof(body_rest) +
+           world->model.cloth_rest_count * sizeof(cloth_rest) +
+           world->model.pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
            parts.tie_count * sizeof(world_tie) + 3 * parts.lag_count * sizeof(double) +
            parts.contact_bytes + parts.patch_bytes +
            parts.ignored_count * sizeof(tulle_intersection) + parts.control_bytes +
@@ -157,38 +162,38 @@ static part_sizes read_parts(const state_header *header) {
 }
 
 static part_sizes measure_parts(const tulle_world *world) {
-    return (part_sizes){.contact_bytes = contact_store_get_size(&world->now.contacts),
-                        .patch_bytes = world->patches ? kept_patches_save(world->patches, NULL) : 0,
-                        .ignored_count = world->ignored.count,
-                        .hold_count = world->now.hold_count,
-                        .setting_bytes = world_get_settings_size(world),
-                        .control_bytes = world_get_controls_size(world),
-                        .tie_count = world->now.ties.count,
-                        .lag_count =
-                            world_has_lags(world, &world->now) ? world->lag_vertex_count : 0};
+    return (part_sizes){
+        .contact_bytes = contact_store_get_size(&world->now.contacts),
+        .patch_bytes = world->work.patches ? kept_patches_save(world->work.patches, NULL) : 0,
+        .ignored_count = world->ignored.count,
+        .hold_count = world->now.hold_count,
+        .setting_bytes = world_get_settings_size(world),
+        .control_bytes = world_get_controls_size(world),
+        .tie_count = world->now.ties.count,
+        .lag_count = world_has_lags(world, &world->now) ? world->model.lag_vertex_count : 0};
 }
 
 /* All but the header. */
 static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *cursor) {
-    const world_motion_state *const now = &world->now;
+    const motion_state *const now = &world->now;
     double *vectors[STATE_VECTORS_MAX];
     size_t const vector_count = world_list_vectors(now, vectors);
     for (size_t i = 0; i < vector_count; i++) put_moving(cursor, world, vectors[i]);
-    put(cursor, now->plastic, world->plastic_count * sizeof(double));
-    put(cursor, now->is_present, world->obstacles.count);
-    put(cursor, now->particles, world->particle_count);
-    put(cursor, now->rests, world->body_count * sizeof *now->rests);
-    put(cursor, now->cloth_rests, world->cloth_rest_count * sizeof *now->cloth_rests);
-    put(cursor, now->poses, world->pose_count * sizeof *now->poses);
+    put(cursor, now->plastic, world->model.plastic_count * sizeof(double));
+    put(cursor, now->is_present, world->model.obstacles.count);
+    put(cursor, now->particles, world->model.particle_count);
+    put(cursor, now->rests, world->model.body_count * sizeof *now->rests);
+    put(cursor, now->cloth_rests, world->model.cloth_rest_count * sizeof *now->cloth_rests);
+    put(cursor, now->poses, world->model.pose_count * sizeof *now->poses);
     put(cursor, now->holds, parts.hold_count * sizeof *now->holds);
     put(cursor, now->ties.data, parts.tie_count * sizeof *now->ties.data);
     put(cursor, now->lags, 3 * parts.lag_count * sizeof(double));
     put(cursor, world->ignored.data, parts.ignored_count * sizeof(tulle_intersection));
     contact_store_save(&now->contacts, cursor->bytes + cursor->used);
     cursor->used += parts.contact_bytes;
-    if (parts.patch_bytes > 0) kept_patches_save(world->patches, cursor->bytes + cursor->used);
+    if (parts.patch_bytes > 0) kept_patches_save(world->work.patches, cursor->bytes + cursor->used);
     cursor->used += parts.patch_bytes;
-    put(cursor, world->controls, parts.control_bytes);
+    put(cursor, world->model.controls, parts.control_bytes);
     if (parts.setting_bytes > 0) world_put_settings(world, cursor->bytes + cursor->used);
     cursor->used += parts.setting_bytes;
 }
@@ -204,8 +209,8 @@ static void write_state(const tulle_world *world, part_sizes parts, unsigned cha
     put_parts(world, parts, &cursor);
     state_header header = {.byte_count = size,
                            .def_hash = world->def_hash,
-                           .vertex_count = world->vertex_count,
-                           .obstacle_count = world->obstacles.count,
+                           .vertex_count = world->model.vertex_count,
+                           .obstacle_count = world->model.obstacles.count,
                            .step_count = world->step_count,
                            .contact_bytes = parts.contact_bytes,
                            .patch_bytes = parts.patch_bytes,
@@ -253,7 +258,7 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
     if (status != TULLE_OK) return status;
     part_sizes const parts = measure_parts(world);
     size_t const size = state_size(world, parts);
-    memory heap = {.allocator = world->def.allocator};
+    memory heap = {.allocator = world->model.def.allocator};
     unsigned char *const made = memory_allocate(&heap, size);
     if (!made) {
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to save the state");
@@ -266,7 +271,7 @@ tulle_status tulle_world_save_state(const tulle_world *world, void **bytes, size
 
 void tulle_world_free_state(const tulle_world *world, void *bytes, size_t byte_count) {
     if (!world) return;
-    memory heap = {.allocator = world->def.allocator};
+    memory heap = {.allocator = world->model.def.allocator};
     heap.bytes_held = SIZE_MAX / 2; /* another heap counted the block */
     memory_release(&heap, bytes, byte_count);
 }
@@ -293,11 +298,11 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
         header->attachment_count > UINT32_MAX || header->hash != compute_hash(bytes, byte_count)) {
         return error_set(error, TULLE_ERROR_PARSE, "the saved state is damaged or cut off");
     }
-    if (header->def_hash != world->def_hash || header->vertex_count != world->vertex_count ||
-        header->obstacle_count != world->obstacles.count ||
+    if (header->def_hash != world->def_hash || header->vertex_count != world->model.vertex_count ||
+        header->obstacle_count != world->model.obstacles.count ||
         (header->control_bytes != 0 &&
-         header->control_bytes != world->body_count * sizeof *world->controls) ||
-        (header->lag_count != 0 && header->lag_count != world->lag_vertex_count) ||
+         header->control_bytes != world->model.body_count * sizeof *world->model.controls) ||
+        (header->lag_count != 0 && header->lag_count != world->model.lag_vertex_count) ||
         state_size(world, read_parts(header)) != byte_count) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "the saved state belongs to another scene");
@@ -323,9 +328,9 @@ static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t
         uint32_t const objects[2] = {pair->object_a, pair->object_b};
         uint32_t const triangles[2] = {pair->triangle_a, pair->triangle_b};
         for (int k = 0; k < 2; k++) {
-            if (objects[k] >= world->set.surface_count ||
-                triangles[k] >= world->surfaces[objects[k]].triangle_end -
-                                    world->surfaces[objects[k]].triangle_begin) {
+            if (objects[k] >= world->model.set.surface_count ||
+                triangles[k] >= world->model.surfaces[objects[k]].triangle_end -
+                                    world->model.surfaces[objects[k]].triangle_begin) {
                 return error_set(error, TULLE_ERROR_PARSE,
                                  "the saved state names triangles that are not there: start the "
                                  "run anew");
@@ -340,10 +345,10 @@ static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t
  * for that; the next step then grows its own. */
 static tulle_status take_patches(tulle_world *world, const unsigned char *bytes, size_t byte_count,
                                  tulle_error *error) {
-    if (!world->patches) return TULLE_OK;
+    if (!world->work.patches) return TULLE_OK;
     tulle_status status = world_keep_patches(world);
     if (status == TULLE_OK) {
-        status = kept_patches_load(world->patches, bytes, byte_count);
+        status = kept_patches_load(world->work.patches, bytes, byte_count);
         if (status != TULLE_OK) world_restore_patches(world);
     }
     if (status == TULLE_OK) return status;
@@ -370,17 +375,17 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     const unsigned char *const controls = settings - parts.control_bytes;
 
     /* into the spare state first, so that a failure changes nothing */
-    world_motion_state *const next = &world->next;
+    motion_state *const next = &world->next;
     byte_cursor cursor = {(unsigned char *)(uintptr_t)bytes, sizeof header};
     double *vectors[STATE_VECTORS_MAX];
     size_t const vector_count = world_list_vectors(next, vectors);
     for (size_t i = 0; i < vector_count; i++) take_moving(&cursor, world, vectors[i]);
-    take(&cursor, next->plastic, world->plastic_count * sizeof(double));
-    take(&cursor, next->is_present, world->obstacles.count);
-    take(&cursor, next->particles, world->particle_count);
-    take(&cursor, next->rests, world->body_count * sizeof *next->rests);
-    take(&cursor, next->cloth_rests, world->cloth_rest_count * sizeof *next->cloth_rests);
-    take(&cursor, next->poses, world->pose_count * sizeof *next->poses);
+    take(&cursor, next->plastic, world->model.plastic_count * sizeof(double));
+    take(&cursor, next->is_present, world->model.obstacles.count);
+    take(&cursor, next->particles, world->model.particle_count);
+    take(&cursor, next->rests, world->model.body_count * sizeof *next->rests);
+    take(&cursor, next->cloth_rests, world->model.cloth_rest_count * sizeof *next->cloth_rests);
+    take(&cursor, next->poses, world->model.pose_count * sizeof *next->poses);
     next->elastic.is_known = false;
     next->hold_count = parts.hold_count;
     take(&cursor, next->holds, parts.hold_count * sizeof *next->holds);
@@ -390,15 +395,15 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to load the state");
     next->ties.count = parts.tie_count;
     take(&cursor, next->ties.data, parts.tie_count * sizeof *next->ties.data);
-    memset(next->lags, 0, 3 * world->lag_vertex_count * sizeof(double));
+    memset(next->lags, 0, 3 * world->model.lag_vertex_count * sizeof(double));
     take(&cursor, next->lags, 3 * parts.lag_count * sizeof(double));
     world_measure_lags(world, next);
     next->attachment_count = (uint32_t)header.attachment_count;
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;
     next->lost_energy = header.lost_energy;
-    if (world->body_count > 0) /* not saved */
-        memset(next->drive_forces, 0, BODY_AXES * world->body_count * sizeof(double));
+    if (world->model.body_count > 0) /* not saved */
+        memset(next->drive_forces, 0, BODY_AXES * world->model.body_count * sizeof(double));
     status = world_check_settings(world, settings, parts.setting_bytes, error);
     if (status == TULLE_OK)
         status = world_check_controls(world, controls, parts.control_bytes, error);
@@ -409,7 +414,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
                                 parts.contact_bytes);
     if (status == TULLE_ERROR_OUT_OF_MEMORY)
         return error_set(error, status, "no memory left for the contacts of the saved state");
-    if (status != TULLE_OK || !contact_store_fits(&next->contacts, &world->topo))
+    if (status != TULLE_OK || !contact_store_fits(&next->contacts, &world->model.topo))
         return error_set(error, TULLE_ERROR_PARSE,
                          "the contacts of the saved state cannot be read: start the run anew");
     status = world_find_touching(world, next, error);
@@ -422,15 +427,15 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     world_take_settings(world, settings, parts.setting_bytes);
     world_take_controls(world, controls, parts.control_bytes);
     world->intersections.count = world->overlaps.count = 0;
-    world_motion_state const old = world->now;
+    motion_state const old = world->now;
     world->now = *next;
     world->next = old;
     world->step_count = header.step_count;
     world->accepted_rows.rows.count = 0; /* a saved state has no rows */
     world->has_contacts = world->has_queries = false;
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        world_obstacle *const obstacle = &world->obstacles.data[i];
-        world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        world_obstacle *const obstacle = &world->model.obstacles.data[i];
+        world->model.surfaces[world->model.cloths.count + i].is_present = world->now.is_present[i];
         /* a live reader gives what belongs to the state from here on */
         obstacle->frame_numbers[0] = obstacle->frame_numbers[1] = TULLE_NONE;
     }

@@ -41,9 +41,9 @@ static bool are_at_most(const uint8_t *values, size_t count, uint8_t most) {
 }
 
 static bool rests_are_valid(const tulle_world *world, const body_rest *rests) {
-    for (size_t i = 0; i < world->body_count; i++) {
+    for (size_t i = 0; i < world->model.body_count; i++) {
         const body_rest *const rest = &rests[i];
-        if (rest->state > BODY_SLEEPS || rest->group >= world->body_count ||
+        if (rest->state > BODY_SLEEPS || rest->group >= world->model.body_count ||
             !isfinite(rest->quiet_time) || rest->quiet_time < 0.0 || !are_finite(rest->force, 3) ||
             !are_finite(rest->torque, 3) || !are_finite(rest->impulse, 3) ||
             !are_finite(rest->moment, 3))
@@ -53,7 +53,7 @@ static bool rests_are_valid(const tulle_world *world, const body_rest *rests) {
 }
 
 static bool poses_are_valid(const tulle_world *world, const motion_pose *poses) {
-    for (size_t i = 0; i < world->pose_count; i++) {
+    for (size_t i = 0; i < world->model.pose_count; i++) {
         const vec3 *const t = &poses[i].translation;
         if (!isfinite(t->x + t->y + t->z) ||
             !(fabs(quaternion_norm(poses[i].rotation) - 1.0) <= QUATERNION_TOLERANCE))
@@ -62,7 +62,7 @@ static bool poses_are_valid(const tulle_world *world, const motion_pose *poses) 
     return true;
 }
 
-static bool vectors_are_finite(const tulle_world *world, const world_motion_state *state) {
+static bool vectors_are_finite(const tulle_world *world, const motion_state *state) {
     double *vectors[STATE_VECTORS_MAX];
     size_t const count = world_list_vectors(state, vectors);
     moving_run run = world_first_moving(world);
@@ -73,19 +73,19 @@ static bool vectors_are_finite(const tulle_world *world, const world_motion_stat
     return true;
 }
 
-tulle_status world_check_state(const tulle_world *world, const world_motion_state *state,
+tulle_status world_check_state(const tulle_world *world, const motion_state *state,
                                tulle_error *error) {
-    size_t const obstacle_count = world->obstacles.count;
+    size_t const obstacle_count = world->model.obstacles.count;
     const char *what = NULL;
     if (!isfinite(state->time) || state->time < 0.0 || !(state->previous_time_step >= 0.0) ||
         !(state->previous_time_step <= 1.0) || !isfinite(state->lost_energy))
         what = "a time, a time step or an energy that no world has";
     else if (!vectors_are_finite(world, state))
         what = "positions or velocities that are not finite";
-    else if (!are_bounded(state->plastic, world->plastic_count))
+    else if (!are_bounded(state->plastic, world->model.plastic_count))
         what = "a hysteresis that no cloth has";
     else if (!are_at_most(state->is_present, obstacle_count, 1) ||
-             !are_at_most(state->particles, world->particle_count, PARTICLE_STICKS))
+             !are_at_most(state->particles, world->model.particle_count, PARTICLE_STICKS))
         what = "flags of obstacles or vertices that mean nothing";
     else if (!rests_are_valid(world, state->rests))
         what = "rigid bodies in a state that no body has";
@@ -95,7 +95,7 @@ tulle_status world_check_state(const tulle_world *world, const world_motion_stat
         what = "obstacles in a pose that is none";
     else if (!world_holds_are_valid(world, state))
         what = "obstacles held back that are not there";
-    else if (!are_bounded(state->lags, 3 * world->lag_vertex_count))
+    else if (!are_bounded(state->lags, 3 * world->model.lag_vertex_count))
         what = "obstacles that lag too far behind their frames";
     else if (!world_ties_are_valid(world, state))
         what = "attachments of what is not there";

@@ -27,9 +27,9 @@ tulle_status tulle_world_create(const tulle_world_def *def, tulle_world **world,
     tulle_world *const made = memory_allocate_zeroed(&heap, 1, sizeof *made);
     if (!made) return out_of_memory(error, "the world");
     made->heap = heap;
-    made->def = *def;
-    made->threads = parallel_resolve_threads(def->threads);
-    made->scratch = arena_make(&made->heap);
+    made->model.def = *def;
+    made->work.threads = parallel_resolve_threads(def->threads);
+    made->work.scratch = arena_make(&made->heap);
     made->def_hash = HASH_SEED;
     *world = made;
     return TULLE_OK;
@@ -90,18 +90,18 @@ void tulle_world_destroy(tulle_world *world) {
     memory *const heap = &world->heap;
     world_end_recording(world);
     world_release_start(world);
-    for (size_t i = 0; i < world->cloths.count; i++)
-        world_destroy_cloth(heap, &world->cloths.data[i]);
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        world_destroy_obstacle(heap, &world->obstacles.data[i]);
+    for (size_t i = 0; i < world->model.cloths.count; i++)
+        world_destroy_cloth(heap, &world->model.cloths.data[i]);
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        world_destroy_obstacle(heap, &world->model.obstacles.data[i]);
     }
-    ARRAY_FREE(heap, &world->cloths);
-    ARRAY_FREE(heap, &world->obstacles);
-    ARRAY_FREE(heap, &world->cloth_slots);
-    ARRAY_FREE(heap, &world->obstacle_slots);
-    ARRAY_FREE(heap, &world->pair_laws);
-    ARRAY_FREE(heap, &world->contact_materials);
-    ARRAY_FREE(heap, &world->material_laws);
+    ARRAY_FREE(heap, &world->model.cloths);
+    ARRAY_FREE(heap, &world->model.obstacles);
+    ARRAY_FREE(heap, &world->slots.cloths);
+    ARRAY_FREE(heap, &world->slots.obstacles);
+    ARRAY_FREE(heap, &world->rules.pair_laws);
+    ARRAY_FREE(heap, &world->rules.contact_materials);
+    ARRAY_FREE(heap, &world->rules.material_laws);
     world_release_attachments(world);
     ARRAY_FREE(heap, &world->intersections);
     ARRAY_FREE(heap, &world->overlaps);
@@ -191,21 +191,21 @@ static tulle_status check_adding(const tulle_world *world, tulle_error *error) {
  * what is recorded. An error leaves it to the caller. */
 static tulle_status put_object(tulle_world *world, world_cloth *cloth, world_obstacle *obstacle,
                                recorded_call *call, tulle_error *error) {
-    slot_list *const slots = cloth ? &world->cloth_slots : &world->obstacle_slots;
+    slot_list *const slots = cloth ? &world->slots.cloths : &world->slots.obstacles;
     uint32_t const slot = cloth ? cloth->slot : obstacle->slot;
-    size_t const material_count = world->contact_materials.count;
+    size_t const material_count = world->rules.contact_materials.count;
     if (cloth)
         cloth->contact_material =
             world_add_contact_material(world, call->def.cloth.contact_material);
     else
         obstacle->contact_material =
             world_add_contact_material(world, call->def.obstacle.contact_material);
-    world_take_slot(slots, slot, cloth ? world->cloths.count : world->obstacles.count);
+    world_take_slot(slots, slot, cloth ? world->model.cloths.count : world->model.obstacles.count);
     if (!world->is_started) {
         if (cloth)
-            world->cloths.data[world->cloths.count++] = *cloth;
+            world->model.cloths.data[world->model.cloths.count++] = *cloth;
         else
-            world->obstacles.data[world->obstacles.count++] = *obstacle;
+            world->model.obstacles.data[world->model.obstacles.count++] = *obstacle;
         if (world->recording) world_record(world, call);
         return TULLE_OK;
     }
@@ -217,7 +217,7 @@ static tulle_status put_object(tulle_world *world, world_cloth *cloth, world_obs
     }
     if (status == TULLE_OK) return status;
     world_return_slot(slots, slot);
-    world->contact_materials.count = material_count;
+    world->rules.contact_materials.count = material_count;
     return status;
 }
 
@@ -227,12 +227,13 @@ tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *de
     if (status != TULLE_OK) return status;
     memory *const heap = &world->heap;
     world_cloth cloth = {.label = {.category = 1, .mask = UINT32_MAX},
-                         .slot = world_find_free_slot(&world->cloth_slots)};
+                         .slot = world_find_free_slot(&world->slots.cloths)};
     name_object(cloth.name, def ? def->name : NULL, "cloth", cloth.slot);
-    status = cloth_def_check(def, world->def.membrane, cloth.name, error);
+    status = cloth_def_check(def, world->model.def.membrane, cloth.name, error);
     if (status != TULLE_OK) return own_error(error, cloth.name, status);
-    if (!ARRAY_RESERVE(heap, &world->cloths, 1) || !ARRAY_RESERVE(heap, &world->cloth_slots, 1) ||
-        !ARRAY_RESERVE(heap, &world->contact_materials, 1) ||
+    if (!ARRAY_RESERVE(heap, &world->model.cloths, 1) ||
+        !ARRAY_RESERVE(heap, &world->slots.cloths, 1) ||
+        !ARRAY_RESERVE(heap, &world->rules.contact_materials, 1) ||
         copy_cloth(heap, def, &cloth) != TULLE_OK) {
         world_destroy_cloth(heap, &cloth);
         return out_of_memory(error, cloth.name);
@@ -242,7 +243,7 @@ tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *de
     if (status != TULLE_OK)
         world_destroy_cloth(heap, &cloth);
     else if (id)
-        *id = world_get_cloth_id(world, world->cloths.count - 1);
+        *id = world_get_cloth_id(world, world->model.cloths.count - 1);
     return status;
 }
 
@@ -295,13 +296,13 @@ tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_d
     if (status != TULLE_OK) return status;
     memory *const heap = &world->heap;
     world_obstacle obstacle = {.label = {.category = 1, .mask = UINT32_MAX},
-                               .slot = world_find_free_slot(&world->obstacle_slots)};
+                               .slot = world_find_free_slot(&world->slots.obstacles)};
     name_object(obstacle.name, def ? def->name : NULL, "obstacle", obstacle.slot);
     status = obstacle_def_check(def, obstacle.name, error);
     if (status != TULLE_OK) return own_error(error, obstacle.name, status);
-    if (!ARRAY_RESERVE(heap, &world->obstacles, 1) ||
-        !ARRAY_RESERVE(heap, &world->obstacle_slots, 1) ||
-        !ARRAY_RESERVE(heap, &world->contact_materials, 1) ||
+    if (!ARRAY_RESERVE(heap, &world->model.obstacles, 1) ||
+        !ARRAY_RESERVE(heap, &world->slots.obstacles, 1) ||
+        !ARRAY_RESERVE(heap, &world->rules.contact_materials, 1) ||
         copy_obstacle(heap, def, &obstacle) != TULLE_OK) {
         world_destroy_obstacle(heap, &obstacle);
         return out_of_memory(error, obstacle.name);
@@ -313,7 +314,7 @@ tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_d
     if (status != TULLE_OK)
         world_destroy_obstacle(heap, &obstacle);
     else if (id)
-        *id = world_get_obstacle_id(world, world->obstacles.count - 1);
+        *id = world_get_obstacle_id(world, world->model.obstacles.count - 1);
     return status;
 }
 
@@ -328,7 +329,7 @@ static bool has_state(const tulle_world *world) { return world->is_started || wo
 static const world_cloth *find_cloth(const tulle_world *world, tulle_cloth_id id,
                                      size_t *vertex_count) {
     size_t const index = world_find_cloth(world, id);
-    const world_cloth *const cloth = index != SIZE_MAX ? &world->cloths.data[index] : NULL;
+    const world_cloth *const cloth = index != SIZE_MAX ? &world->model.cloths.data[index] : NULL;
     if (vertex_count) *vertex_count = cloth ? cloth->mesh.vertex_count : 0;
     return cloth;
 }
@@ -351,7 +352,7 @@ const double *tulle_cloth_get_velocities(const tulle_world *world, tulle_cloth_i
 
 static const world_obstacle *find_obstacle(const tulle_world *world, tulle_obstacle_id id) {
     size_t const index = world_find_obstacle(world, id);
-    return index != SIZE_MAX ? &world->obstacles.data[index] : NULL;
+    return index != SIZE_MAX ? &world->model.obstacles.data[index] : NULL;
 }
 
 const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obstacle_id id,
@@ -367,7 +368,7 @@ int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle_id id) {
     const world_obstacle *const obstacle = find_obstacle(world, id);
     if (!obstacle) return 0;
     if (!has_state(world)) return obstacle->appear_time <= 0.0;
-    return world->now.is_present[obstacle - world->obstacles.data];
+    return world->now.is_present[obstacle - world->model.obstacles.data];
 }
 
 const double *tulle_obstacle_get_velocities(const tulle_world *world, tulle_obstacle_id id,
@@ -386,18 +387,18 @@ uint64_t tulle_world_get_step_count(const tulle_world *world) {
 
 void tulle_world_get_distances(const tulle_world *world, double *contact, double *separation,
                                double *minimum_gap) {
-    if (contact) *contact = world ? world->contact_distance : 0.0;
-    if (separation) *separation = world ? world->separation_distance : 0.0;
-    if (minimum_gap) *minimum_gap = world ? world->minimum_gap : 0.0;
+    if (contact) *contact = world ? world->model.contact_distance : 0.0;
+    if (separation) *separation = world ? world->model.separation_distance : 0.0;
+    if (minimum_gap) *minimum_gap = world ? world->model.minimum_gap : 0.0;
 }
 
 tulle_world_detection tulle_world_get_detection(const tulle_world *world) {
-    return world ? world->def.detection : tulle_world_def_default().detection;
+    return world ? world->model.def.detection : tulle_world_def_default().detection;
 }
 
 tulle_response tulle_world_get_response(const tulle_world *world,
                                         tulle_motion_space *motion_space) {
-    tulle_world_def const def = world ? world->def : tulle_world_def_default();
+    tulle_world_def const def = world ? world->model.def : tulle_world_def_default();
     if (motion_space) *motion_space = def.motion_space;
     return def.response;
 }

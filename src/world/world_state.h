@@ -1,30 +1,16 @@
-/* world/world_state.h - the insides of tulle_world, for the files of world/ alone.
- *
- * All vertices share one numbering: cloths first, in the order they were added, then two slots for
- * each rigid body (bodies.h), then obstacles.
- * Surfaces are numbered the same way: surface i is cloth i, surface cloth_count + j is obstacle j.
- */
+/* world/world_state.h - the insides of tulle_world, for the files of world/ alone. */
 #ifndef TULLE_WORLD_WORLD_STATE_H
 #define TULLE_WORLD_WORLD_STATE_H
 
-#include "base/arena.h"
-#include "contact/response.h"
-#include "contact/rows/contact_store.h"
-#include "detect/patches/kept_patches.h"
 #include "detect/queries/query_trees.h"
-#include "detect/trees/broad_phase.h"
-#include "dynamics/compute_forces.h"
-#include "dynamics/rigid_body.h"
-#include "geom/topology.h"
-#include "math/nested_aggregates.h"
+#include "step/motion_state.h"
+#include "step/step_model.h"
+#include "step/step_work.h"
 #include "tulle/attach.h"
-#include "tulle/bodies.h"
 #include "tulle/events.h"
-#include "tulle/live.h"
 #include "tulle/query.h"
-#include "world/motion.h"
 
-enum { WORLD_NAME_BYTES = 80, WORLD_MESSAGE_BYTES = 1024 };
+enum { WORLD_MESSAGE_BYTES = 1024 };
 
 /* Set by the def defaults; another value means that a def was not made by them. */
 #define WORLD_DEF_COOKIE UINT32_C(0x7411e001)
@@ -33,199 +19,6 @@ enum { WORLD_NAME_BYTES = 80, WORLD_MESSAGE_BYTES = 1024 };
 #define ATTACHMENT_DEF_COOKIE UINT32_C(0x7411e004)
 #define PIN_COOKIE UINT32_C(0x7411e005)
 
-typedef struct world_pin {
-    uint32_t *vertices; /* in the cloth's own numbering */
-    size_t vertex_count;
-    world_motion motion;
-    double release_time; /* [s] */
-    double *targets;     /* [m] 3 * vertex_count, for the next step; null: it has keyframes */
-    bool has_targets;    /* they were given */
-} world_pin;
-
-/* What the host gave a driven obstacle for the next step. */
-typedef enum given_move { GIVEN_NOTHING, GIVEN_MOVE, GIVEN_JUMP } given_move;
-
-/* Owned positions and triangles, in the object's own numbering. Once the world has started there
- * are no positions of cloth that is not pinned. */
-typedef struct world_mesh {
-    double *positions; /* [m] */
-    uint32_t *triangles;
-    size_t vertex_count, triangle_count;
-    double extent; /* [m] the largest coordinate, as given */
-} world_mesh;
-
-/* What a host says of an object beside its def. */
-typedef struct world_label {
-    uint32_t category, mask;
-    void *user_data;
-} world_label;
-
-typedef struct world_cloth {
-    char name[WORLD_NAME_BYTES];
-    world_label label;
-    uint32_t slot;        /* of its id */
-    world_mesh mesh;      /* start positions */
-    double *rest;         /* [m] 3 * vertex_count; null once the world has started */
-    double *velocities;   /* [m/s] at the start; the same */
-    double *rest_corners; /* [m] 9 * triangle_count; null: those of `rest` */
-    double *warps;        /* 3 * triangle_count; null: along the grain */
-    double *factors;      /* triangle_count, on the stiffness; null: 1 */
-    bool has_flat_rest;
-    tulle_crease *creases; /* crease_count */
-    size_t crease_count;
-    tulle_material material;
-    double grain[3];
-    uint32_t contact_material; /* among the world's, or TULLE_NONE */
-    double thickness;          /* [m] 0: not given */
-    world_pin *pins;
-    size_t pin_count;
-    uint32_t vertex_begin; /* in the world's numbering, set by the start */
-} world_cloth;
-
-typedef struct world_obstacle {
-    char name[WORLD_NAME_BYTES];
-    world_label label;
-    uint32_t slot;                                  /* of its id */
-    world_mesh mesh;                                /* at motion zero */
-    double friction, dynamic_friction, restitution; /* as the def said */
-    double friction_across, grain[3];
-    uint32_t contact_material; /* as of a cloth */
-    world_motion motion; /* TULLE_DRIVE_RIGID: from the pose at the start of the step to that at its
-                            end */
-    tulle_drive drive;
-    bool is_static; /* no script, no frames, no drive, not a rigid body */
-    given_move given;
-    motion_pose given_pose;  /* TULLE_DRIVE_RIGID: the pose that was given */
-    double *given_positions; /* [m] 3 * vertex_count: where they are to be, or jump to; while a step
-                                with a jump runs, where they were. Null: not driven */
-    bool has_jumped, was_present; /* in the step that runs; before that */
-    tulle_frame_reader read_frame;
-    void *frame_context;
-    uint32_t frame_count;
-    double frame_start_time, frame_interval; /* [s] */
-    double appear_time, disappear_time;      /* [s] */
-    double *frames[2];                       /* two frames of the sequence, cached */
-    uint32_t frame_numbers[2];               /* which; TULLE_NONE: none yet */
-    tulle_body body;                         /* as the def said; the rest is for dynamic ones */
-    rigid_body rigid;                        /* mass and moments */
-    vec3 centre;                             /* [m] of mass, at motion zero */
-    quaternion axes;                /* from the body's coordinates to the mesh's at motion zero */
-    double *points;                 /* [m] vertices in the body's coordinates */
-    double radius;                  /* [m] of the farthest vertex from the centre */
-    vec3 given_force, given_torque; /* [N], [N m] for the next step */
-    uint32_t vertex_begin;
-} world_obstacle;
-
-/* How an obstacle with a body moves. */
-typedef enum body_state { BODY_SCRIPTED, BODY_FREE, BODY_SLEEPS } body_state;
-
-/* What a step knows of a body beside its slots (bodies.h). Plain data without padding: saved and
- * hashed as bytes. */
-typedef struct body_rest {
-    uint32_t state;    /* body_state */
-    uint32_t group;    /* lowest of the bodies with which it fell asleep */
-    double quiet_time; /* [s] it has been slow, or slept since */
-    double force[3];   /* [N] of cloth on it when it fell asleep */
-    double torque[3];  /* [N m] of that force about the body's centre */
-    double impulse[3]; /* [N s] of all its contacts in the last substep before it fell asleep */
-    double moment[3];  /* [N m s] of these impulses about the body's centre */
-} body_rest;
-
-/* What a step knows of the sleep of a cloth (cloth_sleep.h). Plain data without padding: saved and
- * hashed as bytes. */
-typedef struct cloth_rest {
-    uint64_t is_asleep; /* 0 or 1 */
-    double quiet_time;  /* [s] it has been slow, or slept since */
-    double slept_from;  /* [s] start of the step in which it fell asleep; 0 while awake */
-} cloth_rest;
-
-/* What the host has a body do until it is told otherwise (tulle/bodies.h). Plain data without
- * padding: saved and hashed as bytes. Zeroed is nothing. */
-typedef struct body_control {
-    tulle_body_drive drive;
-    uint32_t locks;     /* bit k: axis k of body_drive */
-    uint32_t is_driven; /* 0 or 1 */
-} body_control;
-
-/* What on_pinch: slow holds back (holds.h). Plain data without padding: saved and hashed as bytes.
- */
-typedef struct world_hold {
-    uint32_t kind;          /* hold_kind */
-    uint32_t cloth;         /* surface that was pinched */
-    uint32_t obstacles[2];  /* the second may be TULLE_NONE: what is fixed */
-    uint32_t points[2][4];  /* vertices of each obstacle; their weighted mean is the point at which
-                               it is held apart from the other */
-    double weights[2][4];   /* of these vertices in the mean */
-    double normal[3];       /* unit, from the first obstacle to the second */
-    double gap, wanted_gap; /* [m] of the points along the normal that they keep: now, at last */
-    double share;           /* of what the script asks too much, that the first holds back */
-    double lag;             /* [m] farthest vertex from where the script has it, as it catches up */
-    uint32_t wait, waiting; /* steps until it is tried again: all, and those left */
-} world_hold;
-enum { HOLDS_MAX = 16 };
-
-/* A vertex of cloth that an attachment holds (ties.h). Plain data without padding: saved and hashed
- * as bytes. Of what holds a vertex it has two descriptions: a place over the triangle of `corners`,
- * or, where these are TULLE_NONE, `point`. */
-typedef struct world_tie {
-    uint32_t number;             /* of the attachment, from 1 */
-    uint32_t order, order_count; /* of the vertex in its def, of how many */
-    uint32_t vertex;             /* in the world's numbering, as corners are */
-    uint32_t corners[3];         /* of a triangle of another surface or of the same cloth */
-    uint32_t reserved;           /* 0 */
-    double weights[3];           /* barycentric coordinates of the vertex' foot */
-    double height;               /* [m] over the triangle */
-    double point[3];             /* [m] */
-    double stiffness;            /* [N/m] INFINITY: rigid */
-    double break_force;          /* [N] */
-    double release_time;         /* [s] */
-    double force[3];             /* [N] on the vertex in the last substep */
-} world_tie;
-
-/* Elastic energies of the cloths, measured once for the same positions. */
-typedef struct known_elastic {
-    elastic_energies energies;
-    bool is_known;
-} known_elastic;
-
-/* What a step replaces; there are two, swapped when a step succeeds. */
-typedef struct world_motion_state {
-    double *positions;  /* [m] all vertices */
-    double *velocities; /* [m/s] all vertices */
-    /* [m/s] all vertices; null without BDF2, which alone reads them */
-    double *previous_mean;       /* mean velocity u of the last step */
-    double *previous_velocities; /* at the start of the last step */
-    double previous_time_step;   /* [s] of that step; 0: none, or it was shortened */
-    double lost_energy;          /* [J] in the last substep; 0 without bodies */
-    known_elastic elastic;       /* of the cloths at `positions`; not saved */
-    double *plastic;             /* of sliders (hysteresis.h): world->plastic_count */
-    double time;                 /* [s] */
-    uint8_t *is_present;         /* per obstacle */
-    uint8_t *particles;          /* particle_state of particle_count vertices */
-    body_rest *rests;            /* per body */
-    cloth_rest *cloth_rests;     /* cloth_rest_count */
-    double *drive_forces;        /* [N], [N m] 6 per body: of the last substep; not saved */
-    motion_pose *poses;          /* of pose_count obstacles: those driven as a whole */
-    world_hold holds[HOLDS_MAX];
-    size_t hold_count;
-    double *lags;              /* [m] of lag_vertex_count vertices, see felt.h */
-    double *largest_lags;      /* [m] per obstacle; 0: its lags are zero. Not saved */
-    ARRAY(world_tie) ties;     /* by number of attachment, then order */
-    uint32_t attachment_count; /* that the world ever had */
-    contact_store contacts;
-} world_motion_state;
-
-enum { STATE_VECTORS_MAX = 4 };
-/* The vectors over all vertices that a state has, and how many they are. */
-static inline size_t world_list_vectors(const world_motion_state *state,
-                                        double *vectors[STATE_VECTORS_MAX]) {
-    vectors[0] = state->positions;
-    vectors[1] = state->velocities;
-    vectors[2] = state->previous_mean;
-    vectors[3] = state->previous_velocities;
-    return state->previous_mean ? 4 : 2;
-}
-
 /* The law of two objects that does not follow from their materials. */
 typedef struct world_pair_law {
     size_t first, second; /* indices among cloths or obstacles, cloths first, the lower first */
@@ -233,8 +26,6 @@ typedef struct world_pair_law {
     tulle_contact_law law;
 } world_pair_law;
 
-typedef ARRAY(world_cloth) cloth_list;
-typedef ARRAY(world_obstacle) obstacle_list;
 typedef ARRAY(world_pair_law) pair_law_list;
 
 /* A name that cloths and obstacles give what their surface is made of. */
@@ -271,23 +62,6 @@ typedef struct cloth_machinery {
 
 typedef ARRAY(tulle_intersection) intersection_list;
 
-/* A point of a surface that is no cloth: weighted mean of vertices in the world's numbering. */
-typedef struct room_side {
-    uint32_t vertices[3];
-    double weights[3];
-    bool may_lag;
-} room_side;
-
-/* Two sides that face each other with cloth between: normal . (second - first) is to be at least
- * `room`. */
-typedef struct room_place {
-    room_side sides[2]; /* the first may lag */
-    vec3 normal;        /* unit, from the first to the second */
-    double room;        /* [m] */
-    double share;       /* of what is missing, that the first side gives */
-} room_place;
-typedef ARRAY(room_place) room_list;
-
 /* A place for a cloth or an obstacle in ids: index and generation of an id name it. */
 typedef struct object_slot {
     uint32_t generation; /* of the object that is there, or was there last; from 1 */
@@ -302,84 +76,46 @@ typedef struct world_change world_change;
 /* What records the calls of the host; see record/record.c. */
 typedef struct world_recording world_recording;
 
-struct tulle_world {
-    memory heap;
-    tulle_world_def def;
-    const contact_response *response; /* that def.response names; set by the start */
-    cloth_list cloths;
-    obstacle_list obstacles;
-    slot_list cloth_slots, obstacle_slots;
+/* What is where in ids. */
+typedef struct world_slots {
+    slot_list cloths, obstacles;
+} world_slots;
+
+/* What the host says of pairs of objects. */
+typedef struct world_rules {
     pair_law_list pair_laws;
     ARRAY(world_contact_material) contact_materials;
     ARRAY(world_material_law) material_laws;
-    ARRAY(tulle_attachment_def) attachments; /* made before the start, with arrays of their own */
-    tulle_pair_filter pair_filter;           /* of the host; null: none */
+    tulle_pair_filter pair_filter; /* null: none */
     void *pair_context;
-    bool is_started;
-    int threads;
-    tulle_tasks host_tasks;       /* as given by tulle_world_set_tasks */
-    const tulle_tasks *tasks;     /* those, or null: threads of the library */
-    bool is_in_batch;             /* while tulle_worlds_step looks whether a world is there twice */
-    stop_poll stop;               /* of the caller */
-    tulle_step_progress progress; /* of the step that is under way */
+} world_rules;
 
-    /* fixed by the start */
-    size_t vertex_count, cloth_vertex_count;
-    size_t particle_count; /* cloth vertices whose particle_state the response keeps: all or none */
-    uint32_t cloth_edge_count; /* edges of all cloths come first */
-    size_t plastic_count;      /* of sliders; 0 where no cloth has hysteresis */
-    size_t pose_count;         /* all obstacles where one is driven as a whole, else 0 */
-    size_t lag_vertex_count;   /* of obstacles that may lag (felt.h) */
-    size_t body_count;         /* each has two slots after the cloth vertices, see bodies.h */
-    uint32_t *surface_bodies;  /* number of each surface's body, or TULLE_NONE; null: no bodies */
-    uint32_t *body_obstacles;  /* obstacle of each body */
-    body_control *controls;    /* per body */
-    topology topo;
-    surface_range *surfaces;
-    surface_set set;
-    unsigned char *collides; /* surface_count^2, as in `set`; null: all */
-    bool has_sleep;          /* a body or cloth may sleep */
-    size_t cloth_rest_count; /* all cloths where they may sleep, else 0 */
-    /* of cloth vertices and triangles of sleepers in this substep; null where none may sleep */
-    uint8_t *idle_vertices, *idle_triangles;
-    size_t idle_vertex_count, idle_triangle_count;
-    double *rest;              /* [m] all vertices */
-    double *inverse_masses;    /* [1/kg] 0 for obstacles */
-    uint32_t *vertex_surface;  /* surface of each vertex */
+/* What the start had of what the host has changed since; null: nothing of that kind. */
+typedef struct first_settings {
+    world_settings settings;
     contact_law *laws;         /* surface_count^2 */
-    surface_grain *grains;     /* surface_count; null: none */
-    double *rooms, *automatic; /* as of contact_scene; null: there is room everywhere */
-    double contact_distance, separation_distance, minimum_gap; /* [m] */
-    double edge_length;                                        /* [m] mean over all cloth */
-    double
-        height_share; /* of the lowest triangle in what is not low; 1: none is low (start_laws.c) */
-    cloth_model *model;
-    linear_system system;
-    nested_aggregates *aggregates; /* preconditioner of the solve; null for small cloth */
-    broad_phase *broad;
-    kept_patches *patches;   /* null for methods without */
-    patch_rules patch_rules; /* set by the start, but for keeps_all */
-    double hold_reach;       /* [m] with which patches hold for the paths of stages 8 and 9 */
-    uint64_t def_hash;       /* of all defs; guards loaded states */
-    world_settings first_settings;
-    contact_law *first_laws;         /* surface_count^2; null: no law has changed since the start */
-    tulle_material *first_materials; /* by cloth; null: none has changed */
-    double *first_releases;          /* [s] by pin; null: none has changed */
-    size_t pin_count;                /* of all cloths */
-    cloth_machinery spare;           /* of a state that is about to be loaded */
+    tulle_material *materials; /* by cloth */
+    double *releases;          /* [s] by pin */
+} first_settings;
 
-    /* changed by steps */
-    world_motion_state now, next;
+struct tulle_world {
+    memory heap;
+    step_model model;
+    motion_state now, next; /* swapped when a step succeeds */
+    step_work work;
+
+    world_slots slots;
+    world_rules rules;
+    ARRAY(tulle_attachment_def) attachments; /* made before the start, with arrays of their own */
+    bool is_started;
+    tulle_tasks host_tasks; /* as given by tulle_world_set_tasks */
+    bool is_in_batch;       /* while tulle_worlds_step looks whether a world is there twice */
+    uint64_t def_hash;      /* of all defs; guards loaded states */
+    first_settings first;
+    cloth_machinery spare; /* of a state that is about to be loaded */
     uint64_t step_count;
-    double step_end;               /* [s] time at the end of the step that runs */
-    uint8_t *is_fixed;             /* cloth vertices: pinned in this step */
-    double *active_inverse_masses; /* [1/kg] 0 where pinned */
-    double *targets;               /* [m] where scripted vertices go in this step */
-    pair_list pairs;
-    ARRAY(unsigned char) kept_patch_bytes; /* the patches at the start of the step */
-    row_list rows;                         /* of the substep that runs, or ran last */
-    row_list accepted_rows;                /* of the last substep of the last accepted step */
-    intersection_list intersections;       /* of the start, or of what last appeared */
+    row_list accepted_rows;          /* of the last substep of the last accepted step */
+    intersection_list intersections; /* of the start, or of what last appeared */
     ARRAY(tulle_overlap)
     overlaps;                        /* of the intersections, once a start or a step was refused for
                                         them; else none */
@@ -390,36 +126,34 @@ struct tulle_world {
     bool has_contacts;
     query_trees queries; /* of the last state that was asked, when has_queries */
     bool has_queries;
-    room_list places;                      /* of the step that runs, or ran last */
     const world_change *change;            /* while objects come and go; else null */
     world_events *events;                  /* null: the host watches nothing */
     world_recording *recording;            /* null: calls are not recorded */
     tulle_untangle_report untangle_report; /* of the start */
-    arena scratch;
     char message[WORLD_MESSAGE_BYTES];
 };
 
 static inline const char *world_surface_name(const tulle_world *world, size_t surface) {
-    size_t const cloth_count = world->cloths.count;
-    return surface < cloth_count ? world->cloths.data[surface].name
-                                 : world->obstacles.data[surface - cloth_count].name;
+    size_t const cloth_count = world->model.cloths.count;
+    return surface < cloth_count ? world->model.cloths.data[surface].name
+                                 : world->model.obstacles.data[surface - cloth_count].name;
 }
 
 static inline const world_mesh *world_surface_mesh(const tulle_world *world, size_t surface) {
-    size_t const cloth_count = world->cloths.count;
-    return surface < cloth_count ? &world->cloths.data[surface].mesh
-                                 : &world->obstacles.data[surface - cloth_count].mesh;
+    size_t const cloth_count = world->model.cloths.count;
+    return surface < cloth_count ? &world->model.cloths.data[surface].mesh
+                                 : &world->model.obstacles.data[surface - cloth_count].mesh;
 }
 
 /* Whether features of two surfaces are held apart at all, by what the host chose. */
 static inline bool world_pair_collides(const tulle_world *world, size_t a, size_t b) {
-    return !world->collides || world->collides[a * world->set.surface_count + b];
+    return !world->model.collides || world->model.collides[a * world->model.set.surface_count + b];
 }
 
 static inline world_label *world_get_label(const tulle_world *world, size_t surface) {
-    size_t const cloth_count = world->cloths.count;
-    return surface < cloth_count ? &world->cloths.data[surface].label
-                                 : &world->obstacles.data[surface - cloth_count].label;
+    size_t const cloth_count = world->model.cloths.count;
+    return surface < cloth_count ? &world->model.cloths.data[surface].label
+                                 : &world->model.obstacles.data[surface - cloth_count].label;
 }
 
 /* slots.c: what an id names, as an index among the cloths or the obstacles; SIZE_MAX: nothing, the
@@ -509,8 +243,7 @@ void world_take_controls(tulle_world *world, const void *bytes, size_t size);
 /* events.c: looks for the objects that press on each other in a state that is about to become the
  * world's; then, when it has, tells what has changed since the last look, or begins anew with an
  * empty queue. Lets go of all. */
-tulle_status world_find_touching(tulle_world *world, const world_motion_state *state,
-                                 tulle_error *error);
+tulle_status world_find_touching(tulle_world *world, const motion_state *state, tulle_error *error);
 void world_tell_events(tulle_world *world);
 void world_restart_events(tulle_world *world);
 void world_release_events(tulle_world *world);
@@ -533,7 +266,7 @@ bool world_next_moving(const tulle_world *world, moving_run *run);
 
 /* state_check.c: whether a state that was read may be one of this world, which has started; an
  * error says why not. */
-tulle_status world_check_state(const tulle_world *world, const world_motion_state *state,
+tulle_status world_check_state(const tulle_world *world, const motion_state *state,
                                tulle_error *error);
 
 /* kinematics.c: where obstacles and pins are to be at `end_time` (targets), and which vertices are
@@ -545,8 +278,7 @@ tulle_status world_place_obstacle(tulle_world *world, size_t index, double *posi
                                   tulle_error *error);
 /* kinematics.c: which obstacles are there at `time`, into state->is_present and the surfaces. An
  * obstacle that appears into cloth is an error or is ignored, as the def says. */
-tulle_status world_update_presence(tulle_world *world, world_motion_state *state,
-                                   tulle_error *error);
+tulle_status world_update_presence(tulle_world *world, motion_state *state, tulle_error *error);
 
 /* judge.c: exact intersections among present surfaces; replaces `list`. */
 tulle_status world_find_intersections(tulle_world *world, const double *positions,

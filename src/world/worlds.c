@@ -14,7 +14,7 @@ tulle_status tulle_world_set_tasks(tulle_world *world, const tulle_tasks *tasks,
     if (tasks && !tasks->run)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the tasks have no function");
     if (tasks) world->host_tasks = *tasks;
-    world->tasks = tasks ? &world->host_tasks : NULL;
+    world->work.tasks = tasks ? &world->host_tasks : NULL;
     return TULLE_OK;
 }
 

@@ -101,18 +101,18 @@ static inline void fixture_free(fixture *f) {
     free(f->previous_v), free(f->next_v), free(f->is_fixed), free(f->diagonal), free(f);
 }
 
-static inline motion_state fixture_state(const fixture *f, double h) {
-    return (motion_state){.positions = f->x,
-                          .velocities = f->v,
-                          .previous_mean = f->previous_step > 0.0 ? f->previous_mean : NULL,
-                          .previous_velocities = f->previous_step > 0.0 ? f->previous_v : NULL,
-                          .time_step = h,
-                          .previous_time_step = f->previous_step,
-                          .time = f->time};
+static inline cloth_start fixture_state(const fixture *f, double h) {
+    return (cloth_start){.positions = f->x,
+                         .velocities = f->v,
+                         .previous_mean = f->previous_step > 0.0 ? f->previous_mean : NULL,
+                         .previous_velocities = f->previous_step > 0.0 ? f->previous_v : NULL,
+                         .time_step = h,
+                         .previous_time_step = f->previous_step,
+                         .time = f->time};
 }
 
 static inline void fixture_assemble(fixture *f, tulle_integrator integrator, double h) {
-    motion_state const state = fixture_state(f, h);
+    cloth_start const state = fixture_state(f, h);
     assert_int_equal(compute_forces(&f->model, &state, &f->surroundings,
                                     (force_options){integrator, f->threads, 0.0, true}, &f->scratch,
                                     &f->system),
@@ -149,7 +149,7 @@ static inline void fixture_step(fixture *f, tulle_integrator integrator, double 
     fixture_assemble(f, integrator, h);
     for (size_t i = 0; i < n; i++) f->mean[i] = f->is_fixed[i / 3] ? 0.0 : f->v[i];
     fixture_solve(f, f->mean);
-    motion_state const state = fixture_state(f, h);
+    cloth_start const state = fixture_state(f, h);
     finish_velocities(&f->system, &state, f->vertex_count, f->mean, f->next_v);
     for (size_t i = 0; i < n; i++)
         if (f->is_fixed[i / 3]) f->next_v[i] = f->mean[i];

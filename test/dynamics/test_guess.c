@@ -28,7 +28,7 @@ static fixture *make_case(double stiffening_strain, double guess[3 * 30]) {
 }
 
 /* Forces and system of implicit Euler. */
-static void assemble(fixture *f, const motion_state *state) {
+static void assemble(fixture *f, const cloth_start *state) {
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0, true};
     assert_int_equal(
         compute_forces(&f->model, state, &f->surroundings, options, &f->scratch, &f->system),
@@ -37,7 +37,7 @@ static void assemble(fixture *f, const motion_state *state) {
 
 /* The system with springs linearised about the guess. */
 static void assemble_about(fixture *f, double h, const double *guess) {
-    motion_state now = fixture_state(f, h);
+    cloth_start now = fixture_state(f, h);
     now.guess = guess;
     assemble(f, &now);
 }
@@ -53,7 +53,7 @@ static void check_exact_at_the_guess(double stiffening_strain) {
 
     double x1[3 * 30], largest = 0.0, worst = 0.0;
     for (size_t i = 0; i < 90; i++) x1[i] = f->x[i] + h * u[i];
-    motion_state const end = {.positions = x1, .velocities = u, .time_step = h};
+    cloth_start const end = {.positions = x1, .velocities = u, .time_step = h};
     assemble(f, &end);
     for (size_t i = 0; i < 90; i++) {
         double const truth = f->model.masses[i / 3] * (u[i] - f->v[i]) - h * f->system.forces[i];
@@ -83,7 +83,7 @@ static void solve_about(fixture *f, double h, double u[3 * 30]) {
 static double measure_residual(fixture *f, double h, const double u[3 * 30]) {
     double x1[3 * 30], sum = 0.0;
     for (size_t i = 0; i < 90; i++) x1[i] = f->x[i] + h * u[i];
-    motion_state const end = {.positions = x1, .velocities = u, .time_step = h};
+    cloth_start const end = {.positions = x1, .velocities = u, .time_step = h};
     assemble(f, &end);
     for (size_t i = 0; i < 90; i++) {
         double const mass = f->model.masses[i / 3];
@@ -117,7 +117,7 @@ static void excess_is_energy_beyond_the_model(void **state) {
     (void)state;
     double u[3 * 30];
     fixture *const f = make_case(0.1, u);
-    motion_state now = fixture_state(f, 0.01);
+    cloth_start now = fixture_state(f, 0.01);
     linear_excess excess;
     now.guess = u;
     assert_int_equal(measure_linear_excess(&f->model, &now, u, 1, &f->scratch, &excess), TULLE_OK);
@@ -186,7 +186,7 @@ static void descents_lower_the_energy(void **state) {
         for (size_t v = 0; v < 30; v++)
             f->v[3 * v + 1] = (1 + trial) * 0.4 * random_signed(&random);
         solve_about(f, h, u);
-        motion_state now = fixture_state(f, h);
+        cloth_start now = fixture_state(f, h);
         now.guess = guess;
         linear_excess excess;
         assert_int_equal(measure_linear_excess(&f->model, &now, u, 1, &f->scratch, &excess),
@@ -287,7 +287,7 @@ static system_numbers copy_system(const fixture *f) {
 static system_numbers assemble_twice(fixture *f, tulle_integrator integrator, const double *u,
                                      force_terms *terms) {
     force_options const options = {integrator, 2, 0.25, true};
-    motion_state now = fixture_state(f, 0.01);
+    cloth_start now = fixture_state(f, 0.01);
     now.terms = terms;
     arena_mark const mark = arena_get_mark(&f->scratch);
     for (int k = 0; k < 2; k++) {
@@ -350,7 +350,7 @@ static void wind_works_as_the_system_reckons(void **state) {
     (void)state;
     double u[3 * 30], product[3 * 30], force_work[2] = {0.0, 0.0}, work;
     fixture *const f = make_case(0.0, u);
-    motion_state const now = fixture_state(f, 0.01);
+    cloth_start const now = fixture_state(f, 0.01);
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0, true};
     block_matrix_operator matrix = {&f->system.matrix, 1};
     for (int k = 0; k < 2; k++) {

@@ -71,7 +71,7 @@ static void follow(slid *cloth) {
 static void assemble(slid *cloth, tulle_integrator integrator, double h, const double *guess,
                      bool has_sliders) {
     fixture *const f = cloth->f;
-    motion_state state = fixture_state(f, h);
+    cloth_start state = fixture_state(f, h);
     state.guess = guess;
     state.plastic = has_sliders ? cloth->plastic : NULL;
     assert_int_equal(compute_forces(&f->model, &state, &f->surroundings,

@@ -143,7 +143,7 @@ static void cloths_beside_obstacles_are_independent(void **state) {
         x[i] = positions[i] + 0.02 * random_signed(&random);
         v[i] = random_signed(&random);
     }
-    motion_state const now = {.positions = x, .velocities = v, .time_step = 0.01, .time = 0.3};
+    cloth_start const now = {.positions = x, .velocities = v, .time_step = 0.01, .time = 0.3};
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0, true};
     assert_int_equal(compute_forces(&model, &now, &WINDY, options, &scratch, &system), TULLE_OK);
     check_part(&parts[0], materials[0], x, v, 0, &system);
@@ -279,7 +279,7 @@ static void failing_memory_is_reported(void **state) {
     fixture *const f = fixture_make_grid(30, 30, 1.0, 1.0, 0, plain_material());
     memory limited = {.allocator = {.byte_limit = 100000}};
     arena scratch = arena_make(&limited);
-    motion_state const now = fixture_state(f, 0.01);
+    cloth_start const now = fixture_state(f, 0.01);
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0, true};
     assert_int_equal(
         compute_forces(&f->model, &now, &f->surroundings, options, &scratch, &f->system),
@@ -379,7 +379,7 @@ static void history_decides_the_integrator(void **state) {
     double mean[27], end[27];
     for (int i = 0; i < 27; i++) mean[i] = i, f->v[i] = 1.0;
     for (int i = 0; i < 27; i++) end[i] = -1.0;
-    motion_state const now = fixture_state(f, 0.01);
+    cloth_start const now = fixture_state(f, 0.01);
     finish_velocities(&f->system, &now, 8, mean, end);
     assert_true(end[1] == 1.0 && end[3] == 5.0 && end[24] == -1.0);
     fixture_free(f);

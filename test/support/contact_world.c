@@ -57,22 +57,22 @@ size_t add_contact_surface(contact_world *world, contact_mesh mesh, bool is_obst
 /* The views, after the start and after a step, which swaps what they show. */
 static void look_inside(contact_world *world) {
     tulle_world *const inside = world->world;
-    world->vertex_count = inside->vertex_count;
-    world->cloth_vertex_count = inside->cloth_vertex_count;
-    world->triangle_count = inside->topo.triangle_count;
-    world->surfaces = inside->surfaces;
-    world->topo = &inside->topo;
-    world->set = &inside->set;
-    world->triangles = inside->topo.triangles;
-    world->vertex_surface = inside->vertex_surface;
+    world->vertex_count = inside->model.vertex_count;
+    world->cloth_vertex_count = inside->model.cloth_vertex_count;
+    world->triangle_count = inside->model.topo.triangle_count;
+    world->surfaces = inside->model.surfaces;
+    world->topo = &inside->model.topo;
+    world->set = &inside->model.set;
+    world->triangles = inside->model.topo.triangles;
+    world->vertex_surface = inside->model.vertex_surface;
     world->x0 = inside->now.positions;
     world->velocities = inside->now.velocities;
-    world->targets = inside->targets;
-    world->inverse_mass = inside->active_inverse_masses;
+    world->targets = inside->work.targets;
+    world->inverse_mass = inside->work.active_inverse_masses;
     world->store = &inside->now.contacts;
-    world->pairs = &inside->pairs;
+    world->pairs = &inside->work.pairs;
     world->heap = &inside->heap;
-    world->scratch = &inside->scratch;
+    world->scratch = &inside->work.scratch;
 }
 
 void start_contact_world(contact_world *world) {
@@ -114,7 +114,7 @@ void start_contact_world(contact_world *world) {
     tulle_error error = {0};
     if (tulle_world_start(world->world, &error) != TULLE_OK) fail_msg("%s", error.message);
     look_inside(world);
-    world->rows = &world->world->rows;
+    world->rows = &world->world->work.rows;
     world->u = make_zeroed(3 * world->vertex_count, sizeof(double));
     world->x1 = make_zeroed(3 * world->vertex_count, sizeof(double));
     world->bounds = make_zeroed(3 * world->vertex_count, sizeof(double));
@@ -165,7 +165,7 @@ tulle_status step_contact_world(contact_world *world, double h) {
     tulle_status const status = tulle_world_step(world->world, h, &world->report, &world->error);
     if (status != TULLE_OK) print_message("%s\n", world->error.message);
     look_inside(world);
-    world->rows = status == TULLE_OK ? &world->world->accepted_rows : &world->world->rows;
+    world->rows = status == TULLE_OK ? &world->world->accepted_rows : &world->world->work.rows;
     world->rescue_count += world->report.rescue_impact_zones +
                            world->report.rescue_component_scalings +
                            world->report.rescue_global_scalings;
@@ -227,7 +227,7 @@ void add_contact_spike(contact_world *world, vec3 foot, double height) {
 }
 
 double measure_contact_stretch(const contact_world *world) {
-    const cloth_model *const model = world->world->model;
+    const cloth_model *const model = world->world->model.cloth_model;
     double largest = 0.0;
     for (size_t i = 0; i < model->edge_count; i++) {
         const cloth_spring *const spring = &model->springs[i];

@@ -139,7 +139,7 @@ static void states_hold_changes(void **state) {
     set_material(worlds[0], "denim");
     step(worlds[0], 4);
     expect(TULLE_OK, tulle_cloth_release_pin(worlds[0], CLOTH, 0, &error), &error);
-    double const thickness = 0.5 * worlds[0]->contact_distance;
+    double const thickness = 0.5 * worlds[0]->model.contact_distance;
     expect(TULLE_OK, tulle_cloth_set_thickness(worlds[0], CLOTH, thickness, &error), &error);
     step(worlds[0], 4);
     void *bytes;
@@ -255,11 +255,11 @@ static void thickness_makes_the_laws_of_the_start(void **state) {
         tulle_world *const world = make_layers(0.0061, separations[i]);
         tulle_world *const thin = make_layers(0.0023, separations[i]);
         uint64_t const before = tulle_world_get_state_hash(world);
-        size_t const size =
-            world->set.surface_count * world->set.surface_count * sizeof *world->laws;
+        size_t const size = world->model.set.surface_count * world->model.set.surface_count *
+                            sizeof *world->model.laws;
         tulle_error error = {0};
         expect(TULLE_OK, tulle_cloth_set_thickness(world, CLOTH, 0.0023, &error), &error);
-        assert_memory_equal(world->laws, thin->laws, size);
+        assert_memory_equal(world->model.laws, thin->model.laws, size);
         expect(TULLE_OK, tulle_cloth_set_thickness(world, CLOTH, 0.007, &error), &error);
         expect(TULLE_OK, tulle_cloth_set_thickness(world, CLOTH, 0.0061, &error), &error);
         assert_true(tulle_world_get_state_hash(world) == before);

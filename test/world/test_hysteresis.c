@@ -163,7 +163,7 @@ static tulle_world *start_swinging(strip *of, int threads) {
 }
 
 static bool has_slid(const tulle_world *world, size_t slider) {
-    for (size_t k = slider; k < world->plastic_count; k += 3)
+    for (size_t k = slider; k < world->model.plastic_count; k += 3)
         if (world->now.plastic[k] != 0.0) return true;
     return false;
 }
@@ -195,7 +195,7 @@ static void sliders_are_part_of_the_state(void **state) {
     of.cloth.material.bend_hysteresis_warp = of.cloth.material.bend_hysteresis_weft = 0.0;
     of.cloth.material.shear_hysteresis = 0.0;
     tulle_world *const elastic = start(&of);
-    assert_int_equal(elastic->plastic_count, 0);
+    assert_int_equal(elastic->model.plastic_count, 0);
     assert_int_equal(tulle_world_load_state(elastic, saved, size, &error),
                      TULLE_ERROR_INVALID_ARGUMENT);
     tulle_world_free_state(world, saved, size);

@@ -57,9 +57,9 @@ static void set(tulle_world *world, const char *a, const char *b, const tulle_co
 
 /* The law of two surfaces in force, in both orders. */
 static void expect(const tulle_world *world, size_t a, size_t b, const double expected[3]) {
-    size_t const count = world->set.surface_count;
+    size_t const count = world->model.set.surface_count;
     for (int i = 0; i < 2; i++) {
-        const contact_law *const law = &world->laws[i == 0 ? a * count + b : b * count + a];
+        const contact_law *const law = &world->model.laws[i == 0 ? a * count + b : b * count + a];
         if (law->static_friction != expected[0] || law->dynamic_friction != expected[1] ||
             law->restitution != expected[2])
             fail_msg("%zu and %zu: %g, %g, %g", a, b, law->static_friction, law->dynamic_friction,
@@ -173,7 +173,7 @@ static void a_failed_allocation_leaves_the_world_as_it_was(void **state) {
         tulle_status const status =
             tulle_world_set_material_law(world, "denim", "felt", &SLIPPERY, NULL);
         failures += status == TULLE_ERROR_OUT_OF_MEMORY;
-        assert_int_equal(world->material_laws.count, status == TULLE_OK);
+        assert_int_equal(world->rules.material_laws.count, status == TULLE_OK);
         left = 1000;
         set(world, "felt", "felt", &ROUGH);
         assert_int_equal(tulle_world_start(world, NULL), TULLE_OK);

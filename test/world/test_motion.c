@@ -1,5 +1,5 @@
 /* Keyframe motions against closed forms: places, easing, rotation about a pivot, changes. */
-#include "world/motion.h"
+#include "step/motion.h"
 
 #include "base/hash.h"
 #include "support/test_support.h"

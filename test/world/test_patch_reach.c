@@ -25,7 +25,7 @@ static void check_reaches(double contact, double separation, double gap) {
     small_add_cloth(world, &sheet);
     if (tulle_world_start(world, &error) != TULLE_OK) fail_msg("%s", error.message);
     tulle_world_get_distances(world, &contact, &separation, &gap);
-    double const reach = world->patch_rules.reach, hold = world->hold_reach;
+    double const reach = world->work.patch_rules.reach, hold = world->work.hold_reach;
     assert_true(gap > 0.0 && contact > 0.0 && separation >= contact);
     assert_true(2.0 * reach > separation);
     assert_true(2.0 * reach > HIT * contact);

@@ -282,7 +282,7 @@ static void laws_change_while_the_world_runs(void **state) {
     set_law(world, &ICE);
     assert_true(tulle_world_get_state_hash(world) != hash);
     /* whichever of the two comes first in a pair of features */
-    assert_memory_equal(&world->laws[1], &world->laws[2], sizeof *world->laws);
+    assert_memory_equal(&world->model.laws[1], &world->model.laws[2], sizeof *world->model.laws);
     step(world, 16);
     double const free = 3.0 * 16.0 * STEP; /* nothing but gravity acts along the ground */
     if (!(fabs(find_speed(world) - free) < 0.02 * free))

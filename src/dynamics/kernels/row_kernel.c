@@ -157,7 +157,7 @@ SIMD_INLINE block6 add_drags(const assembly *work, size_t v, block6 own) {
 
 /* The right-hand side by the table in compute_forces.c. */
 SIMD_INLINE lanes4 add_inertia(const assembly *work, size_t v, lanes4 source) {
-    const motion_state *const state = work->state;
+    const cloth_start *const state = work->state;
     double const c = work->share;
     lanes4 start = load_row(state->velocities, v);
     if (work->is_bdf2)

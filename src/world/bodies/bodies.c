@@ -14,7 +14,7 @@
 tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle_error *error) {
     const tulle_body *const def = &obstacle->body;
     if (!def->is_dynamic) return TULLE_OK;
-    if (!get_response(world->def.response)->moves_bodies) {
+    if (!get_response(world->model.def.response)->moves_bodies) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: the paper's response knows no rigid bodies that answer; use the "
                          "coupled response",
@@ -60,25 +60,27 @@ tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle
 }
 
 tulle_status world_number_bodies(tulle_world *world) {
-    size_t const cloth_count = world->cloths.count, surface_count = world->set.surface_count;
-    world->body_count = 0;
-    world->has_sleep = false;
-    for (size_t i = 0; i < world->obstacles.count; i++)
-        world->body_count += world->obstacles.data[i].body.is_dynamic != 0;
-    if (world->body_count == 0) return TULLE_OK;
-    world->surface_bodies = memory_allocate(&world->heap, surface_count * sizeof(uint32_t));
-    world->body_obstacles =
-        memory_allocate(&world->heap, world->body_count * sizeof *world->body_obstacles);
-    if (!world->surface_bodies || !world->body_obstacles) return TULLE_ERROR_OUT_OF_MEMORY;
+    size_t const cloth_count = world->model.cloths.count,
+                 surface_count = world->model.set.surface_count;
+    world->model.body_count = 0;
+    world->model.has_sleep = false;
+    for (size_t i = 0; i < world->model.obstacles.count; i++)
+        world->model.body_count += world->model.obstacles.data[i].body.is_dynamic != 0;
+    if (world->model.body_count == 0) return TULLE_OK;
+    world->model.surface_bodies = memory_allocate(&world->heap, surface_count * sizeof(uint32_t));
+    world->model.body_obstacles = memory_allocate(
+        &world->heap, world->model.body_count * sizeof *world->model.body_obstacles);
+    if (!world->model.surface_bodies || !world->model.body_obstacles)
+        return TULLE_ERROR_OUT_OF_MEMORY;
     uint32_t number = 0;
     for (size_t s = 0; s < surface_count; s++) {
         bool const is_body =
-            s >= cloth_count && world->obstacles.data[s - cloth_count].body.is_dynamic;
-        world->surface_bodies[s] = is_body ? number : TULLE_NONE;
-        if (is_body) world->body_obstacles[number++] = (uint32_t)(s - cloth_count);
+            s >= cloth_count && world->model.obstacles.data[s - cloth_count].body.is_dynamic;
+        world->model.surface_bodies[s] = is_body ? number : TULLE_NONE;
+        if (is_body) world->model.body_obstacles[number++] = (uint32_t)(s - cloth_count);
     }
-    for (size_t b = 0; b < world->body_count; b++)
-        world->has_sleep |= get_body(world, b)->body.sleep_speed > 0.0;
+    for (size_t b = 0; b < world->model.body_count; b++)
+        world->model.has_sleep |= get_body(world, b)->body.sleep_speed > 0.0;
     return TULLE_OK;
 }
 
@@ -94,10 +96,10 @@ static void compute_script_pose(const world_obstacle *obstacle, double time, vec
 }
 
 void world_place_bodies(tulle_world *world, const tulle_transform *transforms) {
-    world_motion_state *const state = &world->now;
+    motion_state *const state = &world->now;
     (void)world_free_bodies(world, state);
     world_mark_bodies(world, state);
-    for (size_t b = 0; b < world->body_count; b++) {
+    for (size_t b = 0; b < world->model.body_count; b++) {
         const world_obstacle *const obstacle = get_body(world, b);
         size_t const slot = get_first_slot(world, b);
         vec3 velocity = vec3_load(obstacle->body.velocity, 0);
@@ -122,15 +124,16 @@ void world_place_bodies(tulle_world *world, const tulle_transform *transforms) {
         vec3_store(state->velocities, slot, velocity);
         vec3_store(state->velocities, slot + 1, spin);
         for (size_t k = slot; k < slot + 2; k++) {
-            vec3_store(world->rest, k, obstacle->centre);
-            world->vertex_surface[k] = (uint32_t)(world->cloths.count + world->body_obstacles[b]);
+            vec3_store(world->model.rest, k, obstacle->centre);
+            world->model.vertex_surface[k] =
+                (uint32_t)(world->model.cloths.count + world->model.body_obstacles[b]);
         }
     }
 }
 
-bool world_free_bodies(const tulle_world *world, world_motion_state *state) {
+bool world_free_bodies(const tulle_world *world, motion_state *state) {
     bool has_changed = false;
-    for (size_t b = 0; b < world->body_count; b++) {
+    for (size_t b = 0; b < world->model.body_count; b++) {
         body_rest *const rest = &state->rests[b];
         bool const is_due = state->time >= get_body(world, b)->body.start_time;
         if (rest->state != BODY_SCRIPTED || !is_due) continue;
@@ -140,15 +143,15 @@ bool world_free_bodies(const tulle_world *world, world_motion_state *state) {
     return has_changed;
 }
 
-void world_mark_bodies(tulle_world *world, const world_motion_state *state) {
-    for (size_t b = 0; b < world->body_count; b++)
+void world_mark_bodies(tulle_world *world, const motion_state *state) {
+    for (size_t b = 0; b < world->model.body_count; b++)
         get_body_surface(world, b)->is_body = state->rests[b].state != BODY_SCRIPTED;
 }
 
 void world_load_bodies(step_context *context, double share) {
     const tulle_world *const world = context->world;
-    const motion_state *const dynamics = &context->dynamics;
-    bool const is_bdf2 = world->system.integrator == TULLE_INTEGRATOR_BDF2 && share < 1.0;
+    const cloth_start *const dynamics = &context->dynamics;
+    bool const is_bdf2 = world->work.system.integrator == TULLE_INTEGRATOR_BDF2 && share < 1.0;
     double const c = share, d = 1.0 - c, alpha = c * context->time_step;
     double const gamma = is_bdf2 ? c * alpha : alpha;
     for (size_t b = 0; b < context->scene.body_count; b++) {
@@ -182,13 +185,13 @@ void world_load_bodies(step_context *context, double share) {
 
 tulle_status world_prepare_bodies(step_context *context) {
     tulle_world *const world = context->world;
-    const world_motion_state *const state = context->state;
+    const motion_state *const state = context->state;
     contact_scene *const scene = &context->scene;
-    scene->body_count = world->body_count;
-    scene->surface_bodies = world->surface_bodies;
-    scene->bodies = ARENA_NEW(&world->scratch, contact_body, world->body_count);
+    scene->body_count = world->model.body_count;
+    scene->surface_bodies = world->model.surface_bodies;
+    scene->bodies = ARENA_NEW(&world->work.scratch, contact_body, world->model.body_count);
     if (!scene->bodies) return TULLE_ERROR_OUT_OF_MEMORY;
-    for (size_t b = 0; b < world->body_count; b++) {
+    for (size_t b = 0; b < world->model.body_count; b++) {
         const world_obstacle *const obstacle = get_body(world, b);
         size_t const slot = get_first_slot(world, b), begin = obstacle->vertex_begin;
         size_t const count = obstacle->mesh.vertex_count;
@@ -205,9 +208,9 @@ tulle_status world_prepare_bodies(step_context *context) {
                                .start = {.position = vec3_load(state->positions, slot),
                                          .orientation = orientation,
                                          .velocity = vec3_load(state->velocities, slot)}};
-        memcpy(world->targets + 3 * slot, state->positions + 3 * slot, 6 * sizeof(double));
+        memcpy(world->work.targets + 3 * slot, state->positions + 3 * slot, 6 * sizeof(double));
         if (!answers) continue;
-        memcpy(world->targets + 3 * begin, state->positions + 3 * begin,
+        memcpy(world->work.targets + 3 * begin, state->positions + 3 * begin,
                3 * count * sizeof(double));
         body->inertia = rigid_compute_inertia(&obstacle->rigid, orientation);
         if (body->is_free && !world_prepare_drive(context, b)) return TULLE_ERROR_OUT_OF_MEMORY;
@@ -219,7 +222,7 @@ tulle_status world_prepare_bodies(step_context *context) {
     start_bodies(scene, NULL, context->mean_velocity);
     (void)settle_drives(scene, NULL, 0, context->mean_velocity);
     /* the free turn in the step */
-    for (size_t b = 0; b < world->body_count; b++) {
+    for (size_t b = 0; b < world->model.body_count; b++) {
         contact_body *const body = &scene->bodies[b];
         if (!body->is_free) continue;
         vec3 const turn_rate =
@@ -294,8 +297,8 @@ void world_finish_bodies(const step_context *context, double *end) {
 body_energies world_measure_bodies(const tulle_world *world, const double *positions,
                                    const double *velocities) {
     body_energies energies = {0};
-    vec3 const gravity = vec3_load(world->def.gravity, 0);
-    for (size_t b = 0; b < world->body_count; b++) {
+    vec3 const gravity = vec3_load(world->model.def.gravity, 0);
+    for (size_t b = 0; b < world->model.body_count; b++) {
         if (!body_answers(world, b)) continue;
         const rigid_body *const rigid = &get_body(world, b)->rigid;
         size_t const slot = get_first_slot(world, b);

@@ -11,13 +11,13 @@
 
 /* The obstacle that is a body, its surface, and the first of its two slots. */
 static inline world_obstacle *get_body(const tulle_world *world, size_t body) {
-    return &world->obstacles.data[world->body_obstacles[body]];
+    return &world->model.obstacles.data[world->model.body_obstacles[body]];
 }
 static inline surface_range *get_body_surface(const tulle_world *world, size_t body) {
-    return &world->surfaces[world->cloths.count + world->body_obstacles[body]];
+    return &world->model.surfaces[world->model.cloths.count + world->model.body_obstacles[body]];
 }
 static inline size_t get_first_slot(const tulle_world *world, size_t body) {
-    return world->cloth_vertex_count + 2 * body;
+    return world->model.cloth_vertex_count + 2 * body;
 }
 /* Whether a body is there and answers contact; else it follows its script or is absent. */
 static inline bool body_answers(const tulle_world *world, size_t body) {
@@ -32,9 +32,9 @@ tulle_status world_number_bodies(tulle_world *world);
 void world_place_bodies(tulle_world *world, const tulle_transform *transforms);
 
 /* Frees bodies whose start time has come at the state's time. True when there is one. */
-bool world_free_bodies(const tulle_world *world, world_motion_state *state);
+bool world_free_bodies(const tulle_world *world, motion_state *state);
 /* Marks the surfaces of the obstacles that are bodies in this state. */
-void world_mark_bodies(tulle_world *world, const world_motion_state *state);
+void world_mark_bodies(tulle_world *world, const motion_state *state);
 
 /* What contact reads of the bodies in this substep: context->scene and targets. */
 tulle_status world_prepare_bodies(step_context *context);

@@ -19,7 +19,7 @@ static double compute_push(const contact_row *row) {
 }
 
 void world_share_room(step_context *context) {
-    row_list *const list = &context->world->rows;
+    row_list *const list = &context->world->work.rows;
     double work = 0.0; /* [J] with the impulses of the substep before */
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
@@ -37,7 +37,7 @@ void world_share_room(step_context *context) {
 }
 
 bool world_ask_less_room(step_context *context, int level) {
-    row_list *const list = &context->world->rows;
+    row_list *const list = &context->world->work.rows;
     bool has_changed = false;
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
         contact_row *const row = &list->rows.data[i];
@@ -51,7 +51,7 @@ bool world_ask_less_room(step_context *context, int level) {
 }
 
 void world_note_loss(step_context *context) {
-    const row_list *const list = &context->world->rows;
+    const row_list *const list = &context->world->work.rows;
     double work = 0.0; /* [J] of making room */
     for (size_t i = 0; context->scene.body_count > 0 && i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];

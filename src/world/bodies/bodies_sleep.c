@@ -13,11 +13,11 @@
 
 /* ---- waking ---- */
 
-void world_wake_body(const tulle_world *world, world_motion_state *state, size_t body) {
+void world_wake_body(const tulle_world *world, motion_state *state, size_t body) {
     state->rests[body].quiet_time = 0.0;
     if (state->rests[body].state != BODY_SLEEPS) return;
     uint32_t const group = state->rests[body].group;
-    for (size_t b = 0; b < world->body_count; b++) {
+    for (size_t b = 0; b < world->model.body_count; b++) {
         body_rest *const rest = &state->rests[b];
         if (rest->state != BODY_SLEEPS || rest->group != group) continue;
         rest->state = BODY_FREE;
@@ -25,8 +25,8 @@ void world_wake_body(const tulle_world *world, world_motion_state *state, size_t
     }
 }
 
-void world_wake_all(const tulle_world *world, world_motion_state *state) {
-    for (size_t b = 0; b < world->body_count; b++) {
+void world_wake_all(const tulle_world *world, motion_state *state) {
+    for (size_t b = 0; b < world->model.body_count; b++) {
         body_rest *const rest = &state->rests[b];
         rest->quiet_time = 0.0;
         if (rest->state == BODY_SLEEPS) rest->state = BODY_FREE;
@@ -40,12 +40,13 @@ static size_t list_ways(const step_context *context, surface_box *ways) {
     const tulle_world *const world = context->world;
     const double *const positions = context->state->positions;
     size_t count = 0;
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        const surface_range *const range = &world->surfaces[world->cloths.count + i];
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        const surface_range *const range = &world->model.surfaces[world->model.cloths.count + i];
         if (range->is_static || range->is_body || !range->is_present) continue;
         size_t const begin = 3 * (size_t)range->vertex_begin, end = 3 * (size_t)range->vertex_end;
-        if (memcmp(world->targets + begin, positions + begin, (end - begin) * sizeof(double)) != 0)
-            ways[count++] = measure_surface_box(range, positions, world->targets);
+        if (memcmp(world->work.targets + begin, positions + begin,
+                   (end - begin) * sizeof(double)) != 0)
+            ways[count++] = measure_surface_box(range, positions, world->work.targets);
     }
     return count;
 }
@@ -55,7 +56,7 @@ static bool is_near_ways(const step_context *context, const surface_range *range
                          const surface_box *ways, size_t count) {
     const double *const positions = context->state->positions;
     surface_box const own = measure_surface_box(range, positions, positions);
-    double const distance = context->world->separation_distance;
+    double const distance = context->world->model.separation_distance;
     for (size_t i = 0; i < count; i++) {
         bool is_near = true;
         for (size_t c = 0; c < 3; c++)
@@ -68,18 +69,19 @@ static bool is_near_ways(const step_context *context, const surface_range *range
 
 tulle_status world_wake_near_script(step_context *context) {
     tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
-    if (!world->has_sleep) return TULLE_OK;
-    surface_box *const ways = ARENA_NEW(&world->scratch, surface_box, world->obstacles.count);
+    motion_state *const state = context->state;
+    if (!world->model.has_sleep) return TULLE_OK;
+    surface_box *const ways =
+        ARENA_NEW(&world->work.scratch, surface_box, world->model.obstacles.count);
     if (!ways) return TULLE_ERROR_OUT_OF_MEMORY;
     size_t const count = list_ways(context, ways);
-    for (size_t b = 0; b < world->body_count && count > 0; b++)
+    for (size_t b = 0; b < world->model.body_count && count > 0; b++)
         if (is_near_ways(context, get_body_surface(world, b), ways, count))
             world_wake_body(world, state, b);
-    for (size_t c = 0; c < world->cloth_rest_count && count > 0; c++)
-        if (is_near_ways(context, &world->surfaces[c], ways, count))
+    for (size_t c = 0; c < world->model.cloth_rest_count && count > 0; c++)
+        if (is_near_ways(context, &world->model.surfaces[c], ways, count))
             world_wake_cloth(world, state, c);
-    for (size_t b = 0; b < world->body_count; b++)
+    for (size_t b = 0; b < world->model.body_count; b++)
         get_body_surface(world, b)->is_asleep = state->rests[b].state == BODY_SLEEPS;
     return TULLE_OK;
 }
@@ -101,10 +103,10 @@ static side_owner find_side_owner(const tulle_world *world, const contact_row *r
     for (int k = 0; k < 4; k++) {
         uint32_t const vertex = row->frame.vertices[k];
         if (get_row_side(row, k) != side) continue;
-        if (vertex < world->cloth_vertex_count)
+        if (vertex < world->model.cloth_vertex_count)
             owner.is_cloth = true;
         else
-            owner.body = world->surface_bodies[world->vertex_surface[vertex]];
+            owner.body = world->model.surface_bodies[world->model.vertex_surface[vertex]];
     }
     return owner;
 }
@@ -123,24 +125,24 @@ static void add_press(const step_context *context, uint32_t body, vec3 point, ve
 static void add_resting_presses(const step_context *context, double rate, body_press *presses) {
     const tulle_world *const world = context->world;
     const contact_store *const store = &context->state->contacts;
-    for (size_t i = 0; world->cloth_rest_count > 0 && i < store->contacts.count; i++) {
+    for (size_t i = 0; world->model.cloth_rest_count > 0 && i < store->contacts.count; i++) {
         const stored_contact *const contact = &store->contacts.data[i];
         feature_kind const kind = (feature_kind)contact->kind;
         uint32_t vertices[4];
-        feature_pair_vertices(&world->topo, kind, (feature_pair){contact->first, contact->second},
-                              vertices);
-        size_t const cloth = world->vertex_surface[vertices[0]]; /* cloths come first */
-        size_t const other = world->vertex_surface[vertices[3]];
+        feature_pair_vertices(&world->model.topo, kind,
+                              (feature_pair){contact->first, contact->second}, vertices);
+        size_t const cloth = world->model.vertex_surface[vertices[0]]; /* cloths come first */
+        size_t const other = world->model.vertex_surface[vertices[3]];
         size_t const low = cloth < other ? cloth : other, high = cloth < other ? other : cloth;
-        uint32_t const body = world->surface_bodies[high];
-        if (low >= world->cloths.count || !world->surfaces[low].is_asleep || body == TULLE_NONE ||
-            context->state->rests[body].state != BODY_SLEEPS)
+        uint32_t const body = world->model.surface_bodies[high];
+        if (low >= world->model.cloths.count || !world->model.surfaces[low].is_asleep ||
+            body == TULLE_NONE || context->state->rests[body].state != BODY_SLEEPS)
             continue;
         vec3 points[4], point = {0.0, 0.0, 0.0};
         for (int k = 0; k < 4; k++) points[k] = vec3_load(context->state->positions, vertices[k]);
         closest_points const closest = closest_of_pair(kind, points);
         for (int k = 0; k < 4; k++)
-            if (world->vertex_surface[vertices[k]] == low)
+            if (world->model.vertex_surface[vertices[k]] == low)
                 point = vec3_add_scaled(point, points[k], fabs(closest.weights[k]));
         double const sign = cloth == high ? 1.0 : -1.0;
         add_press(context, body, point, vec3_scale(vec3_load(contact->impulse, 0), sign * rate),
@@ -153,9 +155,10 @@ static void add_resting_presses(const step_context *context, double rate, body_p
 static body_press *collect_presses(const step_context *context) {
     tulle_world *const world = context->world;
     const double *const positions = context->state->positions;
-    body_press *const presses = ARENA_NEW_ZEROED(&world->scratch, body_press, world->body_count);
-    for (size_t i = 0; presses && i < world->rows.rows.count; i++) {
-        const contact_row *const row = &world->rows.rows.data[i];
+    body_press *const presses =
+        ARENA_NEW_ZEROED(&world->work.scratch, body_press, world->model.body_count);
+    for (size_t i = 0; presses && i < world->work.rows.rows.count; i++) {
+        const contact_row *const row = &world->work.rows.rows.data[i];
         if (!(vec3_norm2(row->solve.impulse) > 0.0)) continue;
         side_owner const owners[2] = {find_side_owner(world, row, 0),
                                       find_side_owner(world, row, 1)};
@@ -185,7 +188,7 @@ static double compute_change(const step_context *context, size_t body, const bod
     const tulle_world *const world = context->world;
     const world_obstacle *const obstacle = get_body(world, body);
     const body_rest *const rest = &context->state->rests[body];
-    double const h = context->time_step, whole = h / world->system.force_time;
+    double const h = context->time_step, whole = h / world->work.system.force_time;
     vec3 const force = vec3_load(rest->force, 0), torque = vec3_load(rest->torque, 0);
     vec3 const push = vec3_add_scaled(vec3_scale(press->impulse, whole), force, -h);
     vec3 const turn = vec3_add_scaled(vec3_scale(press->moment, whole), torque, -h);
@@ -206,14 +209,14 @@ static double compute_change(const step_context *context, size_t body, const bod
 tulle_status world_wake_pressed(step_context *context) {
     tulle_world *const world = context->world;
     world_wake_loaded(context);
-    if (!world->has_sleep || world->body_count == 0) return TULLE_OK;
-    arena_mark const mark = arena_get_mark(&world->scratch);
+    if (!world->model.has_sleep || world->model.body_count == 0) return TULLE_OK;
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
     body_press *const presses = collect_presses(context);
     if (!presses) return TULLE_ERROR_OUT_OF_MEMORY;
     const contact_store *const store = &context->state->contacts;
     if (store->contacts.count > 0)
-        add_resting_presses(context, world->system.force_time / store->time_step, presses);
-    for (size_t b = 0; b < world->body_count; b++) {
+        add_resting_presses(context, world->work.system.force_time / store->time_step, presses);
+    for (size_t b = 0; b < world->model.body_count; b++) {
         if (context->state->rests[b].state != BODY_SLEEPS) continue;
         bool const is_pressed = presses[b].by_body || compute_change(context, b, &presses[b]) >
                                                           get_body(world, b)->body.sleep_speed;
@@ -221,7 +224,7 @@ tulle_status world_wake_pressed(step_context *context) {
         world_wake_body(world, context->state, b);
         context->outcome = SUBSTEP_WAKES;
     }
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     return TULLE_OK;
 }
 
@@ -230,10 +233,11 @@ tulle_status world_wake_pressed(step_context *context) {
 tulle_status world_keep_resting(step_context *context) {
     tulle_world *const world = context->world;
     const contact_store *const store = &context->state->contacts;
-    const uint32_t *const edges = world->topo.edges, *const triangles = world->topo.triangles;
+    const uint32_t *const edges = world->model.topo.edges, *const triangles =
+                                                               world->model.topo.triangles;
     context->resting_count = 0;
-    if (!world->has_sleep) return TULLE_OK;
-    context->resting = ARENA_NEW(&world->scratch, stored_contact, store->contacts.count);
+    if (!world->model.has_sleep) return TULLE_OK;
+    context->resting = ARENA_NEW(&world->work.scratch, stored_contact, store->contacts.count);
     if (!context->resting) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < store->contacts.count; i++) {
         const stored_contact *const contact = &store->contacts.data[i];
@@ -241,9 +245,11 @@ tulle_status world_keep_resting(step_context *context) {
         size_t const first = contact->first, second = contact->second;
         uint32_t const vertices[2] = {has_edges ? edges[2 * first] : contact->first,
                                       has_edges ? edges[2 * second] : triangles[3 * second]};
-        size_t const a = world->vertex_surface[vertices[0]], b = world->vertex_surface[vertices[1]];
-        bool const has_sleeper = world->surfaces[a].is_asleep || world->surfaces[b].is_asleep;
-        if (!has_sleeper || surfaces_may_meet(&world->set, a, b)) continue;
+        size_t const a = world->model.vertex_surface[vertices[0]],
+                     b = world->model.vertex_surface[vertices[1]];
+        bool const has_sleeper =
+            world->model.surfaces[a].is_asleep || world->model.surfaces[b].is_asleep;
+        if (!has_sleeper || surfaces_may_meet(&world->model.set, a, b)) continue;
         stored_contact *const kept = &context->resting[context->resting_count++];
         *kept = *contact;
         for (int k = 0; k < 3; k++) kept->impulse[k] *= context->time_step / store->time_step;
@@ -265,9 +271,9 @@ uint32_t world_find_root(uint32_t *parents, uint32_t index) {
 static void join_bodies(const step_context *context, uint32_t *parents) {
     const tulle_world *const world = context->world;
     const body_rest *const rests = context->state->rests;
-    for (uint32_t b = 0; b < world->body_count; b++) parents[b] = b;
-    for (size_t i = 0; i < world->rows.rows.count; i++) {
-        const contact_row *const row = &world->rows.rows.data[i];
+    for (uint32_t b = 0; b < world->model.body_count; b++) parents[b] = b;
+    for (size_t i = 0; i < world->work.rows.rows.count; i++) {
+        const contact_row *const row = &world->work.rows.rows.data[i];
         uint32_t const first = find_side_owner(world, row, 0).body;
         uint32_t const second = find_side_owner(world, row, 1).body;
         if (first == TULLE_NONE || second == TULLE_NONE) continue;
@@ -280,7 +286,7 @@ static void join_bodies(const step_context *context, uint32_t *parents) {
 static void fall_asleep(step_context *context, size_t body, uint32_t group,
                         const body_press *press) {
     tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
+    motion_state *const state = context->state;
     const surface_range *const range = get_body_surface(world, body);
     size_t const begin = range->vertex_begin;
     body_rest *const rest = &state->rests[body];
@@ -289,7 +295,7 @@ static void fall_asleep(step_context *context, size_t body, uint32_t group,
     rest->group = group;
     vec3_store(rest->force, 0, vec3_scale(press->impulse, rate));
     vec3_store(rest->torque, 0, vec3_scale(press->moment, rate));
-    world_sum_contact_impulses(&world->rows, get_first_slot(world, body), rest->impulse,
+    world_sum_contact_impulses(&world->work.rows, get_first_slot(world, body), rest->impulse,
                                rest->moment);
     double *vectors[STATE_VECTORS_MAX];
     size_t const vector_count = world_list_vectors(state, vectors);
@@ -300,11 +306,11 @@ static void fall_asleep(step_context *context, size_t body, uint32_t group,
 
 tulle_status world_settle_bodies(step_context *context, double time_step) {
     tulle_world *const world = context->world;
-    const world_motion_state *const state = context->state;
-    size_t const count = world->body_count;
-    if (!world->has_sleep || count == 0) return TULLE_OK;
-    uint32_t *const parents = ARENA_NEW(&world->scratch, uint32_t, count);
-    bool *const is_awake = ARENA_NEW_ZEROED(&world->scratch, bool, count);
+    const motion_state *const state = context->state;
+    size_t const count = world->model.body_count;
+    if (!world->model.has_sleep || count == 0) return TULLE_OK;
+    uint32_t *const parents = ARENA_NEW(&world->work.scratch, uint32_t, count);
+    bool *const is_awake = ARENA_NEW_ZEROED(&world->work.scratch, bool, count);
     const body_press *const presses = collect_presses(context);
     if (!parents || !is_awake || !presses)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for bodies");
@@ -315,7 +321,7 @@ tulle_status world_settle_bodies(step_context *context, double time_step) {
         body_rest *const rest = &state->rests[b];
         if (rest->state == BODY_SLEEPS) continue;
         bool const may_sleep = rest->state == BODY_FREE && obstacle->body.sleep_speed > 0.0 &&
-                               !world->controls[b].is_driven &&
+                               !world->model.controls[b].is_driven &&
                                get_body_surface(world, b)->is_present;
         if (may_sleep) {
             size_t const slot = get_first_slot(world, b);

@@ -17,8 +17,8 @@
 #include "world/bodies/bodies.h"
 
 /* Wakes `body` and those that fell asleep with it; wakes all bodies and all cloth. */
-void world_wake_body(const tulle_world *world, world_motion_state *state, size_t body);
-void world_wake_all(const tulle_world *world, world_motion_state *state);
+void world_wake_body(const tulle_world *world, motion_state *state, size_t body);
+void world_wake_all(const tulle_world *world, motion_state *state);
 
 /* Called before a substep, when its targets are known: wakes bodies that something on a script
  * comes near, and marks the surfaces of sleepers. Fails when memory is short. */

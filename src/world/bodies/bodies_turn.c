@@ -23,10 +23,10 @@ static const double TURN_SLACK = 1.1;
 /* [rad] The most that a body may turn in one substep, from its least contact distance with
  * anything. With all obstacles and bodies it has the same. */
 static double compute_largest_turn(const tulle_world *world, size_t body) {
-    size_t const cloth_count = world->cloths.count, count = world->set.surface_count;
-    size_t const surface = cloth_count + world->body_obstacles[body];
+    size_t const cloth_count = world->model.cloths.count, count = world->model.set.surface_count;
+    size_t const surface = cloth_count + world->model.body_obstacles[body];
     size_t const other = surface == cloth_count ? surface + 1 : cloth_count;
-    const contact_law *const laws = world->laws + surface * count;
+    const contact_law *const laws = world->model.laws + surface * count;
     double least = other < count ? laws[other].contact_distance : (double)INFINITY;
     for (size_t i = 0; i < cloth_count; i++) least = fmin(least, laws[i].contact_distance);
     double const sag = CHORD_SHARE * least;
@@ -62,21 +62,21 @@ static tulle_status limit_script(const step_context *context, const world_motion
 tulle_status world_limit_turns(const step_context *context, double *length) {
     const tulle_world *const world = context->world;
     tulle_status status = TULLE_OK;
-    for (size_t i = 0; i < world->obstacles.count && status == TULLE_OK; i++) {
-        const surface_range *const range = &world->surfaces[world->cloths.count + i];
-        const world_obstacle *const obstacle = &world->obstacles.data[i];
+    for (size_t i = 0; i < world->model.obstacles.count && status == TULLE_OK; i++) {
+        const surface_range *const range = &world->model.surfaces[world->model.cloths.count + i];
+        const world_obstacle *const obstacle = &world->model.obstacles.data[i];
         if (range->is_present && !range->is_body)
             status = limit_script(context, &obstacle->motion, obstacle->name, length);
     }
-    for (size_t i = 0; i < world->cloths.count; i++) {
-        const world_cloth *const cloth = &world->cloths.data[i];
+    for (size_t i = 0; i < world->model.cloths.count; i++) {
+        const world_cloth *const cloth = &world->model.cloths.data[i];
         for (size_t p = 0; p < cloth->pin_count && status == TULLE_OK; p++)
             if (world->now.time < cloth->pins[p].release_time)
                 status = limit_script(context, &cloth->pins[p].motion, cloth->name, length);
     }
     if (status != TULLE_OK) return status;
     const double *const velocities = context->state->velocities;
-    for (size_t b = 0; b < world->body_count; b++) {
+    for (size_t b = 0; b < world->model.body_count; b++) {
         if (!body_answers(world, b)) continue;
         double const spin = vec3_norm(vec3_load(velocities, get_first_slot(world, b) + 1));
         double const turn = compute_largest_turn(world, b);
@@ -97,7 +97,7 @@ tulle_status world_limit_turns(const step_context *context, double *length) {
 bool world_turns_too_far(step_context *context) {
     const tulle_world *const world = context->world;
     double longest = (double)INFINITY;
-    for (size_t b = 0; b < world->body_count; b++) {
+    for (size_t b = 0; b < world->model.body_count; b++) {
         if (!body_answers(world, b)) continue;
         double const spin =
             vec3_norm(vec3_load(context->mean_velocity, get_first_slot(world, b) + 1));

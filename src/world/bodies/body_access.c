@@ -13,7 +13,7 @@
 uint32_t world_find_body(const tulle_world *world, tulle_obstacle_id id, tulle_error *error) {
     size_t const index = world_find_obstacle(world, id);
     bool const is_valid = index != SIZE_MAX;
-    if (!is_valid || !world->obstacles.data[index].body.is_dynamic) {
+    if (!is_valid || !world->model.obstacles.data[index].body.is_dynamic) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                   is_valid ? "the obstacle is no body" : "the world has no such obstacle");
         return TULLE_NONE;
@@ -23,7 +23,7 @@ uint32_t world_find_body(const tulle_world *world, tulle_obstacle_id id, tulle_e
                   "bodies can be asked and pushed once the world has started");
         return TULLE_NONE;
     }
-    return world->surface_bodies[world->cloths.count + index];
+    return world->model.surface_bodies[world->model.cloths.count + index];
 }
 
 static quaternion get_orientation(const tulle_world *world, size_t slot) {
@@ -36,7 +36,7 @@ tulle_status tulle_obstacle_get_transform(const tulle_world *world, tulle_obstac
     uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     const world_obstacle *const obstacle = get_body(world, body);
-    size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
+    size_t const slot = world->model.cloth_vertex_count + 2 * (size_t)body;
     quaternion const now = get_orientation(world, slot);
     quaternion const turn =
         quaternion_normalize(quaternion_multiply(now, quaternion_conjugate(obstacle->axes)));
@@ -63,18 +63,18 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
     if (!isfinite(at.x + at.y + at.z) || !isfinite(push.x + push.y + push.z))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the impulse is not finite");
     if (!get_body_surface(world, body)->is_body ||
-        !world->now.is_present[world->body_obstacles[body]]) {
+        !world->now.is_present[world->model.body_obstacles[body]]) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "'%s' follows its script or is absent: it takes no impulse",
                          get_body(world, body)->name);
     }
     world_wake_body(world, &world->now, body);
     const rigid_body *const rigid = &get_body(world, body)->rigid;
-    size_t const slot = world->cloth_vertex_count + 2 * (size_t)body;
+    size_t const slot = world->model.cloth_vertex_count + 2 * (size_t)body;
     double velocities[BODY_AXES];
     memcpy(velocities, world->now.velocities + 3 * slot, sizeof velocities);
     mat3 inverse = rigid_compute_inverse_inertia(rigid, get_orientation(world, slot));
-    uint32_t const locks = world->controls[body].locks >> 3; /* of the turn */
+    uint32_t const locks = world->model.controls[body].locks >> 3; /* of the turn */
     if (locks != 0) {
         mat3 const inertia = rigid_compute_inertia(rigid, get_orientation(world, slot));
         bool const is_locked[3] = {locks & 1u, locks & 2u, locks & 4u};
@@ -123,7 +123,7 @@ static void add_contact(const tulle_world *world, const row_frame *frame, vec3 i
     for (int side = 0; side < 2; side++) {
         int const own = side == 0 ? 0 : first_count;
         int const begin = side == 0 ? first_count : 0, end = side == 0 ? 4 : first_count;
-        if (world->vertex_surface[frame->vertices[own]] != sum->surface) continue;
+        if (world->model.vertex_surface[frame->vertices[own]] != sum->surface) continue;
         vec3 point = {0.0, 0.0, 0.0};
         for (int k = begin; k < end; k++)
             point = vec3_add_scaled(point, vec3_load(world->now.positions, frame->vertices[k]),
@@ -138,8 +138,8 @@ static void add_contact(const tulle_world *world, const row_frame *frame, vec3 i
 static bool has_row(const tulle_world *world, size_t a, size_t b) {
     for (size_t i = 0; i < world->accepted_rows.rows.count; i++) {
         const row_frame *const frame = &world->accepted_rows.rows.data[i].frame;
-        size_t const first = world->vertex_surface[frame->vertices[0]];
-        size_t const second = world->vertex_surface[frame->vertices[3]];
+        size_t const first = world->model.vertex_surface[frame->vertices[0]];
+        size_t const second = world->model.vertex_surface[frame->vertices[3]];
         if ((first == a && second == b) || (first == b && second == a)) return true;
     }
     return false;
@@ -148,8 +148,10 @@ static bool has_row(const tulle_world *world, size_t a, size_t b) {
 /* Whether a surface slept through the last step: then its contacts with `other`, which stands, are
  * in the store alone. */
 static bool has_slept(const tulle_world *world, size_t surface, size_t other) {
-    bool is_asleep = surface < world->cloth_rest_count && world->now.cloth_rests[surface].is_asleep;
-    uint32_t const body = world->surface_bodies ? world->surface_bodies[surface] : TULLE_NONE;
+    bool is_asleep =
+        surface < world->model.cloth_rest_count && world->now.cloth_rests[surface].is_asleep;
+    uint32_t const body =
+        world->model.surface_bodies ? world->model.surface_bodies[surface] : TULLE_NONE;
     if (body != TULLE_NONE) is_asleep = world->now.rests[body].state == BODY_SLEEPS;
     return is_asleep && !has_row(world, surface, other);
 }
@@ -160,10 +162,10 @@ static void add_stored(const tulle_world *world, size_t sleeper, impulse_sum *su
     for (size_t i = 0; i < store->contacts.count; i++) {
         const stored_contact *const contact = &store->contacts.data[i];
         row_frame frame = {.kind = (feature_kind)contact->kind};
-        feature_pair_vertices(&world->topo, frame.kind,
+        feature_pair_vertices(&world->model.topo, frame.kind,
                               (feature_pair){contact->first, contact->second}, frame.vertices);
-        size_t const first = world->vertex_surface[frame.vertices[0]];
-        size_t const second = world->vertex_surface[frame.vertices[3]];
+        size_t const first = world->model.vertex_surface[frame.vertices[0]];
+        size_t const second = world->model.vertex_surface[frame.vertices[3]];
         bool const is_meant = (first == sum->surface && second == sleeper) ||
                               (second == sum->surface && first == sleeper);
         if (!is_meant) continue;
@@ -181,7 +183,7 @@ static void sum_scripted_impulses(const tulle_world *world, impulse_sum *sum) {
         const contact_row *const row = &world->accepted_rows.rows.data[i];
         add_contact(world, &row->frame, row->solve.impulse, sum);
     }
-    for (size_t s = 0; world->has_sleep && s < world->set.surface_count; s++)
+    for (size_t s = 0; world->model.has_sleep && s < world->model.set.surface_count; s++)
         if (has_slept(world, s, sum->surface)) add_stored(world, s, sum);
 }
 
@@ -196,8 +198,9 @@ tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world, tulle_
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          is_valid ? "the world has not started: nothing touches anything yet"
                                   : "the world has no such obstacle");
-    size_t const surface = world->cloths.count + index;
-    uint32_t const body = world->surface_bodies ? world->surface_bodies[surface] : TULLE_NONE;
+    size_t const surface = world->model.cloths.count + index;
+    uint32_t const body =
+        world->model.surface_bodies ? world->model.surface_bodies[surface] : TULLE_NONE;
     uint32_t const state = body == TULLE_NONE ? BODY_SCRIPTED : world->now.rests[body].state;
     impulse_sum sum = {.surface = surface};
     if (body != TULLE_NONE)

@@ -85,16 +85,16 @@ static uint32_t find_free_body(const tulle_world *world, tulle_obstacle_id id, t
 void world_stop_locked(const tulle_world *world, size_t body, double *velocities) {
     double *const axes = velocities + 3 * get_first_slot(world, body);
     for (int k = 0; k < BODY_AXES; k++)
-        if (world->controls[body].locks >> k & 1u) axes[k] = 0.0;
+        if (world->model.controls[body].locks >> k & 1u) axes[k] = 0.0;
 }
 
 void world_set_body_velocity(tulle_world *world, size_t body, const double *velocities) {
-    world_motion_state *const now = &world->now;
+    motion_state *const now = &world->now;
     double given[BODY_AXES];
     memcpy(given, velocities, sizeof given);
     for (int k = 0; k < BODY_AXES; k++) {
         size_t const i = 3 * get_first_slot(world, body) + (size_t)k;
-        if (world->controls[body].locks >> k & 1u) given[k] = 0.0;
+        if (world->model.controls[body].locks >> k & 1u) given[k] = 0.0;
         double const change = given[k] - now->velocities[i];
         if (now->previous_mean) { /* a jump is no acceleration: the history jumps with it */
             now->previous_mean[i] += change;
@@ -207,7 +207,7 @@ tulle_status tulle_obstacle_set_locks(tulle_world *world, tulle_obstacle_id id,
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: the locks are %u and %u; each must be a sum of TULLE_LOCK_X, _Y, _Z",
                          get_body(world, body)->name, translations, rotations);
-    world->controls[body].locks = translations | rotations << 3;
+    world->model.controls[body].locks = translations | rotations << 3;
     if (body_answers(world, body))
         world_set_body_velocity(world, body,
                                 world->now.velocities + 3 * get_first_slot(world, body));
@@ -238,7 +238,7 @@ tulle_status tulle_obstacle_set_drive(tulle_world *world, tulle_obstacle_id id,
     for (int k = 0; drive && k < 3; k++)
         is_driven |= drive->stiffness[k] > 0.0 || drive->damping[k] > 0.0 ||
                      drive->angular_stiffness[k] > 0.0 || drive->angular_damping[k] > 0.0;
-    body_control *const control = &world->controls[body];
+    body_control *const control = &world->model.controls[body];
     memset(&control->drive, 0, sizeof control->drive);
     if (is_driven) control->drive = *drive;
     control->is_driven = is_driven;
@@ -270,14 +270,14 @@ tulle_status tulle_obstacle_get_drive_force(const tulle_world *world, tulle_obst
 
 size_t world_get_controls_size(const tulle_world *world) {
     bool has_any = false;
-    for (size_t b = 0; b < world->body_count; b++)
-        has_any |= world->controls[b].locks != 0 || world->controls[b].is_driven;
-    return has_any ? world->body_count * sizeof *world->controls : 0;
+    for (size_t b = 0; b < world->model.body_count; b++)
+        has_any |= world->model.controls[b].locks != 0 || world->model.controls[b].is_driven;
+    return has_any ? world->model.body_count * sizeof *world->model.controls : 0;
 }
 
 uint64_t world_hash_controls(const tulle_world *world, uint64_t hash) {
     size_t const size = world_get_controls_size(world);
-    return size > 0 ? hash_bytes(hash, world->controls, size) : hash;
+    return size > 0 ? hash_bytes(hash, world->model.controls, size) : hash;
 }
 
 tulle_status world_check_controls(const tulle_world *world, const void *bytes, size_t size,
@@ -296,18 +296,18 @@ tulle_status world_check_controls(const tulle_world *world, const void *bytes, s
 }
 
 void world_take_controls(tulle_world *world, const void *bytes, size_t size) {
-    if (world->body_count > 0)
-        memset(world->controls, 0, world->body_count * sizeof *world->controls);
-    if (size > 0) memcpy(world->controls, bytes, size);
+    if (world->model.body_count > 0)
+        memset(world->model.controls, 0, world->model.body_count * sizeof *world->model.controls);
+    if (size > 0) memcpy(world->model.controls, bytes, size);
 }
 
 /* ---- in a substep ---- */
 
 bool world_prepare_drive(step_context *context, size_t body) {
     tulle_world *const world = context->world;
-    const body_control *const control = &world->controls[body];
+    const body_control *const control = &world->model.controls[body];
     if (control->locks == 0 && !control->is_driven) return true;
-    body_drive *const drive = ARENA_NEW_ZEROED(&world->scratch, body_drive, 1);
+    body_drive *const drive = ARENA_NEW_ZEROED(&world->work.scratch, body_drive, 1);
     if (!drive) return false;
     for (int k = 0; k < BODY_AXES; k++) drive->is_locked[k] = control->locks >> k & 1u;
     world_stop_locked(world, body, context->state->velocities);
@@ -318,7 +318,7 @@ bool world_prepare_drive(step_context *context, size_t body) {
 void world_load_drive(const step_context *context, size_t body, double force_time) {
     const tulle_world *const world = context->world;
     contact_body *const moved = &context->scene.bodies[body];
-    const body_control *const control = &world->controls[body];
+    const body_control *const control = &world->model.controls[body];
     if (!moved->drive) return;
     if (!control->is_driven) return;
     const tulle_body_drive *const given = &control->drive;
@@ -343,11 +343,11 @@ void world_load_drive(const step_context *context, size_t body, double force_tim
 
 void world_note_drive(const step_context *context, size_t body) {
     const tulle_world *const world = context->world;
-    const body_control *const control = &world->controls[body];
+    const body_control *const control = &world->model.controls[body];
     const body_drive *const drive = context->scene.bodies[body].drive;
     double *const forces = context->state->drive_forces + BODY_AXES * body;
     memset(forces, 0, BODY_AXES * sizeof *forces);
-    double const time = world->system.force_time;
+    double const time = world->work.system.force_time;
     for (int k = 0; drive && control->is_driven && k < BODY_AXES; k++) {
         double const limit =
             k < 3 ? control->drive.force_limit[k] : control->drive.torque_limit[k - 3];
@@ -357,9 +357,9 @@ void world_note_drive(const step_context *context, size_t body) {
 
 double world_measure_control_work(const step_context *context) {
     const tulle_world *const world = context->world;
-    double const whole = context->time_step / world->system.force_time;
+    double const whole = context->time_step / world->work.system.force_time;
     double work = 0.0;
-    for (size_t b = 0; b < world->body_count; b++) {
+    for (size_t b = 0; b < world->model.body_count; b++) {
         const world_obstacle *const obstacle = get_body(world, b);
         size_t const slot = get_first_slot(world, b);
         const double *const u = context->mean_velocity + 3 * slot;

@@ -15,7 +15,7 @@
 
 /* What is new in it is carried over below, too. */
 #if UINTPTR_MAX == UINT64_MAX
-_Static_assert(sizeof(world_motion_state) == 3056, "carry over all of world_motion_state");
+_Static_assert(sizeof(motion_state) == 3056, "carry over all of motion_state");
 #endif
 
 /* ---- numbers ---- */
@@ -23,51 +23,56 @@ _Static_assert(sizeof(world_motion_state) == 3056, "carry over all of world_moti
 /* The vertex that was `vertex` before, or TULLE_NONE: it has gone, or never was. */
 static uint32_t map_vertex(const tulle_world *world, uint32_t vertex) {
     const tulle_world *const before = world->change->before;
-    if (vertex >= before->vertex_count) return TULLE_NONE;
-    uint32_t const source = before->vertex_surface[vertex];
+    if (vertex >= before->model.vertex_count) return TULLE_NONE;
+    uint32_t const source = before->model.vertex_surface[vertex];
     uint32_t const target = world->change->targets[source];
     if (target == TULLE_NONE) return TULLE_NONE;
-    return vertex - before->surfaces[source].vertex_begin + world->surfaces[target].vertex_begin;
+    return vertex - before->model.surfaces[source].vertex_begin +
+           world->model.surfaces[target].vertex_begin;
 }
 
 static uint32_t map_triangle(const tulle_world *world, uint32_t triangle) {
     const tulle_world *const before = world->change->before;
-    if (triangle >= before->topo.triangle_count) return TULLE_NONE;
-    uint32_t const source = before->vertex_surface[before->topo.triangles[3 * (size_t)triangle]];
+    if (triangle >= before->model.topo.triangle_count) return TULLE_NONE;
+    uint32_t const source =
+        before->model.vertex_surface[before->model.topo.triangles[3 * (size_t)triangle]];
     uint32_t const target = world->change->targets[source];
     if (target == TULLE_NONE) return TULLE_NONE;
-    return triangle - before->surfaces[source].triangle_begin +
-           world->surfaces[target].triangle_begin;
+    return triangle - before->model.surfaces[source].triangle_begin +
+           world->model.surfaces[target].triangle_begin;
 }
 
 static uint32_t map_edge(const tulle_world *world, uint32_t edge) {
     const tulle_world *const before = world->change->before;
-    if (edge >= before->topo.edge_count) return TULLE_NONE;
-    uint32_t const source = before->vertex_surface[before->topo.edges[2 * (size_t)edge]];
+    if (edge >= before->model.topo.edge_count) return TULLE_NONE;
+    uint32_t const source =
+        before->model.vertex_surface[before->model.topo.edges[2 * (size_t)edge]];
     uint32_t const target = world->change->targets[source];
     if (target == TULLE_NONE) return TULLE_NONE;
-    return edge - before->surfaces[source].edge_begin + world->surfaces[target].edge_begin;
+    return edge - before->model.surfaces[source].edge_begin +
+           world->model.surfaces[target].edge_begin;
 }
 
 /* The obstacle that was this one before. */
 static uint32_t map_obstacle(const tulle_world *world, uint32_t obstacle) {
     const tulle_world *const before = world->change->before;
-    if (obstacle >= before->obstacles.count) return TULLE_NONE;
-    uint32_t const target = world->change->targets[before->cloths.count + obstacle];
-    return target == TULLE_NONE ? TULLE_NONE : target - (uint32_t)world->cloths.count;
+    if (obstacle >= before->model.obstacles.count) return TULLE_NONE;
+    uint32_t const target = world->change->targets[before->model.cloths.count + obstacle];
+    return target == TULLE_NONE ? TULLE_NONE : target - (uint32_t)world->model.cloths.count;
 }
 
 /* What a body was before, or TULLE_NONE: it is new. */
 static uint32_t find_body_source(const tulle_world *world, size_t body) {
     const world_change *const change = world->change;
-    uint32_t const source = change->sources[world->cloths.count + world->body_obstacles[body]];
-    return source == TULLE_NONE ? TULLE_NONE : change->before->surface_bodies[source];
+    uint32_t const source =
+        change->sources[world->model.cloths.count + world->model.body_obstacles[body]];
+    return source == TULLE_NONE ? TULLE_NONE : change->before->model.surface_bodies[source];
 }
 
 /* ---- state ---- */
 
-static void carry_vectors(world_motion_state *now, size_t to, const world_motion_state *old,
-                          size_t from, size_t count) {
+static void carry_vectors(motion_state *now, size_t to, const motion_state *old, size_t from,
+                          size_t count) {
     double *targets[STATE_VECTORS_MAX], *sources[STATE_VECTORS_MAX];
     size_t const vector_count = world_list_vectors(now, targets);
     (void)world_list_vectors(old, sources);
@@ -77,21 +82,22 @@ static void carry_vectors(world_motion_state *now, size_t to, const world_motion
 
 static void carry_surface(tulle_world *world, size_t surface, size_t source) {
     const tulle_world *const before = world->change->before;
-    const surface_range *const range = &world->surfaces[surface];
-    size_t const to = range->vertex_begin, from = before->surfaces[source].vertex_begin;
+    const surface_range *const range = &world->model.surfaces[surface];
+    size_t const to = range->vertex_begin, from = before->model.surfaces[source].vertex_begin;
     size_t const count = range->vertex_end - range->vertex_begin;
-    world_motion_state *const now = &world->now;
+    motion_state *const now = &world->now;
     carry_vectors(now, to, &before->now, from, count);
     if (!range->is_obstacle) {
-        if (world->particle_count > 0)
+        if (world->model.particle_count > 0)
             memcpy(now->particles + to, before->now.particles + from, count);
-        if (world->cloth_rest_count > 0)
+        if (world->model.cloth_rest_count > 0)
             now->cloth_rests[surface] = before->now.cloth_rests[source];
         return;
     }
-    size_t const obstacle = surface - world->cloths.count, old = source - before->cloths.count;
+    size_t const obstacle = surface - world->model.cloths.count,
+                 old = source - before->model.cloths.count;
     now->is_present[obstacle] = before->now.is_present[old];
-    if (world->pose_count > 0 && before->pose_count > 0)
+    if (world->model.pose_count > 0 && before->model.pose_count > 0)
         now->poses[obstacle] = before->now.poses[old];
 }
 
@@ -100,17 +106,18 @@ static void carry_lags(tulle_world *world) {
     const world_change *const change = world->change;
     const tulle_world *const before = change->before;
     size_t to = 0;
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        uint32_t const source = change->sources[world->cloths.count + i];
-        size_t const count = world->obstacles.data[i].mesh.vertex_count;
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        uint32_t const source = change->sources[world->model.cloths.count + i];
+        size_t const count = world->model.obstacles.data[i].mesh.vertex_count;
         if (!world_may_lag(world, i)) continue;
         size_t from = 0;
-        for (size_t k = 0; source != TULLE_NONE && k < source - before->cloths.count; k++)
-            if (world_may_lag(before, k)) from += before->obstacles.data[k].mesh.vertex_count;
+        for (size_t k = 0; source != TULLE_NONE && k < source - before->model.cloths.count; k++)
+            if (world_may_lag(before, k)) from += before->model.obstacles.data[k].mesh.vertex_count;
         if (source != TULLE_NONE) {
             memcpy(world->now.lags + 3 * to, before->now.lags + 3 * from,
                    3 * count * sizeof(double));
-            world->now.largest_lags[i] = before->now.largest_lags[source - before->cloths.count];
+            world->now.largest_lags[i] =
+                before->now.largest_lags[source - before->model.cloths.count];
         }
         to += count;
     }
@@ -122,12 +129,13 @@ static void make_history(tulle_world *world) {
     uint32_t const added = world->change->added;
     if (added == TULLE_NONE || !(world->now.previous_time_step > 0.0)) return;
     if (!world->now.previous_mean) return;
-    bool const is_cloth = added < world->cloths.count;
-    uint32_t const body = world->body_count > 0 ? world->surface_bodies[added] : TULLE_NONE;
+    bool const is_cloth = added < world->model.cloths.count;
+    uint32_t const body =
+        world->model.body_count > 0 ? world->model.surface_bodies[added] : TULLE_NONE;
     if (!is_cloth && body == TULLE_NONE) return;
     size_t const first =
-        is_cloth ? world->surfaces[added].vertex_begin : get_first_slot(world, body);
-    size_t const count = is_cloth ? world->cloths.data[added].mesh.vertex_count : 2;
+        is_cloth ? world->model.surfaces[added].vertex_begin : get_first_slot(world, body);
+    size_t const count = is_cloth ? world->model.cloths.data[added].mesh.vertex_count : 2;
     size_t const begin = 3 * first, bytes = 3 * count * sizeof(double);
     memcpy(world->now.previous_mean + begin, world->now.velocities + begin, bytes);
     memcpy(world->now.previous_velocities + begin, world->now.velocities + begin, bytes);
@@ -136,7 +144,7 @@ static void make_history(tulle_world *world) {
 /* The body that names a group of sleepers: the lowest of those that are left. */
 static uint32_t map_group(const tulle_world *world, size_t body, uint32_t group) {
     const body_rest *const old = world->change->before->now.rests;
-    for (size_t b = 0; b < world->body_count; b++) {
+    for (size_t b = 0; b < world->model.body_count; b++) {
         uint32_t const source = find_body_source(world, b);
         if (source == TULLE_NONE) continue;
         if (source == group || (old[source].group == group && old[source].state == BODY_SLEEPS &&
@@ -148,8 +156,8 @@ static uint32_t map_group(const tulle_world *world, size_t body, uint32_t group)
 
 static void carry_bodies(tulle_world *world) {
     const tulle_world *const before = world->change->before;
-    world_motion_state *const now = &world->now;
-    for (size_t b = 0; b < world->body_count; b++) {
+    motion_state *const now = &world->now;
+    for (size_t b = 0; b < world->model.body_count; b++) {
         uint32_t const source = find_body_source(world, b);
         if (source == TULLE_NONE) continue;
         carry_vectors(now, get_first_slot(world, b), &before->now, get_first_slot(before, source),
@@ -158,9 +166,9 @@ static void carry_bodies(tulle_world *world) {
         now->rests[b].group = map_group(world, b, now->rests[b].group);
         memcpy(now->drive_forces + BODY_AXES * b, before->now.drive_forces + BODY_AXES * source,
                BODY_AXES * sizeof(double));
-        world->controls[b] = before->controls[source];
+        world->model.controls[b] = before->model.controls[source];
     }
-    now->lost_energy = world->body_count > 0 ? before->now.lost_energy : 0.0;
+    now->lost_energy = world->model.body_count > 0 ? before->now.lost_energy : 0.0;
     world_mark_bodies(world, now);
 }
 
@@ -168,7 +176,7 @@ void world_carry_state(tulle_world *world) {
     const world_change *const change = world->change;
     world->now.previous_time_step = change->before->now.previous_time_step;
     world->now.attachment_count = change->before->now.attachment_count;
-    for (size_t s = 0; s < world->set.surface_count; s++)
+    for (size_t s = 0; s < world->model.set.surface_count; s++)
         if (change->sources[s] != TULLE_NONE) carry_surface(world, s, change->sources[s]);
     carry_lags(world);
     make_history(world);
@@ -177,32 +185,32 @@ void world_carry_state(tulle_world *world) {
 
 void world_carry_plastic(tulle_world *world) {
     const world_change *const change = world->change;
-    if (world->plastic_count == 0 || change->before->plastic_count == 0) return;
-    for (size_t s = 0; s < world->cloths.count; s++) {
+    if (world->model.plastic_count == 0 || change->before->model.plastic_count == 0) return;
+    for (size_t s = 0; s < world->model.cloths.count; s++) {
         if (change->sources[s] == TULLE_NONE) continue;
-        const surface_range *const from = &change->before->surfaces[change->sources[s]];
+        const surface_range *const from = &change->before->model.surfaces[change->sources[s]];
         size_t const count = SLIDER_COUNT * (size_t)(from->triangle_end - from->triangle_begin);
-        memcpy(world->now.plastic + SLIDER_COUNT * (size_t)world->surfaces[s].triangle_begin,
+        memcpy(world->now.plastic + SLIDER_COUNT * (size_t)world->model.surfaces[s].triangle_begin,
                change->before->now.plastic + SLIDER_COUNT * (size_t)from->triangle_begin,
                count * sizeof(double));
     }
 }
 
 void world_mark_held(tulle_world *world) {
-    for (size_t i = 0; i < world->cloths.count; i++) {
-        const world_cloth *const cloth = &world->cloths.data[i];
+    for (size_t i = 0; i < world->model.cloths.count; i++) {
+        const world_cloth *const cloth = &world->model.cloths.data[i];
         for (size_t p = 0; p < cloth->pin_count; p++) {
             const world_pin *const pin = &cloth->pins[p];
             if (world->now.time >= pin->release_time) continue;
             for (size_t k = 0; k < pin->vertex_count; k++)
-                world->is_fixed[cloth->vertex_begin + pin->vertices[k]] = 1;
+                world->work.is_fixed[cloth->vertex_begin + pin->vertices[k]] = 1;
         }
     }
-    const world_motion_state *const old = &world->change->before->now;
+    const motion_state *const old = &world->change->before->now;
     for (size_t i = 0; i < old->ties.count; i++) {
         uint32_t const vertex = map_vertex(world, old->ties.data[i].vertex);
         if (vertex != TULLE_NONE && !isfinite(old->ties.data[i].stiffness))
-            world->is_fixed[vertex] = 1;
+            world->work.is_fixed[vertex] = 1;
     }
 }
 
@@ -227,8 +235,8 @@ static void carry_store(tulle_world *world) {
 
 /* Attachments of what has gone, and to it, end. */
 static void carry_ties(tulle_world *world) {
-    const world_motion_state *const old = &world->change->before->now;
-    world_motion_state *const now = &world->now;
+    const motion_state *const old = &world->change->before->now;
+    motion_state *const now = &world->now;
     for (size_t i = 0; i < old->ties.count; i++) {
         world_tie tie = old->ties.data[i];
         bool const is_point = tie.corners[0] == TULLE_NONE;
@@ -245,7 +253,7 @@ static void carry_ties(tulle_world *world) {
 
 /* What was held back because of something that has gone is free again. */
 static void carry_holds(tulle_world *world) {
-    const world_motion_state *const old = &world->change->before->now;
+    const motion_state *const old = &world->change->before->now;
     for (size_t i = 0; i < old->hold_count; i++) {
         world_hold hold = old->holds[i];
         bool stays = true;
@@ -264,38 +272,40 @@ static void carry_holds(tulle_world *world) {
 /* The body that stays of a surface before, or TULLE_NONE. */
 static uint32_t map_body(const tulle_world *world, uint32_t source) {
     uint32_t const target = world->change->targets[source];
-    return target == TULLE_NONE || !world->surface_bodies ? TULLE_NONE
-                                                          : world->surface_bodies[target];
+    return target == TULLE_NONE || !world->model.surface_bodies
+               ? TULLE_NONE
+               : world->model.surface_bodies[target];
 }
 
 /* Wakes what touched what has gone, and the bodies that fell asleep with it. */
 static void wake_left(tulle_world *world) {
     const tulle_world *const before = world->change->before;
     const contact_store *const store = &before->now.contacts;
-    for (size_t i = 0; i < store->contacts.count && world->has_sleep; i++) {
+    for (size_t i = 0; i < store->contacts.count && world->model.has_sleep; i++) {
         const stored_contact *const contact = &store->contacts.data[i];
         bool const is_edges = contact->kind == FEATURE_EDGE_EDGE;
         size_t const first = contact->first, second = contact->second;
-        const uint32_t *const edges = before->topo.edges, *const corners = before->topo.triangles;
+        const uint32_t *const edges = before->model.topo.edges, *const corners =
+                                                                    before->model.topo.triangles;
         uint32_t const ends[2] = {
-            before->vertex_surface[is_edges ? edges[2 * first] : contact->first],
-            before->vertex_surface[is_edges ? edges[2 * second] : corners[3 * second]]};
+            before->model.vertex_surface[is_edges ? edges[2 * first] : contact->first],
+            before->model.vertex_surface[is_edges ? edges[2 * second] : corners[3 * second]]};
         for (int k = 0; k < 2; k++) {
             if (world->change->targets[ends[1 - k]] != TULLE_NONE) continue;
             uint32_t const body = map_body(world, ends[k]);
             uint32_t const surface = world->change->targets[ends[k]];
             if (body != TULLE_NONE)
                 world_wake_body(world, &world->now, body);
-            else if (surface < world->cloth_rest_count)
+            else if (surface < world->model.cloth_rest_count)
                 world_wake_cloth(world, &world->now, surface);
         }
     }
-    for (size_t b = 0; b < before->body_count; b++) {
+    for (size_t b = 0; b < before->model.body_count; b++) {
         const body_rest *const gone = &before->now.rests[b];
-        if (map_obstacle(world, before->body_obstacles[b]) != TULLE_NONE ||
+        if (map_obstacle(world, before->model.body_obstacles[b]) != TULLE_NONE ||
             gone->state != BODY_SLEEPS)
             continue;
-        for (size_t k = 0; k < world->body_count; k++) {
+        for (size_t k = 0; k < world->model.body_count; k++) {
             uint32_t const source = find_body_source(world, k);
             if (source != TULLE_NONE && before->now.rests[source].state == BODY_SLEEPS &&
                 before->now.rests[source].group == gone->group)
@@ -305,8 +315,8 @@ static void wake_left(tulle_world *world) {
 }
 
 tulle_status world_carry_contacts(tulle_world *world, tulle_error *error) {
-    const world_motion_state *const old = &world->change->before->now;
-    world_motion_state *const now = &world->now;
+    const motion_state *const old = &world->change->before->now;
+    motion_state *const now = &world->now;
     if (reserve_contacts(&now->contacts, &world->heap, old->contacts.contacts.count) != TULLE_OK ||
         !ARRAY_RESERVE(&world->heap, &now->ties, old->ties.count) ||
         !ARRAY_MATCH(&world->heap, &now->ties, &world->next.ties))

@@ -61,26 +61,27 @@ static void free_lists(memory *heap, object_lists *lists) {
 /* What the objects own stays where it is: both lists point to it. */
 static bool make_lists(tulle_world *world, const wanted_change *wanted, object_lists *lists) {
     memory *const heap = &world->heap;
-    size_t const cloth_count = world->cloths.count;
+    size_t const cloth_count = world->model.cloths.count;
     if (!ARRAY_RESERVE(heap, &lists->cloths, cloth_count + 1) ||
-        !ARRAY_RESERVE(heap, &lists->obstacles, world->obstacles.count + 1) ||
-        !ARRAY_RESERVE(heap, &lists->pair_laws, world->pair_laws.count))
+        !ARRAY_RESERVE(heap, &lists->obstacles, world->model.obstacles.count + 1) ||
+        !ARRAY_RESERVE(heap, &lists->pair_laws, world->rules.pair_laws.count))
         return false;
     for (size_t i = 0; i < cloth_count; i++)
-        if (i != wanted->removed) lists->cloths.data[lists->cloths.count++] = world->cloths.data[i];
-    for (size_t i = 0; i < world->obstacles.count; i++)
+        if (i != wanted->removed)
+            lists->cloths.data[lists->cloths.count++] = world->model.cloths.data[i];
+    for (size_t i = 0; i < world->model.obstacles.count; i++)
         if (cloth_count + i != wanted->removed)
-            lists->obstacles.data[lists->obstacles.count++] = world->obstacles.data[i];
+            lists->obstacles.data[lists->obstacles.count++] = world->model.obstacles.data[i];
     if (wanted->cloth) lists->cloths.data[lists->cloths.count++] = *wanted->cloth;
     if (wanted->obstacle) lists->obstacles.data[lists->obstacles.count++] = *wanted->obstacle;
-    keep_laws(&world->pair_laws, wanted->removed, cloth_count, &lists->pair_laws);
+    keep_laws(&world->rules.pair_laws, wanted->removed, cloth_count, &lists->pair_laws);
     return true;
 }
 
 /* Which surface becomes which. */
 static void map_surfaces(const tulle_world *world, const wanted_change *wanted,
                          const object_lists *lists, world_change *change) {
-    size_t const before = world->cloths.count + world->obstacles.count;
+    size_t const before = world->model.cloths.count + world->model.obstacles.count;
     size_t const count = lists->cloths.count + lists->obstacles.count;
     change->added = wanted->cloth      ? (uint32_t)lists->cloths.count - 1
                     : wanted->obstacle ? (uint32_t)count - 1
@@ -101,45 +102,47 @@ static void map_surfaces(const tulle_world *world, const wanted_change *wanted,
 /* Puts insides that have not started in the place of the world's. */
 static void begin_anew(tulle_world *world, const object_lists *lists, const world_change *change) {
     const tulle_world *const before = change->before;
-    *world = (tulle_world){.heap = before->heap,
-                           .def = before->def,
-                           .cloths = lists->cloths,
-                           .obstacles = lists->obstacles,
-                           .cloth_slots = before->cloth_slots,
-                           .obstacle_slots = before->obstacle_slots,
-                           .pair_laws = lists->pair_laws,
-                           .contact_materials.data = before->contact_materials.data,
-                           .contact_materials.count = before->contact_materials.count,
-                           .contact_materials.capacity = before->contact_materials.capacity,
-                           .material_laws.data = before->material_laws.data,
-                           .material_laws.count = before->material_laws.count,
-                           .material_laws.capacity = before->material_laws.capacity,
-                           .attachments.data = before->attachments.data,
-                           .attachments.count = before->attachments.count,
-                           .attachments.capacity = before->attachments.capacity,
-                           .pair_filter = before->pair_filter,
-                           .pair_context = before->pair_context,
-                           .threads = before->threads,
-                           .host_tasks = before->host_tasks,
-                           .tasks = before->tasks,
-                           .is_in_batch = before->is_in_batch,
-                           .stop.is_wanted = before->stop.is_wanted,
-                           .stop.context = before->stop.context,
-                           .patch_rules.keeps_all = before->patch_rules.keeps_all,
-                           .step_count = before->step_count,
-                           .step_end = before->step_end,
-                           .intersections.data = before->intersections.data,
-                           .intersections.capacity = before->intersections.capacity,
-                           .overlaps.data = before->overlaps.data,
-                           .overlaps.capacity = before->overlaps.capacity,
-                           .change = change,
-                           .recording = before->recording,
-                           .untangle_report = before->untangle_report};
+    *world =
+        (tulle_world){.heap = before->heap,
+                      .model.def = before->model.def,
+                      .model.cloths = lists->cloths,
+                      .model.obstacles = lists->obstacles,
+                      .slots.cloths = before->slots.cloths,
+                      .slots.obstacles = before->slots.obstacles,
+                      .rules.pair_laws = lists->pair_laws,
+                      .rules.contact_materials.data = before->rules.contact_materials.data,
+                      .rules.contact_materials.count = before->rules.contact_materials.count,
+                      .rules.contact_materials.capacity = before->rules.contact_materials.capacity,
+                      .rules.material_laws.data = before->rules.material_laws.data,
+                      .rules.material_laws.count = before->rules.material_laws.count,
+                      .rules.material_laws.capacity = before->rules.material_laws.capacity,
+                      .attachments.data = before->attachments.data,
+                      .attachments.count = before->attachments.count,
+                      .attachments.capacity = before->attachments.capacity,
+                      .rules.pair_filter = before->rules.pair_filter,
+                      .rules.pair_context = before->rules.pair_context,
+                      .work.threads = before->work.threads,
+                      .host_tasks = before->host_tasks,
+                      .work.tasks = before->work.tasks,
+                      .is_in_batch = before->is_in_batch,
+                      .work.stop.is_wanted = before->work.stop.is_wanted,
+                      .work.stop.context = before->work.stop.context,
+                      .work.patch_rules.keeps_all = before->work.patch_rules.keeps_all,
+                      .step_count = before->step_count,
+                      .work.step_end = before->work.step_end,
+                      .intersections.data = before->intersections.data,
+                      .intersections.capacity = before->intersections.capacity,
+                      .overlaps.data = before->overlaps.data,
+                      .overlaps.capacity = before->overlaps.capacity,
+                      .change = change,
+                      .recording = before->recording,
+                      .untangle_report = before->untangle_report};
     memcpy(world->message, before->message, sizeof world->message);
-    world->scratch = arena_make(&world->heap);
+    world->work.scratch = arena_make(&world->heap);
     /* as the start had them; world_carry_settings puts back what was changed since */
-    memcpy(world->def.gravity, before->first_settings.gravity, sizeof world->def.gravity);
-    world->def.wind = before->first_settings.wind;
+    memcpy(world->model.def.gravity, before->first.settings.gravity,
+           sizeof world->model.def.gravity);
+    world->model.def.wind = before->first.settings.wind;
     world->now.time = before->now.time;
     world_renumber_slots(world);
 }
@@ -148,7 +151,7 @@ static void begin_anew(tulle_world *world, const object_lists *lists, const worl
  * what was to be added, which has the number behind the last one. */
 static void go_back(tulle_world *world, tulle_world *before, object_lists *lists) {
     const world_change *const change = world->change;
-    uint32_t const behind = (uint32_t)(before->cloths.count + before->obstacles.count);
+    uint32_t const behind = (uint32_t)(before->model.cloths.count + before->model.obstacles.count);
     for (size_t i = 0; i < world->intersections.count; i++) {
         tulle_intersection *const pair = &world->intersections.data[i];
         uint32_t *const objects[2] = {&pair->object_a, &pair->object_b};
@@ -175,13 +178,13 @@ static void let_go(tulle_world *world, tulle_world *before, size_t removed) {
     before->heap = now.heap;
     before->events = NULL; /* they were carried over */
     *world = *before;      /* what is released lies where it was made */
-    size_t const cloth_count = world->cloths.count;
+    size_t const cloth_count = world->model.cloths.count;
     bool const is_cloth = removed < cloth_count;
     world_release_start(world);
-    if (is_cloth) world_destroy_cloth(&world->heap, &world->cloths.data[removed]);
+    if (is_cloth) world_destroy_cloth(&world->heap, &world->model.cloths.data[removed]);
     if (!is_cloth && removed != SIZE_MAX)
-        world_destroy_obstacle(&world->heap, &world->obstacles.data[removed - cloth_count]);
-    object_lists lists = {world->cloths, world->obstacles, world->pair_laws};
+        world_destroy_obstacle(&world->heap, &world->model.obstacles.data[removed - cloth_count]);
+    object_lists lists = {world->model.cloths, world->model.obstacles, world->rules.pair_laws};
     free_lists(&world->heap, &lists);
     now.heap = world->heap;
     *world = now;
@@ -190,7 +193,7 @@ static void let_go(tulle_world *world, tulle_world *before, size_t removed) {
 static tulle_status change_objects(tulle_world *world, const wanted_change *wanted,
                                    tulle_error *error) {
     memory *const heap = &world->heap;
-    size_t const count = world->cloths.count + world->obstacles.count;
+    size_t const count = world->model.cloths.count + world->model.obstacles.count;
     object_lists lists = {0};
     world_change change = {0};
     tulle_world before;
@@ -207,7 +210,7 @@ static tulle_status change_objects(tulle_world *world, const wanted_change *want
         before = *world;
         change.before = &before;
         begin_anew(world, &lists, &change);
-        const tulle_tasks *const tasks = parallel_use(world->tasks);
+        const tulle_tasks *const tasks = parallel_use(world->work.tasks);
         status = world_start_changed(world, error);
         (void)parallel_use(tasks);
         if (status == TULLE_OK) {
@@ -234,17 +237,17 @@ tulle_status world_add_late(tulle_world *world, const world_cloth *cloth,
 
 /* Before the start there is nothing but the lists. */
 static void remove_early(tulle_world *world, size_t removed) {
-    size_t const cloth_count = world->cloths.count;
-    keep_laws(&world->pair_laws, removed, cloth_count, &world->pair_laws);
+    size_t const cloth_count = world->model.cloths.count;
+    keep_laws(&world->rules.pair_laws, removed, cloth_count, &world->rules.pair_laws);
     if (removed < cloth_count) {
-        world_cloth *const gone = &world->cloths.data[removed];
+        world_cloth *const gone = &world->model.cloths.data[removed];
         world_destroy_cloth(&world->heap, gone);
-        memmove(gone, gone + 1, (--world->cloths.count - removed) * sizeof *gone);
+        memmove(gone, gone + 1, (--world->model.cloths.count - removed) * sizeof *gone);
     } else {
-        world_obstacle *const gone = &world->obstacles.data[removed - cloth_count];
+        world_obstacle *const gone = &world->model.obstacles.data[removed - cloth_count];
         world_destroy_obstacle(&world->heap, gone);
         memmove(gone, gone + 1,
-                (--world->obstacles.count - (removed - cloth_count)) * sizeof *gone);
+                (--world->model.obstacles.count - (removed - cloth_count)) * sizeof *gone);
     }
     world_renumber_slots(world);
 }
@@ -280,7 +283,7 @@ tulle_status tulle_world_remove_obstacle(tulle_world *world, tulle_obstacle_id i
     size_t const index = world_find_obstacle(world, id);
     if (index == SIZE_MAX)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world has no such obstacle");
-    return remove_surface(world, world->cloths.count + index,
+    return remove_surface(world, world->model.cloths.count + index,
                           &(recorded_call){.kind = RECORD_REMOVE_OBSTACLE,
                                            .ids = {id.index},
                                            .generations = {id.generation}},

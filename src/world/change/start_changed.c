@@ -17,18 +17,18 @@
 static void fill_arrays(tulle_world *world) {
     const world_change *const change = world->change;
     const tulle_world *const before = change->before;
-    for (size_t s = 0; s < world->set.surface_count; s++) {
+    for (size_t s = 0; s < world->model.set.surface_count; s++) {
         uint32_t const source = change->sources[s];
         if (source == TULLE_NONE) {
             world_fill_surface(world, s);
             continue;
         }
-        const surface_range *const range = &world->surfaces[s];
-        size_t const from = before->surfaces[source].vertex_begin;
-        memcpy(world->rest + 3 * (size_t)range->vertex_begin, before->rest + 3 * from,
+        const surface_range *const range = &world->model.surfaces[s];
+        size_t const from = before->model.surfaces[source].vertex_begin;
+        memcpy(world->model.rest + 3 * (size_t)range->vertex_begin, before->model.rest + 3 * from,
                3 * (size_t)(range->vertex_end - range->vertex_begin) * sizeof(double));
         for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
-            world->vertex_surface[v] = (uint32_t)s;
+            world->model.vertex_surface[v] = (uint32_t)s;
     }
     world_place_bodies(world, NULL);
     world_carry_state(world);
@@ -38,19 +38,19 @@ static void fill_arrays(tulle_world *world) {
 static tulle_status place_added(tulle_world *world, tulle_error *error) {
     uint32_t const added = world->change->added;
     tulle_status status = TULLE_OK;
-    if (added != TULLE_NONE && added >= world->cloths.count) {
-        size_t const index = added - world->cloths.count;
-        const world_obstacle *const obstacle = &world->obstacles.data[index];
+    if (added != TULLE_NONE && added >= world->model.cloths.count) {
+        size_t const index = added - world->model.cloths.count;
+        const world_obstacle *const obstacle = &world->model.obstacles.data[index];
         double *const place = world->now.positions + 3 * (size_t)obstacle->vertex_begin;
         status = world_place_obstacle(world, index, place, error);
         world->now.is_present[index] =
             world->now.time >= obstacle->appear_time && world->now.time < obstacle->disappear_time;
     }
-    for (size_t i = 0; i < world->obstacles.count; i++)
-        world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
-    size_t const offset = 3 * (world->cloth_vertex_count + 2 * world->body_count);
+    for (size_t i = 0; i < world->model.obstacles.count; i++)
+        world->model.surfaces[world->model.cloths.count + i].is_present = world->now.is_present[i];
+    size_t const offset = 3 * (world->model.cloth_vertex_count + 2 * world->model.body_count);
     memcpy(world->next.positions + offset, world->now.positions + offset,
-           (3 * world->vertex_count - offset) * sizeof(double));
+           (3 * world->model.vertex_count - offset) * sizeof(double));
     return status;
 }
 
@@ -67,11 +67,11 @@ static tulle_status judge_added(tulle_world *world, tulle_error *error) {
         if (list->data[i].object_a == added || list->data[i].object_b == added)
             list->data[count++] = list->data[i];
     list->count = count;
-    if (world->def.start_intersections == TULLE_START_IGNORE)
+    if (world->model.def.start_intersections == TULLE_START_IGNORE)
         return world_carry_ignored(world, error);
     char when[WORLD_NAME_BYTES + 32];
     snprintf(when, sizeof when, "when '%s' is added", world_surface_name(world, added));
-    if (count > 0 && world->def.start_intersections == TULLE_START_REFUSE)
+    if (count > 0 && world->model.def.start_intersections == TULLE_START_REFUSE)
         return world_refuse_intersections(world, world->now.positions, when, error);
     if (count > 0) {
         world_mark_held(world);
@@ -85,7 +85,7 @@ static tulle_status judge_added(tulle_world *world, tulle_error *error) {
 
 /* All up to the judgement. Leaves it to the caller to say that memory is short. */
 static tulle_status make_arrays(tulle_world *world, tulle_error *error) {
-    world->response = world->change->before->response;
+    world->model.response = world->change->before->model.response;
     tulle_status status = world_join_surfaces(world, error);
     if (status == TULLE_OK && !world_allocate_start(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status != TULLE_OK) return status;
@@ -99,10 +99,10 @@ static tulle_status make_arrays(tulle_world *world, tulle_error *error) {
 
 /* All behind it. */
 static tulle_status finish_arrays(tulle_world *world) {
-    slider_state const state = {world->now.positions, world->threads, &world->scratch};
+    slider_state const state = {world->now.positions, world->work.threads, &world->work.scratch};
     tulle_status status = TULLE_OK;
-    if (world->plastic_count > 0)
-        status = hysteresis_start(world->model, state, world->now.plastic);
+    if (world->model.plastic_count > 0)
+        status = hysteresis_start(world->model.cloth_model, state, world->now.plastic);
     if (status != TULLE_OK) return status;
     world_carry_plastic(world);
     return world_finish_start(world);

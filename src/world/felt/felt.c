@@ -29,10 +29,10 @@ static const double STILL_RADIUS = 10.0;
 static const double REST_SHARE = 1e-9;
 
 bool world_may_lag(const tulle_world *world, size_t obstacle) {
-    const world_obstacle *const at = &world->obstacles.data[obstacle];
+    const world_obstacle *const at = &world->model.obstacles.data[obstacle];
     bool const deforms = at->read_frame || at->drive == TULLE_DRIVE_DEFORMING;
-    return deforms && (world->def.on_pinch == TULLE_ON_PINCH_LAG ||
-                       world->def.on_pinch == TULLE_ON_PINCH_SLOW);
+    return deforms && (world->model.def.on_pinch == TULLE_ON_PINCH_LAG ||
+                       world->model.def.on_pinch == TULLE_ON_PINCH_SLOW);
 }
 
 /* The vertices of an obstacle that may lag; a loop over all such obstacles begins with zeros. */
@@ -44,8 +44,8 @@ typedef struct lag_run {
 
 static bool next_run(const tulle_world *world, lag_run *run) {
     size_t const passed = run->end - run->begin;
-    for (size_t i = run->end == 0 ? 0 : run->obstacle + 1; i < world->obstacles.count; i++) {
-        const surface_range *const range = &world->surfaces[world->cloths.count + i];
+    for (size_t i = run->end == 0 ? 0 : run->obstacle + 1; i < world->model.obstacles.count; i++) {
+        const surface_range *const range = &world->model.surfaces[world->model.cloths.count + i];
         if (!world_may_lag(world, i)) continue;
         *run = (lag_run){range->vertex_begin, range->vertex_end, run->lag + passed, i};
         return true;
@@ -67,7 +67,7 @@ static void shrink_lags(const step_context *context, double *ends) {
     const tulle_world *const world = context->world;
     lag_run run = {0};
     while (next_run(world, &run)) {
-        const world_obstacle *const obstacle = &world->obstacles.data[run.obstacle];
+        const world_obstacle *const obstacle = &world->model.obstacles.data[run.obstacle];
         if (world->now.largest_lags[run.obstacle] == 0.0 || obstacle->has_jumped) continue;
         for (size_t v = run.begin; v < run.end; v++) {
             vec3 const lag = vec3_load(world->now.lags, run.lag + v - run.begin);
@@ -82,7 +82,8 @@ static void shrink_lags(const step_context *context, double *ends) {
 /* [m] The farthest way that a vertex that may lag, or what follows a script beside it, goes. */
 static double measure_ways(const tulle_world *world, const double *ends) {
     double farthest2 = 0.0;
-    for (size_t v = world->cloth_vertex_count + 2 * world->body_count; v < world->vertex_count; v++)
+    for (size_t v = world->model.cloth_vertex_count + 2 * world->model.body_count;
+         v < world->model.vertex_count; v++)
         farthest2 =
             fmax(farthest2,
                  vec3_norm2(vec3_sub(vec3_load(ends, v), vec3_load(world->now.positions, v))));
@@ -111,7 +112,7 @@ static void stand_still(const step_context *context, double *ends) {
 static void draw_what_stands(const tulle_world *world, double *drawn) {
     lag_run run = {0};
     while (next_run(world, &run)) {
-        const world_obstacle *const obstacle = &world->obstacles.data[run.obstacle];
+        const world_obstacle *const obstacle = &world->model.obstacles.data[run.obstacle];
         if (obstacle->read_frame || obstacle->given != GIVEN_NOTHING) continue;
         for (size_t v = run.begin; v < run.end; v++)
             vec3_store(drawn, v,
@@ -126,29 +127,29 @@ static bool has_run(const tulle_world *world) {
 
 tulle_status world_begin_felt(step_context *context) {
     tulle_world *const world = context->world;
-    size_t const n = 3 * world->vertex_count;
+    size_t const n = 3 * world->model.vertex_count;
     context->felt = context->drawn = NULL;
     if (!has_run(world)) return TULLE_OK;
     double const start = world->now.time;
     tulle_status status =
         world_script_targets(world, start, start + context->whole_step, context->error);
     if (status != TULLE_OK) return status;
-    double *const drawn = ARENA_NEW(&world->scratch, double, n);
-    double *const ends = ARENA_NEW(&world->scratch, double, n);
+    double *const drawn = ARENA_NEW(&world->work.scratch, double, n);
+    double *const ends = ARENA_NEW(&world->work.scratch, double, n);
     if (!drawn || !ends)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY,
                          "no memory left for felt surfaces");
-    memcpy(drawn, world->targets, n * sizeof(double));
+    memcpy(drawn, world->work.targets, n * sizeof(double));
     draw_what_stands(world, drawn);
     memcpy(ends, drawn, n * sizeof(double));
     shrink_lags(context, ends);
-    status = world_find_room(context, ends,
-                             REACH * world->contact_distance + 2.0 * measure_ways(world, ends),
-                             &world->places);
+    status = world_find_room(
+        context, ends, REACH * world->model.contact_distance + 2.0 * measure_ways(world, ends),
+        &world->work.places);
     if (status != TULLE_OK)
         return error_set(context->error, status, "no memory left for felt surfaces");
-    if (!world_make_room(world, &world->places, GIVING_RADIUS * world->contact_distance,
-                         ROOM_TOLERANCE * world->contact_distance, ends))
+    if (!world_make_room(world, &world->work.places, GIVING_RADIUS * world->model.contact_distance,
+                         ROOM_TOLERANCE * world->model.contact_distance, ends))
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY,
                          "no memory left for felt surfaces");
     bool const lags = memcmp(ends, drawn, n * sizeof(double)) != 0;
@@ -171,19 +172,19 @@ void world_lead_felt(step_context *context) {
         for (size_t v = run.begin; v < run.end; v++) {
             vec3 const to = vec3_load(context->felt, v);
             vec3 const from = vec3_load(world->now.positions, v);
-            vec3_store(world->targets, v, is_end ? to : vec3_lerp(from, to, share));
+            vec3_store(world->work.targets, v, is_end ? to : vec3_lerp(from, to, share));
         }
     }
 }
 
-bool world_has_lags(const tulle_world *world, const world_motion_state *state) {
-    for (size_t i = 0; i < world->obstacles.count; i++)
+bool world_has_lags(const tulle_world *world, const motion_state *state) {
+    for (size_t i = 0; i < world->model.obstacles.count; i++)
         if (state->largest_lags[i] > 0.0) return true;
     return false;
 }
 
 /* The vertex of a run that lags most; its size is in state->largest_lags then. */
-static size_t find_largest(const lag_run *run, world_motion_state *state) {
+static size_t find_largest(const lag_run *run, motion_state *state) {
     double largest2 = 0.0;
     size_t vertex = run->begin;
     for (size_t v = run->begin; v < run->end; v++) {
@@ -196,15 +197,15 @@ static size_t find_largest(const lag_run *run, world_motion_state *state) {
     return vertex;
 }
 
-void world_measure_lags(const tulle_world *world, world_motion_state *state) {
-    if (world->lag_vertex_count == 0) return;
+void world_measure_lags(const tulle_world *world, motion_state *state) {
+    if (world->model.lag_vertex_count == 0) return;
     lag_run run = {0};
     while (next_run(world, &run)) (void)find_largest(&run, state);
 }
 
 void world_end_felt(step_context *context) {
     tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
+    motion_state *const state = context->state;
     bool const is_off = context->felt || (context->drawn && context->is_script_frozen);
     lag_run run = {0};
     while (context->drawn && next_run(world, &run)) {
@@ -220,8 +221,8 @@ void world_end_felt(step_context *context) {
         snprintf(context->pinch_message, sizeof context->pinch_message,
                  "'%s' leaves cloth no room near (%.6g, %.6g, %.6g) m at %.6g s; there it lags "
                  "behind its frames (on_pinch: %s)",
-                 world->obstacles.data[run.obstacle].name, x.x, x.y, x.z, state->time,
-                 world->def.on_pinch == TULLE_ON_PINCH_LAG ? "lag" : "slow");
+                 world->model.obstacles.data[run.obstacle].name, x.x, x.y, x.z, state->time,
+                 world->model.def.on_pinch == TULLE_ON_PINCH_LAG ? "lag" : "slow");
     }
 }
 
@@ -230,8 +231,9 @@ bool world_may_feel(const step_context *context) {
     if (!(context->pinch_level + 1 < STILL_TRIES)) return false;
     blocked_place const place = world_find_blocked_place(context);
     for (int k = 0; k < 4 && place.is_pair; k++) {
-        size_t const surface = world->vertex_surface[place.vertices[k]];
-        if (surface >= world->cloths.count && world_may_lag(world, surface - world->cloths.count))
+        size_t const surface = world->model.vertex_surface[place.vertices[k]];
+        if (surface >= world->model.cloths.count &&
+            world_may_lag(world, surface - world->model.cloths.count))
             return true;
     }
     return false;
@@ -249,7 +251,7 @@ bool world_feel_pinch(step_context *context, const blocked_place *place) {
     }
     if (context->pinch_level > 1 && context->still_count < STILL_PLACES)
         context->still[context->still_count++] =
-            (still_place){place->position, STILL_RADIUS * world->contact_distance};
+            (still_place){place->position, STILL_RADIUS * world->model.contact_distance};
     else
         for (size_t k = 0; k < context->still_count; k++) context->still[k].radius *= 2.0;
     return context->pinch_level < STILL_TRIES;

@@ -31,9 +31,9 @@ bool world_may_feel(const step_context *context);
 bool world_feel_pinch(step_context *context, const blocked_place *place);
 
 /* Whether an obstacle of the state lags. */
-bool world_has_lags(const tulle_world *world, const world_motion_state *state);
+bool world_has_lags(const tulle_world *world, const motion_state *state);
 /* Finds the largest lag of each obstacle, when lags were read. */
-void world_measure_lags(const tulle_world *world, world_motion_state *state);
+void world_measure_lags(const tulle_world *world, motion_state *state);
 /* [m] How far a vertex of the world's state is from where it is drawn. */
 vec3 world_get_lag(const tulle_world *world, size_t vertex);
 

@@ -28,8 +28,8 @@ typedef struct giving {
 /* Finds the vertices within the radius of the side's point, and the ways to them. */
 static void search_surface(giving *self, const room_side *side) {
     const double *const x = self->world->now.positions;
-    const adjacency *const next = &self->world->topo.vertex_neighbours;
-    size_t const capacity = self->world->vertex_count;
+    const adjacency *const next = &self->world->model.topo.vertex_neighbours;
+    size_t const capacity = self->world->model.vertex_count;
     vec3 const centre = get_side_point(side, x);
     size_t first = 0, waiting = 0;
     self->count = 0;
@@ -124,8 +124,8 @@ static bool sweep_places(giving *self, const room_list *places, double tolerance
 
 bool world_make_room(tulle_world *world, const room_list *places, double radius, double tolerance,
                      double *ends) {
-    size_t const n = world->vertex_count;
-    arena *const scratch = &world->scratch;
+    size_t const n = world->model.vertex_count;
+    arena *const scratch = &world->work.scratch;
     if (places->count == 0) return true;
     double *const starts = ARENA_NEW(scratch, double, 3 * n);
     giving self = {.world = world,

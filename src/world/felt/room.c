@@ -39,7 +39,7 @@ static void measure_layers(const tree_query *query, const query_node *node,
 
 static void visit_layer(tree_query *query, uint32_t triangle) {
     layer_query *const layers = (layer_query *)query;
-    const uint32_t *const corners = layers->world->topo.triangles + 3 * (size_t)triangle;
+    const uint32_t *const corners = layers->world->model.topo.triangles + 3 * (size_t)triangle;
     for (int k = 0; k < 12; k++)
         if (corners[k % 3] == layers->contact[k / 3]) return;
     ray_query ray = layers->ray;
@@ -51,10 +51,10 @@ static size_t count_layers(const tulle_world *world, const uint32_t contact[4], 
                            const double *to) {
     layer_query layers = {
         .query = {measure_layers, visit_layer, 1.0},
-        .ray = ray_query_make(world->topo.triangles, world->now.positions, from, to, false),
+        .ray = ray_query_make(world->model.topo.triangles, world->now.positions, from, to, false),
         .world = world,
         .contact = contact};
-    for (size_t s = 0; s < world->cloths.count; s++)
+    for (size_t s = 0; s < world->model.cloths.count; s++)
         query_tree_visit(&world->queries.trees[s], &layers.query);
     return layers.count + 1;
 }
@@ -66,9 +66,9 @@ static bool find_across(const tulle_world *world, size_t cloth, vec3 from, vec3 
     vec3_store(ends[0], 0, from);
     vec3_store(ends[1], 0, vec3_add_scaled(from, normal, reach));
     ray_query query =
-        ray_query_make(world->topo.triangles, world->now.positions, ends[0], ends[1], false);
-    for (size_t s = world->cloths.count; s < world->set.surface_count; s++)
-        if (world->surfaces[s].is_present && !world->surfaces[s].is_body &&
+        ray_query_make(world->model.topo.triangles, world->now.positions, ends[0], ends[1], false);
+    for (size_t s = world->model.cloths.count; s < world->model.set.surface_count; s++)
+        if (world->model.surfaces[s].is_present && !world->model.surfaces[s].is_body &&
             world_pair_collides(world, cloth, s))
             query_tree_visit(&world->queries.trees[s], &query.query);
     *hit = query.hit;
@@ -119,7 +119,7 @@ static bool find_place(const step_context *context, const touch *at, const doubl
                        double reach, room_place *place) {
     const tulle_world *const world = context->world;
     const double *const positions = world->now.positions;
-    size_t const cloth = world->vertex_surface[at->vertex];
+    size_t const cloth = world->model.vertex_surface[at->vertex];
     vec3 const away = vec3_sub(at->cloth, get_side_point(&at->side, positions));
     vec3 const normal = vec3_normalize(away);
     surface_hit hit;
@@ -127,13 +127,13 @@ static bool find_place(const step_context *context, const touch *at, const doubl
         return false;
 
     room_side *const second = &place->sides[1];
-    const uint32_t *const corners = world->topo.triangles + 3 * (size_t)hit.triangle;
+    const uint32_t *const corners = world->model.topo.triangles + 3 * (size_t)hit.triangle;
     for (int k = 0; k < 3; k++) {
         second->vertices[k] = corners[k];
         second->weights[k] = hit.weights[k];
     }
-    size_t const other = world->vertex_surface[corners[0]];
-    second->may_lag = world_may_lag(world, other - world->cloths.count);
+    size_t const other = world->model.vertex_surface[corners[0]];
+    second->may_lag = world_may_lag(world, other - world->model.cloths.count);
     place->sides[0] = at->side;
     vec3 const facing = measure_facing(world, corners, vec3_neg(normal));
     if (vec3_dot(facing, normal) > OPPOSED_COSINE) return false;
@@ -146,10 +146,11 @@ static bool find_place(const step_context *context, const touch *at, const doubl
     double from[3], to[3];
     vec3_store(from, 0, at->cloth);
     vec3_store(to, 0, hit.position);
-    size_t const count = world->set.surface_count;
-    size_t const own = world->vertex_surface[at->side.vertices[0]];
-    double const side = ROOM_OF_SIDE * fmax(world->laws[cloth * count + own].contact_distance,
-                                            world->laws[cloth * count + other].contact_distance);
+    size_t const count = world->model.set.surface_count;
+    size_t const own = world->model.vertex_surface[at->side.vertices[0]];
+    double const side =
+        ROOM_OF_SIDE * fmax(world->model.laws[cloth * count + own].contact_distance,
+                            world->model.laws[cloth * count + other].contact_distance);
     double const full =
         fmax(side, at->height) + side * (double)count_layers(world, at->vertices, from, to);
     double const now = vec3_dot(place->normal, vec3_sub(get_side_point(second, positions),
@@ -168,16 +169,16 @@ static bool read_touch(const tulle_world *world, feature_kind kind, feature_pair
     vec3 points[4];
     int own = 0;
     size_t surface = 0;
-    feature_pair_vertices(&world->topo, kind, pair, at->vertices);
+    feature_pair_vertices(&world->model.topo, kind, pair, at->vertices);
     for (int k = 0; k < 4; k++) {
         points[k] = vec3_load(world->now.positions, at->vertices[k]);
-        size_t const its = world->vertex_surface[at->vertices[k]];
+        size_t const its = world->model.vertex_surface[at->vertices[k]];
         surface = its > surface ? its : surface;
-        own += at->vertices[k] < world->cloth_vertex_count;
+        own += at->vertices[k] < world->model.cloth_vertex_count;
     }
-    if (own == 0 || own == 4 || surface < world->cloths.count ||
-        !world->surfaces[surface].is_present ||
-        !world_may_lag(world, surface - world->cloths.count))
+    if (own == 0 || own == 4 || surface < world->model.cloths.count ||
+        !world->model.surfaces[surface].is_present ||
+        !world_may_lag(world, surface - world->model.cloths.count))
         return false;
     closest_points const closest = closest_of_pair(kind, points);
     at->side = (room_side){.may_lag = true};
@@ -186,7 +187,7 @@ static bool read_touch(const tulle_world *world, feature_kind kind, feature_pair
     int used = 0;
     for (int k = 0; k < 4; k++) {
         double const weight = fabs(closest.weights[k]);
-        if (at->vertices[k] < world->cloth_vertex_count) {
+        if (at->vertices[k] < world->model.cloth_vertex_count) {
             at->vertex = at->vertices[k];
             at->cloth = vec3_add_scaled(at->cloth, points[k], weight);
         } else {
@@ -201,8 +202,9 @@ static bool read_touch(const tulle_world *world, feature_kind kind, feature_pair
 /* Reads a tie. False where it is not to something that may lag. */
 static bool read_tie(const tulle_world *world, const world_tie *tie, touch *at) {
     if (tie->corners[0] == TULLE_NONE) return false;
-    size_t const surface = world->vertex_surface[tie->corners[0]];
-    if (surface < world->cloths.count || !world_may_lag(world, surface - world->cloths.count))
+    size_t const surface = world->model.vertex_surface[tie->corners[0]];
+    if (surface < world->model.cloths.count ||
+        !world_may_lag(world, surface - world->model.cloths.count))
         return false;
     *at = (touch){.side = {.may_lag = true},
                   .cloth = vec3_load(world->now.positions, tie->vertex),
@@ -220,17 +222,19 @@ static bool read_tie(const tulle_world *world, const world_tie *tie, touch *at) 
 static bool find_pin_place(const step_context *context, uint32_t vertex, double reach,
                            room_place *place) {
     const tulle_world *const world = context->world;
-    size_t const cloth = world->vertex_surface[vertex], count = world->set.surface_count;
+    size_t const cloth = world->model.vertex_surface[vertex],
+                 count = world->model.set.surface_count;
     vec3 const pin = vec3_load(world->now.positions, vertex);
     nearest_query query =
-        nearest_query_make(world->topo.triangles, world->now.positions, pin, reach);
-    for (size_t s = world->cloths.count; s < count; s++)
-        if (world->surfaces[s].is_present && world_may_lag(world, s - world->cloths.count) &&
+        nearest_query_make(world->model.topo.triangles, world->now.positions, pin, reach);
+    for (size_t s = world->model.cloths.count; s < count; s++)
+        if (world->model.surfaces[s].is_present &&
+            world_may_lag(world, s - world->model.cloths.count) &&
             world_pair_collides(world, cloth, s))
             query_tree_visit(&world->queries.trees[s], &query.query);
     const surface_hit *const hit = &query.hit;
     if (hit->triangle == TULLE_NONE || !(hit->distance > 0.0)) return false;
-    const uint32_t *const corners = world->topo.triangles + 3 * (size_t)hit->triangle;
+    const uint32_t *const corners = world->model.topo.triangles + 3 * (size_t)hit->triangle;
     vec3 const way = vec3_scale(vec3_sub(pin, hit->position), 1.0 / hit->distance);
     vec3 const normal = measure_facing(world, corners, way);
     if (vec3_dot(normal, way) < -OPPOSED_COSINE) return false; /* it passes beside the pin */
@@ -242,8 +246,8 @@ static bool find_pin_place(const step_context *context, uint32_t vertex, double 
         place->sides[0].vertices[k] = corners[k];
         place->sides[0].weights[k] = hit->weights[k];
     }
-    size_t const other = world->vertex_surface[corners[0]];
-    double const full = ROOM_OF_SIDE * world->laws[cloth * count + other].contact_distance;
+    size_t const other = world->model.vertex_surface[corners[0]];
+    double const full = ROOM_OF_SIDE * world->model.laws[cloth * count + other].contact_distance;
     place->room = choose_room(context, place, vec3_dot(normal, vec3_sub(pin, hit->position)), full);
     return true;
 }
@@ -252,8 +256,8 @@ static bool find_pin_place(const step_context *context, uint32_t vertex, double 
 static surface_box measure_lag_box(const tulle_world *world, const double *ends, double reach) {
     double const most = (double)INFINITY;
     surface_box box = {{most, most, most}, {-most, -most, -most}};
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        const surface_range *const range = &world->surfaces[world->cloths.count + i];
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        const surface_range *const range = &world->model.surfaces[world->model.cloths.count + i];
         if (!world_may_lag(world, i) || !range->is_present) continue;
         surface_box const own = measure_surface_box(range, world->now.positions, ends);
         for (int k = 0; k < 3; k++) {
@@ -269,7 +273,7 @@ static surface_box measure_lag_box(const tulle_world *world, const double *ends,
 static size_t list_touches(const step_context *context, touch *touches) {
     const tulle_world *const world = context->world;
     const contact_store *const store = &context->state->contacts;
-    size_t const tried = context->pinch_level > 0 ? world->rows.rows.count : 0;
+    size_t const tried = context->pinch_level > 0 ? world->work.rows.rows.count : 0;
     size_t count = 0;
     for (size_t i = 0; i < store->contacts.count; i++) {
         const stored_contact *const contact = &store->contacts.data[i];
@@ -277,7 +281,7 @@ static size_t list_touches(const step_context *context, touch *touches) {
         count += read_touch(world, (feature_kind)contact->kind, pair, &touches[count]);
     }
     for (size_t i = 0; i < tried; i++) {
-        const row_frame *const frame = &world->rows.rows.data[i].frame;
+        const row_frame *const frame = &world->work.rows.rows.data[i].frame;
         count += read_touch(world, frame->kind, frame->pair, &touches[count]);
     }
     for (size_t i = 0; i < context->state->ties.count; i++)
@@ -290,8 +294,9 @@ static size_t list_pins(const tulle_world *world, const double *ends, double rea
                         uint32_t *pins) {
     surface_box const box = measure_lag_box(world, ends, reach);
     size_t count = 0;
-    for (uint32_t v = 0; v < world->cloth_vertex_count; v++)
-        if (world->is_fixed[v] && surface_box_holds(&box, world->now.positions + 3 * (size_t)v))
+    for (uint32_t v = 0; v < world->model.cloth_vertex_count; v++)
+        if (world->work.is_fixed[v] &&
+            surface_box_holds(&box, world->now.positions + 3 * (size_t)v))
             pins[count++] = v;
     return count;
 }
@@ -299,11 +304,11 @@ static size_t list_pins(const tulle_world *world, const double *ends, double rea
 tulle_status world_find_room(step_context *context, const double *ends, double reach,
                              room_list *places) {
     tulle_world *const world = context->world;
-    arena *const scratch = &world->scratch;
-    size_t const most = context->state->contacts.contacts.count + world->rows.rows.count +
+    arena *const scratch = &world->work.scratch;
+    size_t const most = context->state->contacts.contacts.count + world->work.rows.rows.count +
                         context->state->ties.count;
     touch *const touches = ARENA_NEW(scratch, touch, most);
-    uint32_t *const pins = ARENA_NEW(scratch, uint32_t, world->cloth_vertex_count);
+    uint32_t *const pins = ARENA_NEW(scratch, uint32_t, world->model.cloth_vertex_count);
     if (!touches || !pins) return TULLE_ERROR_OUT_OF_MEMORY;
     size_t const touch_count = list_touches(context, touches);
     size_t const pin_count = list_pins(world, ends, reach, pins);

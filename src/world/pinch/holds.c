@@ -31,7 +31,7 @@ vec3 world_get_hold_point(const world_hold *hold, int side, const double *positi
 
 /* ---- the list ---- */
 
-bool world_add_hold(world_motion_state *state, const world_hold *hold) {
+bool world_add_hold(motion_state *state, const world_hold *hold) {
     size_t k = 0;
     for (; k < state->hold_count; k++) {
         const world_hold *const old = &state->holds[k];
@@ -52,7 +52,7 @@ static bool is_tried(const world_hold *hold) {
     return hold->kind != HOLD_APART && hold->waiting == 0;
 }
 
-bool world_delay_holds(world_motion_state *state) {
+bool world_delay_holds(motion_state *state) {
     bool has_any = false;
     for (size_t k = 0; k < state->hold_count; k++) {
         if (!is_tried(&state->holds[k])) continue;
@@ -62,12 +62,12 @@ bool world_delay_holds(world_motion_state *state) {
     return has_any;
 }
 
-bool world_is_held(const tulle_world *world, const world_motion_state *state, size_t obstacle) {
-    if (obstacle < world->obstacles.count && state->largest_lags[obstacle] > 0.0) return true;
+bool world_is_held(const tulle_world *world, const motion_state *state, size_t obstacle) {
+    if (obstacle < world->model.obstacles.count && state->largest_lags[obstacle] > 0.0) return true;
     for (size_t k = 0; k < state->hold_count; k++) {
         const world_hold *const hold = &state->holds[k];
         if (hold->kind == HOLD_ALL
-                ? obstacle == world->obstacles.count
+                ? obstacle == world->model.obstacles.count
                 : hold->obstacles[0] == obstacle ||
                       (hold->kind == HOLD_APART && hold->obstacles[1] == obstacle))
             return true;
@@ -80,9 +80,10 @@ static bool side_is_valid(const tulle_world *world, const world_hold *hold, int 
                           double share) {
     uint32_t const obstacle = hold->obstacles[side];
     if (obstacle == TULLE_NONE) return side == 1 || hold->kind == HOLD_ALL;
-    if (obstacle >= world->obstacles.count) return false;
-    const surface_range *const range = &world->surfaces[world->cloths.count + obstacle];
-    bool const has_script = !range->is_static && !world->obstacles.data[obstacle].body.is_dynamic;
+    if (obstacle >= world->model.obstacles.count) return false;
+    const surface_range *const range = &world->model.surfaces[world->model.cloths.count + obstacle];
+    bool const has_script =
+        !range->is_static && !world->model.obstacles.data[obstacle].body.is_dynamic;
     if (hold->kind == HOLD_APART && !has_script && share != 0.0) return false;
     for (int k = 0; k < 4; k++) {
         uint32_t const vertex = hold->points[side][k];
@@ -93,13 +94,13 @@ static bool side_is_valid(const tulle_world *world, const world_hold *hold, int 
     return true;
 }
 
-bool world_holds_are_valid(const tulle_world *world, const world_motion_state *state) {
+bool world_holds_are_valid(const tulle_world *world, const motion_state *state) {
     for (size_t k = 0; k < state->hold_count; k++) {
         const world_hold *const hold = &state->holds[k];
         double const sum = hold->normal[0] + hold->normal[1] + hold->normal[2] + hold->gap +
                            hold->wanted_gap + hold->lag;
         if (hold->kind > HOLD_ALL || !(hold->share >= 0.0 && hold->share <= 1.0) ||
-            hold->cloth >= world->set.surface_count || !isfinite(sum) ||
+            hold->cloth >= world->model.set.surface_count || !isfinite(sum) ||
             hold->waiting > hold->wait || hold->wait > WAIT_MOST ||
             !side_is_valid(world, hold, 0, hold->share) ||
             !side_is_valid(world, hold, 1, 1.0 - hold->share))
@@ -111,7 +112,7 @@ bool world_holds_are_valid(const tulle_world *world, const world_motion_state *s
 /* ---- targets ---- */
 
 void world_begin_holds(step_context *context) {
-    const world_motion_state *const state = context->state;
+    const motion_state *const state = context->state;
     context->is_script_frozen = false;
     for (size_t k = 0; k < state->hold_count; k++)
         context->is_script_frozen |=
@@ -119,19 +120,19 @@ void world_begin_holds(step_context *context) {
 }
 
 /* Amount [m] by which each hold keeps its points apart. */
-static void compute_amounts(const tulle_world *world, const world_motion_state *state,
+static void compute_amounts(const tulle_world *world, const motion_state *state,
                             double amounts[HOLDS_MAX]) {
     double excess[HOLDS_MAX]; /* [m] by how much the script brings the points nearer than the gap */
     for (size_t k = 0; k < state->hold_count; k++) {
         const world_hold *const hold = &state->holds[k];
-        vec3 const way = vec3_sub(world_get_hold_point(hold, 1, world->targets),
-                                  world_get_hold_point(hold, 0, world->targets));
+        vec3 const way = vec3_sub(world_get_hold_point(hold, 1, world->work.targets),
+                                  world_get_hold_point(hold, 0, world->work.targets));
         amounts[k] = 0.0;
         excess[k] = hold->gap - vec3_dot(vec3_load(hold->normal, 0), way);
         for (int side = 0; side < 2; side++) {
             uint32_t const obstacle = hold->obstacles[side];
             if (obstacle != TULLE_NONE &&
-                !world->surfaces[world->cloths.count + obstacle].is_present)
+                !world->model.surfaces[world->model.cloths.count + obstacle].is_present)
                 excess[k] = -INFINITY;
         }
     }
@@ -163,12 +164,12 @@ static void compute_amounts(const tulle_world *world, const world_motion_state *
 /* Whether a hold that is no HOLD_APART is about a vertex. Bodies are not held. */
 static bool concerns(const step_context *context, const world_hold *hold, size_t vertex) {
     const tulle_world *const world = context->world;
-    size_t const first = world->cloth_vertex_count + 2 * world->body_count;
+    size_t const first = world->model.cloth_vertex_count + 2 * world->model.body_count;
     if (vertex < first)
-        return hold->kind == HOLD_ALL && vertex < world->cloth_vertex_count &&
-               world->active_inverse_masses[vertex] == 0.0;
-    size_t const obstacle = world->vertex_surface[vertex] - world->cloths.count;
-    return !world->obstacles.data[obstacle].body.is_dynamic &&
+        return hold->kind == HOLD_ALL && vertex < world->model.cloth_vertex_count &&
+               world->work.active_inverse_masses[vertex] == 0.0;
+    size_t const obstacle = world->model.vertex_surface[vertex] - world->model.cloths.count;
+    return !world->model.obstacles.data[obstacle].body.is_dynamic &&
            (hold->kind == HOLD_ALL || hold->obstacles[0] == obstacle);
 }
 
@@ -177,9 +178,9 @@ static void limit_way(step_context *context, const world_hold *hold, double *lag
     tulle_world *const world = context->world;
     const double *const positions = context->state->positions;
     double farthest = 0.0;
-    for (size_t v = 0; v < world->vertex_count; v++) {
+    for (size_t v = 0; v < world->model.vertex_count; v++) {
         if (!concerns(context, hold, v)) continue;
-        vec3 const way = vec3_sub(vec3_load(world->targets, v), vec3_load(positions, v));
+        vec3 const way = vec3_sub(vec3_load(world->work.targets, v), vec3_load(positions, v));
         farthest = fmax(farthest, vec3_norm(way));
     }
     double const passed = context->state->time + context->time_step - context->step_start;
@@ -187,16 +188,16 @@ static void limit_way(step_context *context, const world_hold *hold, double *lag
     *lag = is_tried(hold) ? fmin(fmax(left, 0.0), farthest) : farthest;
     if (!(*lag > 0.0)) return;
     double const share = 1.0 - *lag / farthest;
-    for (size_t v = 0; v < world->vertex_count; v++) {
+    for (size_t v = 0; v < world->model.vertex_count; v++) {
         if (!concerns(context, hold, v)) continue;
-        vec3 const start = vec3_load(positions, v), target = vec3_load(world->targets, v);
-        vec3_store(world->targets, v, share > 0.0 ? vec3_lerp(start, target, share) : start);
+        vec3 const start = vec3_load(positions, v), target = vec3_load(world->work.targets, v);
+        vec3_store(world->work.targets, v, share > 0.0 ? vec3_lerp(start, target, share) : start);
     }
 }
 
 void world_hold_targets(step_context *context) {
     tulle_world *const world = context->world;
-    const world_motion_state *const state = context->state;
+    const motion_state *const state = context->state;
     if (state->hold_count == 0) return;
     double amounts[HOLDS_MAX];
     compute_amounts(world, state, amounts);
@@ -210,9 +211,10 @@ void world_hold_targets(step_context *context) {
                 continue;
             vec3 const shift = vec3_scale(vec3_load(hold->normal, 0), shares[side] * amounts[k]);
             const surface_range *const range =
-                &world->surfaces[world->cloths.count + hold->obstacles[side]];
+                &world->model.surfaces[world->model.cloths.count + hold->obstacles[side]];
             for (size_t v = range->vertex_begin; v < range->vertex_end; v++)
-                vec3_store(world->targets, v, vec3_add(vec3_load(world->targets, v), shift));
+                vec3_store(world->work.targets, v,
+                           vec3_add(vec3_load(world->work.targets, v), shift));
         }
     }
     for (size_t k = 0; k < state->hold_count; k++)
@@ -221,7 +223,7 @@ void world_hold_targets(step_context *context) {
 }
 
 void world_end_holds(step_context *context) {
-    world_motion_state *const state = context->state;
+    motion_state *const state = context->state;
     size_t kept = 0;
     for (size_t k = 0; k < state->hold_count; k++) {
         world_hold hold = state->holds[k];

@@ -34,18 +34,18 @@ void world_end_holds(step_context *context);
 
 /* Adds a hold, or replaces the one of the same kind for the same obstacles. False when there are
  * too many. */
-bool world_add_hold(world_motion_state *state, const world_hold *hold);
+bool world_add_hold(motion_state *state, const world_hold *hold);
 /* Makes the holds that are being tried wait again, for longer. False when there are none. */
-bool world_delay_holds(world_motion_state *state);
+bool world_delay_holds(motion_state *state);
 
 /* Whether an obstacle is held back or lags. obstacles.count stands for all that follows a script,
  * pins included. */
-bool world_is_held(const tulle_world *world, const world_motion_state *state, size_t obstacle);
+bool world_is_held(const tulle_world *world, const motion_state *state, size_t obstacle);
 
 /* Mean of up to four points of `positions`; zero for no obstacle. */
 vec3 world_get_hold_point(const world_hold *hold, int side, const double *positions);
 
 /* Of holds that were read: whether they name what is there, with numbers that a hold may have. */
-bool world_holds_are_valid(const tulle_world *world, const world_motion_state *state);
+bool world_holds_are_valid(const tulle_world *world, const motion_state *state);
 
 #endif

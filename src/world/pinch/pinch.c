@@ -42,10 +42,10 @@ enum {
 bool world_is_script_moving(const step_context *context) {
     const tulle_world *const world = context->world;
     if (context->is_script_frozen) return false;
-    for (size_t v = 0; v < world->vertex_count; v++) {
-        if (world->active_inverse_masses[v] != 0.0) continue;
-        if (memcmp(world->targets + 3 * v, context->state->positions + 3 * v, 3 * sizeof(double)) !=
-            0) {
+    for (size_t v = 0; v < world->model.vertex_count; v++) {
+        if (world->work.active_inverse_masses[v] != 0.0) continue;
+        if (memcmp(world->work.targets + 3 * v, context->state->positions + 3 * v,
+                   3 * sizeof(double)) != 0) {
             return true;
         }
     }
@@ -53,7 +53,8 @@ bool world_is_script_moving(const step_context *context) {
 }
 
 void world_stand_still(step_context *context) {
-    size_t const vertices = context->world->cloth_vertex_count + 2 * context->world->body_count;
+    size_t const vertices =
+        context->world->model.cloth_vertex_count + 2 * context->world->model.body_count;
     size_t const bytes = 3 * vertices * sizeof(double);
     memset(context->state->velocities, 0, bytes);
     context->state->previous_time_step = 0.0;
@@ -69,9 +70,9 @@ static size_t list_names(const tulle_world *world, const uint8_t *is_marked, cha
     size_t length = 0, count = 0;
     bool is_full = false;
     text[0] = '\0';
-    for (size_t i = 0; i < world->obstacles.count; i++) {
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
         if (!is_marked[i]) continue;
-        const char *const name = world->obstacles.data[i].name;
+        const char *const name = world->model.obstacles.data[i].name;
         const char *const separator = count++ > 0 ? ", " : "";
         if (is_full) continue;
         is_full = length + strlen(separator) + strlen(name) + 2 + sizeof others > size;
@@ -86,11 +87,11 @@ static size_t list_names(const tulle_world *world, const uint8_t *is_marked, cha
 static void mark_touched(const tulle_world *world, uint32_t body, const uint32_t vertices[4],
                          uint8_t *is_near) {
     bool has_body = false;
-    for (int k = 0; k < 4; k++) has_body |= world->vertex_surface[vertices[k]] == body;
+    for (int k = 0; k < 4; k++) has_body |= world->model.vertex_surface[vertices[k]] == body;
     for (int k = 0; k < 4 && has_body; k++) {
-        uint32_t const surface = world->vertex_surface[vertices[k]];
-        if (surface != body && surface >= world->cloths.count)
-            is_near[surface - world->cloths.count] = 1;
+        uint32_t const surface = world->model.vertex_surface[vertices[k]];
+        if (surface != body && surface >= world->model.cloths.count)
+            is_near[surface - world->model.cloths.count] = 1;
     }
 }
 
@@ -99,9 +100,9 @@ static void write_message(step_context *context, const blocked_place *place, uin
     const tulle_world *const world = context->world;
     char names[WORLD_MESSAGE_BYTES / 4];
     /* A body: all obstacles that it touches, by rows and by the pair of the place. */
-    bool const is_body = place->surface >= world->cloths.count;
-    for (size_t i = 0; is_body && i < world->rows.rows.count; i++)
-        mark_touched(world, place->surface, world->rows.rows.data[i].frame.vertices, is_near);
+    bool const is_body = place->surface >= world->model.cloths.count;
+    for (size_t i = 0; is_body && i < world->work.rows.rows.count; i++)
+        mark_touched(world, place->surface, world->work.rows.rows.data[i].frame.vertices, is_near);
     if (is_body && place->is_pair) mark_touched(world, place->surface, place->vertices, is_near);
     size_t const count = list_names(world, is_near, names, sizeof names);
     const char *const name = world_surface_name(world, place->surface);
@@ -109,13 +110,13 @@ static void write_message(step_context *context, const blocked_place *place, uin
     char pins[80] = "";
     size_t named = 0, moving = 0;
     double nearest = (double)INFINITY;
-    const world_cloth *const cloth = is_body ? NULL : &world->cloths.data[place->surface];
+    const world_cloth *const cloth = is_body ? NULL : &world->model.cloths.data[place->surface];
     for (size_t p = 0; cloth && p < cloth->pin_count; p++) {
         bool moves = false;
         for (size_t k = 0; k < cloth->pins[p].vertex_count; k++) {
             size_t const v = cloth->vertex_begin + cloth->pins[p].vertices[k];
-            vec3 const target = vec3_load(world->targets, v);
-            if (!world->is_fixed[v] ||
+            vec3 const target = vec3_load(world->work.targets, v);
+            if (!world->work.is_fixed[v] ||
                 vec3_norm(vec3_sub(target, vec3_load(world->now.positions, v))) == 0.0)
                 continue;
             double const distance = vec3_norm(vec3_sub(target, place->position));
@@ -143,8 +144,8 @@ static void append_message(tulle_world *world, const char *text) {
 
 tulle_status world_end_pinch(step_context *context) {
     tulle_world *const world = context->world;
-    size_t const count = world->obstacles.count;
-    uint8_t *const has_ended = ARENA_NEW_ZEROED(&world->scratch, uint8_t, count + 1);
+    size_t const count = world->model.obstacles.count;
+    uint8_t *const has_ended = ARENA_NEW_ZEROED(&world->work.scratch, uint8_t, count + 1);
     if (!has_ended)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
     world_end_holds(context);
@@ -175,13 +176,13 @@ tulle_status world_end_pinch(step_context *context) {
 static vec3 get_way(const step_context *context, size_t obstacle, const pinch_side *side) {
     const tulle_world *const world = context->world;
     vec3 way = {0, 0, 0};
-    if (world->surfaces[world->cloths.count + obstacle].is_static ||
-        world_may_lag(world, obstacle) || world->obstacles.data[obstacle].body.is_dynamic)
+    if (world->model.surfaces[world->model.cloths.count + obstacle].is_static ||
+        world_may_lag(world, obstacle) || world->model.obstacles.data[obstacle].body.is_dynamic)
         return way;
     for (int k = 0; k < 4; k++) {
         uint32_t const v = side->points[k];
         vec3 const step =
-            vec3_sub(vec3_load(world->targets, v), vec3_load(world->now.positions, v));
+            vec3_sub(vec3_load(world->work.targets, v), vec3_load(world->now.positions, v));
         way = vec3_add(way, vec3_scale(step, side->weights[k]));
     }
     return way;
@@ -206,7 +207,7 @@ static bool hold_apart(step_context *context, const blocked_place *place, const 
         .kind = HOLD_APART, .cloth = place->surface, .obstacles = {TULLE_NONE, TULLE_NONE}};
     double const first = fmax(0.0, vec3_dot(first_way, normal));
     double const second = fmax(0.0, -vec3_dot(second_way, normal));
-    if (!(first + second > APPROACH_SHARE * world->minimum_gap)) return false;
+    if (!(first + second > APPROACH_SHARE * world->model.minimum_gap)) return false;
     hold.share = first / (first + second);
     for (int k = 0; k < (has_second ? 2 : 1); k++) {
         const pinch_side *const side = &sides[pair[k]];
@@ -217,7 +218,7 @@ static bool hold_apart(step_context *context, const blocked_place *place, const 
     vec3_store(hold.normal, 0, normal);
     hold.gap = vec3_dot(normal, vec3_sub(world_get_hold_point(&hold, 1, world->now.positions),
                                          world_get_hold_point(&hold, 0, world->now.positions)));
-    double const closed = CLOSED_DISTANCES * world->contact_distance;
+    double const closed = CLOSED_DISTANCES * world->model.contact_distance;
     hold.wanted_gap = has_second ? fmax(hold.gap, closed) : hold.gap;
     if (has_second && context->pinch_level == LEVEL_CLOSED && hold.gap > closed)
         hold.gap = hold.wanted_gap = fmax(closed, hold.gap - first - second);
@@ -228,7 +229,7 @@ static bool hold_apart(step_context *context, const blocked_place *place, const 
  * False when there are none. */
 static bool hold_obstacles_apart(step_context *context, const blocked_place *place,
                                  const pinch_side *sides) {
-    size_t const count = context->world->obstacles.count;
+    size_t const count = context->world->model.obstacles.count;
     bool has_any = false;
     for (size_t i = 0; i < count; i++) {
         bool has_partner = false;
@@ -253,9 +254,10 @@ static void hold_back(step_context *context, const blocked_place *place, const p
     if (context->pinch_level <= LEVEL_APART && hold_obstacles_apart(context, place, sides)) return;
     if (context->pinch_level < LEVEL_STILL) context->pinch_level = LEVEL_STILL;
     bool has_still = false;
-    for (size_t i = 0; context->pinch_level == LEVEL_STILL && i < world->obstacles.count; i++) {
-        const surface_range *const range = &world->surfaces[world->cloths.count + i];
-        bool const is_body = world->obstacles.data[i].body.is_dynamic;
+    for (size_t i = 0; context->pinch_level == LEVEL_STILL && i < world->model.obstacles.count;
+         i++) {
+        const surface_range *const range = &world->model.surfaces[world->model.cloths.count + i];
+        bool const is_body = world->model.obstacles.data[i].body.is_dynamic;
         if (!sides[i].is_near || range->is_static || is_body || world_may_lag(world, i)) continue;
         world_hold still = {.kind = HOLD_STILL, .cloth = place->surface};
         still.obstacles[0] = (uint32_t)i;
@@ -275,10 +277,10 @@ static void hold_back(step_context *context, const blocked_place *place, const p
 
 tulle_status world_handle_pinch(step_context *context) {
     tulle_world *const world = context->world;
-    arena_mark const mark = arena_get_mark(&world->scratch);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
     pinch_side *const sides =
-        ARENA_NEW_ZEROED(&world->scratch, pinch_side, world->obstacles.count + 1);
-    uint8_t *const is_near = ARENA_NEW(&world->scratch, uint8_t, world->obstacles.count);
+        ARENA_NEW_ZEROED(&world->work.scratch, pinch_side, world->model.obstacles.count + 1);
+    uint8_t *const is_near = ARENA_NEW(&world->work.scratch, uint8_t, world->model.obstacles.count);
     if (!sides || !is_near)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for a pinch");
     blocked_place const place =
@@ -289,16 +291,16 @@ tulle_status world_handle_pinch(step_context *context) {
     tulle_status status =
         world_script_targets(world, start, start + context->whole_step, context->error);
     if (status != TULLE_OK) {
-        arena_release(&world->scratch, mark);
+        arena_release(&world->work.scratch, mark);
         return status;
     }
-    for (size_t i = 0; i < world->obstacles.count; i++) is_near[i] = sides[i].is_near;
+    for (size_t i = 0; i < world->model.obstacles.count; i++) is_near[i] = sides[i].is_near;
     bool helps_lag = false;
-    for (size_t i = 0; i < world->obstacles.count; i++)
+    for (size_t i = 0; i < world->model.obstacles.count; i++)
         helps_lag |= sides[i].is_near && world_may_lag(world, i);
     if (helps_lag && world_feel_pinch(context, &place)) {
         write_message(context, &place, is_near, "it has no room there");
-    } else if (world->def.on_pinch == TULLE_ON_PINCH_SLOW) {
+    } else if (world->model.def.on_pinch == TULLE_ON_PINCH_SLOW) {
         write_message(context, &place, is_near, "scripted motion waits (on_pinch: slow)");
         hold_back(context, &place, sides);
     } else {
@@ -309,6 +311,6 @@ tulle_status world_handle_pinch(step_context *context) {
         append_message(world, context->pinch_message);
         status = error_set(context->error, TULLE_ERROR_PINCHED, "%s", context->pinch_message);
     }
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     return status;
 }

@@ -25,15 +25,15 @@ blocked_place world_find_blocked_place(const step_context *context) {
     if (!commit->has_blocking) return place;
     place.is_pair = true;
     place.kind = commit->blocking_kind;
-    feature_pair_vertices(&world->topo, commit->blocking_kind, commit->blocking_pair,
+    feature_pair_vertices(&world->model.topo, commit->blocking_kind, commit->blocking_pair,
                           place.vertices);
     uint32_t chosen = place.vertices[0];
     for (int k = 3; k >= 0; k--)
-        if (world->surfaces[world->vertex_surface[place.vertices[k]]].is_body)
+        if (world->model.surfaces[world->model.vertex_surface[place.vertices[k]]].is_body)
             chosen = place.vertices[k];
     for (int k = 3; k >= 0; k--)
-        if (place.vertices[k] < world->cloth_vertex_count) chosen = place.vertices[k];
-    place.surface = world->vertex_surface[chosen];
+        if (place.vertices[k] < world->model.cloth_vertex_count) chosen = place.vertices[k];
+    place.surface = world->model.vertex_surface[chosen];
     place.position = vec3_load(context->state->positions, chosen);
     return place;
 }
@@ -42,15 +42,15 @@ blocked_place world_find_blocked_place(const step_context *context) {
  * its neighbours. SIZE_MAX for other rows. */
 static size_t find_row_obstacle(const tulle_world *world, const contact_row *row,
                                 const blocked_place *place) {
-    const adjacency *const around = &world->topo.vertex_neighbours;
+    const adjacency *const around = &world->model.topo.vertex_neighbours;
     bool has_cloth = false, is_near = false;
     size_t obstacle = SIZE_MAX;
     for (int k = 0; k < 4; k++) {
-        size_t const surface = world->vertex_surface[row->frame.vertices[k]];
-        if (surface < world->cloths.count)
+        size_t const surface = world->model.vertex_surface[row->frame.vertices[k]];
+        if (surface < world->model.cloths.count)
             has_cloth = true;
         else
-            obstacle = surface - world->cloths.count;
+            obstacle = surface - world->model.cloths.count;
     }
     for (int k = 0; k < 4 && has_cloth && obstacle != SIZE_MAX; k++) {
         uint32_t const vertex = place->vertices[k];
@@ -65,7 +65,7 @@ static size_t find_row_obstacle(const tulle_world *world, const contact_row *row
 
 /* Adds a row to its obstacle's side: its direction by its load, or alike where none carries any. */
 static void add_row(const tulle_world *world, const contact_row *row, pinch_side *side) {
-    bool const is_first = row->frame.vertices[0] < world->cloth_vertex_count;
+    bool const is_first = row->frame.vertices[0] < world->model.cloth_vertex_count;
     double const sign = is_first ? 1.0 : -1.0;
     double const weight =
         side->load > 0.0 ? fmax(0.0, vec3_dot(row->frame.normal, row->solve.impulse)) : 1.0;
@@ -73,13 +73,13 @@ static void add_row(const tulle_world *world, const contact_row *row, pinch_side
     if (side->is_near && row->frame.gap >= side->gap) return;
     double sum = 0.0;
     for (int k = 0; k < 4; k++)
-        if (row->frame.vertices[k] >= world->cloth_vertex_count) sum += row->frame.weights[k];
+        if (row->frame.vertices[k] >= world->model.cloth_vertex_count) sum += row->frame.weights[k];
     if (sum == 0.0) return;
     uint32_t own = 0;
     for (int k = 0; k < 4; k++)
-        if (row->frame.vertices[k] >= world->cloth_vertex_count) own = row->frame.vertices[k];
+        if (row->frame.vertices[k] >= world->model.cloth_vertex_count) own = row->frame.vertices[k];
     for (int k = 0; k < 4; k++) {
-        bool const is_own = row->frame.vertices[k] >= world->cloth_vertex_count;
+        bool const is_own = row->frame.vertices[k] >= world->model.cloth_vertex_count;
         side->points[k] = is_own ? row->frame.vertices[k] : own;
         side->weights[k] = is_own ? row->frame.weights[k] / sum : 0.0;
     }
@@ -111,19 +111,19 @@ static void add_blocked_pair(const tulle_world *world, const blocked_place *plac
 
 void world_measure_pinch_sides(const tulle_world *world, const blocked_place *place,
                                pinch_side *sides) {
-    for (size_t r = 0; r < world->rows.rows.count; r++) {
-        const contact_row *const row = &world->rows.rows.data[r];
+    for (size_t r = 0; r < world->work.rows.rows.count; r++) {
+        const contact_row *const row = &world->work.rows.rows.data[r];
         size_t const obstacle = find_row_obstacle(world, row, place);
         if (obstacle == SIZE_MAX) continue;
         sides[obstacle].load += fmax(0.0, vec3_dot(row->frame.normal, row->solve.impulse));
         sides[obstacle].row_count++;
     }
-    for (size_t r = 0; r < world->rows.rows.count; r++) {
-        const contact_row *const row = &world->rows.rows.data[r];
+    for (size_t r = 0; r < world->work.rows.rows.count; r++) {
+        const contact_row *const row = &world->work.rows.rows.data[r];
         size_t const obstacle = find_row_obstacle(world, row, place);
         if (obstacle != SIZE_MAX) add_row(world, row, &sides[obstacle]);
     }
-    for (size_t i = 0; i < world->obstacles.count; i++) {
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
         pinch_side *const side = &sides[i];
         double const norm = vec3_norm(side->direction);
         double const sum = side->load > 0.0 ? side->load : (double)side->row_count;
@@ -151,37 +151,39 @@ static double get_way(const step_context *context, const pinch_side *side, vec3 
  * nearer to each other. Free bodies give way. */
 static bool is_squeezed(const step_context *context, const blocked_place *place) {
     tulle_world *const world = context->world;
-    size_t const count = world->obstacles.count;
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    pinch_side *const sides = ARENA_NEW_ZEROED(&world->scratch, pinch_side, count + 1);
+    size_t const count = world->model.obstacles.count;
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    pinch_side *const sides = ARENA_NEW_ZEROED(&world->work.scratch, pinch_side, count + 1);
     bool is_so = false;
     if (sides) world_measure_pinch_sides(world, place, sides);
     for (size_t i = 0; sides && i < count; i++) {
         const pinch_side *const a = &sides[i];
-        bool const is_pressing = a->has_direction && !(a->gap > world->contact_distance) &&
-                                 !world->surfaces[world->cloths.count + i].is_body;
+        bool const is_pressing = a->has_direction && !(a->gap > world->model.contact_distance) &&
+                                 !world->model.surfaces[world->model.cloths.count + i].is_body;
         for (size_t j = i + 1; is_pressing && j < count; j++) {
             const pinch_side *const b = &sides[j];
-            if (!b->has_direction || b->gap > world->contact_distance ||
-                world->surfaces[world->cloths.count + j].is_body ||
+            if (!b->has_direction || b->gap > world->model.contact_distance ||
+                world->model.surfaces[world->model.cloths.count + j].is_body ||
                 vec3_dot(a->direction, b->direction) > SQUEEZE_COSINE)
                 continue;
             vec3 const across = vec3_normalize(vec3_sub(a->direction, b->direction));
             is_so |= get_way(context, a, across) - get_way(context, b, across) >
-                     1e-6 * world->minimum_gap;
+                     1e-6 * world->model.minimum_gap;
         }
     }
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     return is_so;
 }
 
 bool world_tears_squeezed(step_context *context) {
     tulle_world *const world = context->world;
     bool const may_tear = context->report->max_stretch > TEARING_FREE + TEARING_GROWTH;
-    if (!may_tear || world->obstacles.count < 2 || world->rows.rows.count == 0) return false;
-    const double *const states[3] = {world->rest, world->now.positions, context->state->positions};
-    for (size_t e = 0; e < world->cloth_edge_count; e++) {
-        uint32_t const a = world->topo.edges[2 * e], b = world->topo.edges[2 * e + 1];
+    if (!may_tear || world->model.obstacles.count < 2 || world->work.rows.rows.count == 0)
+        return false;
+    const double *const states[3] = {world->model.rest, world->now.positions,
+                                     context->state->positions};
+    for (size_t e = 0; e < world->model.cloth_edge_count; e++) {
+        uint32_t const a = world->model.topo.edges[2 * e], b = world->model.topo.edges[2 * e + 1];
         double lengths[3];
         for (int k = 0; k < 3; k++)
             lengths[k] = vec3_norm(vec3_sub(vec3_load(states[k], a), vec3_load(states[k], b)));
@@ -189,7 +191,7 @@ bool world_tears_squeezed(step_context *context) {
         if (!(after - fmax(before, TEARING_FREE) > TEARING_GROWTH)) continue;
         context->torn_place =
             (blocked_place){.vertices = {a, b, a, b},
-                            .surface = world->vertex_surface[a],
+                            .surface = world->model.vertex_surface[a],
                             .position = vec3_load(context->world->now.positions, a)};
         if (is_squeezed(context, &context->torn_place)) return true;
     }

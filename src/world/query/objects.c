@@ -18,13 +18,13 @@ tulle_object_id tulle_object_from_obstacle(tulle_obstacle_id id) {
 }
 
 tulle_object_id tulle_world_get_object(const tulle_world *world, uint32_t number) {
-    size_t const cloth_count = world ? world->cloths.count : 0;
-    size_t const count = world ? cloth_count + world->obstacles.count : 0;
+    size_t const cloth_count = world ? world->model.cloths.count : 0;
+    size_t const count = world ? cloth_count + world->model.obstacles.count : 0;
     if (number >= count) return (tulle_object_id){0};
     bool const is_cloth = number < cloth_count;
-    uint32_t const slot = is_cloth ? world->cloths.data[number].slot
-                                   : world->obstacles.data[number - cloth_count].slot;
-    const slot_list *const slots = is_cloth ? &world->cloth_slots : &world->obstacle_slots;
+    uint32_t const slot = is_cloth ? world->model.cloths.data[number].slot
+                                   : world->model.obstacles.data[number - cloth_count].slot;
+    const slot_list *const slots = is_cloth ? &world->slots.cloths : &world->slots.obstacles;
     return (tulle_object_id){is_cloth ? TULLE_OBJECT_CLOTH : TULLE_OBJECT_OBSTACLE, slot,
                              slots->data[slot].generation};
 }
@@ -36,7 +36,7 @@ size_t world_find_object(const tulle_world *world, tulle_object_id id, tulle_err
     if (id.kind == TULLE_OBJECT_OBSTACLE)
         obstacle = world_find_obstacle(world, (tulle_obstacle_id){id.index, id.generation});
     if (cloth != SIZE_MAX) return cloth;
-    if (obstacle != SIZE_MAX) return world->cloths.count + obstacle;
+    if (obstacle != SIZE_MAX) return world->model.cloths.count + obstacle;
     error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world has no such object");
     return SIZE_MAX;
 }
@@ -44,8 +44,8 @@ size_t world_find_object(const tulle_world *world, tulle_object_id id, tulle_err
 tulle_counts tulle_world_get_counts(const tulle_world *world) {
     tulle_counts counts = {0};
     if (!world) return counts;
-    counts.cloths = world->cloths.count;
-    counts.obstacles = world->obstacles.count;
+    counts.cloths = world->model.cloths.count;
+    counts.obstacles = world->model.obstacles.count;
     for (size_t i = 0; i < counts.cloths + counts.obstacles; i++) {
         const world_mesh *const mesh = world_surface_mesh(world, i);
         bool const is_cloth = i < counts.cloths;
@@ -60,8 +60,9 @@ tulle_object_info tulle_object_get_info(const tulle_world *world, tulle_object_i
     if (object == SIZE_MAX) return (tulle_object_info){0};
     const world_mesh *const mesh = world_surface_mesh(world, object);
     const world_label *const label = world_get_label(world, object);
-    bool const is_static = object >= world->cloths.count &&
-                           world->obstacles.data[object - world->cloths.count].is_static;
+    bool const is_static =
+        object >= world->model.cloths.count &&
+        world->model.obstacles.data[object - world->model.cloths.count].is_static;
     return (tulle_object_info){.name = world_surface_name(world, object),
                                .vertex_count = mesh->vertex_count,
                                .triangle_count = mesh->triangle_count,
@@ -111,8 +112,8 @@ tulle_status tulle_world_set_pair_filter(tulle_world *world, tulle_pair_filter f
                                          void *context, tulle_error *error) {
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
     if (world->is_started) return refuse_started(error);
-    world->pair_filter = filter;
-    world->pair_context = context;
+    world->rules.pair_filter = filter;
+    world->rules.pair_context = context;
     if (world->recording)
         world_record(world,
                      &(recorded_call){.kind = RECORD_PAIR_FILTER, .numbers = {filter != NULL}});
@@ -121,37 +122,39 @@ tulle_status tulle_world_set_pair_filter(tulle_world *world, tulle_pair_filter f
 
 bool world_choose_pairs(tulle_world *world) {
     const world_change *const change = world->change; /* what was there before stays as it is */
-    size_t const cloth_count = world->cloths.count, count = cloth_count + world->obstacles.count;
+    size_t const cloth_count = world->model.cloths.count,
+                 count = cloth_count + world->model.obstacles.count;
     for (size_t a = 0; a < count; a++) {
         for (size_t b = a + 1; b < count; b++) {
             const world_label *const first = world_get_label(world, a);
             const world_label *const second = world_get_label(world, b);
             bool const may_meet = a < cloth_count ||
-                                  world->obstacles.data[a - cloth_count].body.is_dynamic ||
-                                  world->obstacles.data[b - cloth_count].body.is_dynamic;
+                                  world->model.obstacles.data[a - cloth_count].body.is_dynamic ||
+                                  world->model.obstacles.data[b - cloth_count].body.is_dynamic;
             bool collides = (first->category & second->mask) && (second->category & first->mask);
             bool const is_known =
                 change && change->sources[a] != TULLE_NONE && change->sources[b] != TULLE_NONE;
             if (is_known)
                 collides =
                     world_pair_collides(change->before, change->sources[a], change->sources[b]);
-            if (collides && may_meet && world->pair_filter && !is_known) {
-                collides = world->pair_filter(world->pair_context, world,
-                                              tulle_world_get_object(world, (uint32_t)a),
-                                              tulle_world_get_object(world, (uint32_t)b)) != 0;
+            if (collides && may_meet && world->rules.pair_filter && !is_known) {
+                collides =
+                    world->rules.pair_filter(world->rules.pair_context, world,
+                                             tulle_world_get_object(world, (uint32_t)a),
+                                             tulle_world_get_object(world, (uint32_t)b)) != 0;
                 if (world->recording)
                     world_record(world,
                                  &(recorded_call){.kind = RECORD_ANSWER, .numbers = {collides}});
             }
             if (collides || !may_meet) continue;
-            if (!world->collides) {
-                world->collides = memory_allocate(&world->heap, count * count);
-                if (!world->collides) return false;
-                memset(world->collides, 1, count * count);
+            if (!world->model.collides) {
+                world->model.collides = memory_allocate(&world->heap, count * count);
+                if (!world->model.collides) return false;
+                memset(world->model.collides, 1, count * count);
             }
-            world->collides[a * count + b] = world->collides[b * count + a] = 0;
+            world->model.collides[a * count + b] = world->model.collides[b * count + a] = 0;
         }
     }
-    world->set.collides = world->collides;
+    world->model.set.collides = world->model.collides;
     return true;
 }

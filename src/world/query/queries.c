@@ -21,19 +21,19 @@ tulle_status tulle_world_update_queries(tulle_world *world, tulle_error *error) 
                          "only a world that has started can be asked; call tulle_world_start");
     if (world->has_queries) return TULLE_OK;
     if (!world->queries.trees &&
-        !query_trees_make(&world->queries, &world->heap, &world->set, world->broad, world->rest,
-                          world->topo.triangle_count))
+        !query_trees_make(&world->queries, &world->heap, &world->model.set, world->work.broad,
+                          world->model.rest, world->model.topo.triangle_count))
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for trees of queries");
-    query_trees_fit(&world->queries, &world->set, world->now.positions, world->threads);
+    query_trees_fit(&world->queries, &world->model.set, world->now.positions, world->work.threads);
     world->has_queries = true;
     return TULLE_OK;
 }
 
 /* Puts a query to all present objects with a category in the mask. */
 static void ask(const tulle_world *world, uint32_t mask, tree_query *query) {
-    for (size_t s = 0; s < world->set.surface_count; s++) {
+    for (size_t s = 0; s < world->model.set.surface_count; s++) {
         uint32_t const category = world_get_label(world, s)->category;
-        if (world->surfaces[s].is_present && (mask == 0 || (category & mask)))
+        if (world->model.surfaces[s].is_present && (mask == 0 || (category & mask)))
             query_tree_visit(&world->queries.trees[s], query);
     }
 }
@@ -52,10 +52,10 @@ static tulle_status check_numbers(const double *numbers, size_t count, const cha
 
 static void describe_hit(const tulle_world *world, const surface_hit *found, tulle_hit *hit) {
     if (found->triangle == TULLE_NONE) return;
-    const uint32_t *const corners = world->topo.triangles + 3 * (size_t)found->triangle;
-    uint32_t const surface = world->vertex_surface[corners[0]];
+    const uint32_t *const corners = world->model.topo.triangles + 3 * (size_t)found->triangle;
+    uint32_t const surface = world->model.vertex_surface[corners[0]];
     hit->object = tulle_world_get_object(world, surface);
-    hit->triangle = found->triangle - world->surfaces[surface].triangle_begin;
+    hit->triangle = found->triangle - world->model.surfaces[surface].triangle_begin;
     memcpy(hit->weights, found->weights, sizeof hit->weights);
     vec3_store(hit->position, 0, found->position);
     hit->distance = found->distance;
@@ -79,7 +79,7 @@ tulle_status tulle_world_cast_ray(tulle_world *world, const tulle_ray *ray, tull
                          "the ray ends where it begins; give it a way to go");
     status = tulle_world_update_queries(world, error);
     if (status != TULLE_OK) return status;
-    ray_query query = ray_query_make(world->topo.triangles, world->now.positions, ray->from,
+    ray_query query = ray_query_make(world->model.topo.triangles, world->now.positions, ray->from,
                                      ray->to, ray->skips_back_faces != 0);
     ask(world, ray->mask, &query.query);
     describe_hit(world, &query.hit, hit);
@@ -99,7 +99,7 @@ tulle_status tulle_world_find_closest_point(tulle_world *world, const double poi
                          "the largest distance is %g m; it must be at least 0", max_distance);
     status = tulle_world_update_queries(world, error);
     if (status != TULLE_OK) return status;
-    nearest_query query = nearest_query_make(world->topo.triangles, world->now.positions,
+    nearest_query query = nearest_query_make(world->model.topo.triangles, world->now.positions,
                                              vec3_load(point, 0), max_distance);
     ask(world, mask, &query.query);
     describe_hit(world, &query.hit, hit);
@@ -159,7 +159,7 @@ static bool meets_box(const overlap_query *search) {
 static void visit_overlap(tree_query *query, uint32_t triangle) {
     overlap_query *const search = (overlap_query *)query;
     const tulle_world *const world = search->world;
-    const uint32_t *const corners = world->topo.triangles + 3 * (size_t)triangle;
+    const uint32_t *const corners = world->model.topo.triangles + 3 * (size_t)triangle;
     for (size_t k = 0; k < 3; k++)
         memcpy(search->corners + 3 * k, world->now.positions + 3 * (size_t)corners[k],
                3 * sizeof(double));
@@ -171,11 +171,11 @@ static void visit_overlap(tree_query *query, uint32_t triangle) {
     if (search->is_box ? !meets_box(search)
                        : !tulle_check_triangle_pair(search->corners, own, given, 0))
         return;
-    uint32_t const surface = world->vertex_surface[corners[0]];
+    uint32_t const surface = world->model.vertex_surface[corners[0]];
     if (search->found->count < search->found->capacity)
         search->found->triangles[search->found->count] = (tulle_found_triangle){
             tulle_world_get_object(world, surface),
-            triangle - world->surfaces[surface].triangle_begin, search->other};
+            triangle - world->model.surfaces[surface].triangle_begin, search->other};
     search->found->count++;
 }
 

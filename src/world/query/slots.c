@@ -6,25 +6,25 @@
 #include "world/world_state.h"
 
 size_t world_find_cloth(const tulle_world *world, tulle_cloth_id id) {
-    if (!world || id.index >= world->cloth_slots.count) return SIZE_MAX;
-    const object_slot *const slot = &world->cloth_slots.data[id.index];
+    if (!world || id.index >= world->slots.cloths.count) return SIZE_MAX;
+    const object_slot *const slot = &world->slots.cloths.data[id.index];
     return slot->generation == id.generation ? slot->index : SIZE_MAX;
 }
 
 size_t world_find_obstacle(const tulle_world *world, tulle_obstacle_id id) {
-    if (!world || id.index >= world->obstacle_slots.count) return SIZE_MAX;
-    const object_slot *const slot = &world->obstacle_slots.data[id.index];
+    if (!world || id.index >= world->slots.obstacles.count) return SIZE_MAX;
+    const object_slot *const slot = &world->slots.obstacles.data[id.index];
     return slot->generation == id.generation ? slot->index : SIZE_MAX;
 }
 
 tulle_cloth_id world_get_cloth_id(const tulle_world *world, size_t cloth) {
-    uint32_t const slot = world->cloths.data[cloth].slot;
-    return (tulle_cloth_id){slot, world->cloth_slots.data[slot].generation};
+    uint32_t const slot = world->model.cloths.data[cloth].slot;
+    return (tulle_cloth_id){slot, world->slots.cloths.data[slot].generation};
 }
 
 tulle_obstacle_id world_get_obstacle_id(const tulle_world *world, size_t obstacle) {
-    uint32_t const slot = world->obstacles.data[obstacle].slot;
-    return (tulle_obstacle_id){slot, world->obstacle_slots.data[slot].generation};
+    uint32_t const slot = world->model.obstacles.data[obstacle].slot;
+    return (tulle_obstacle_id){slot, world->slots.obstacles.data[slot].generation};
 }
 
 /* A slot whose generations are used up stays free. */
@@ -37,7 +37,7 @@ uint32_t world_find_free_slot(const slot_list *slots) {
 }
 
 tulle_obstacle_id world_find_next_obstacle(const tulle_world *world) {
-    const slot_list *const slots = &world->obstacle_slots;
+    const slot_list *const slots = &world->slots.obstacles;
     uint32_t const slot = world_find_free_slot(slots);
     return (tulle_obstacle_id){slot, slot < slots->count ? slots->data[slot].generation + 1 : 1};
 }
@@ -54,12 +54,12 @@ void world_return_slot(slot_list *slots, uint32_t slot) {
 }
 
 void world_renumber_slots(tulle_world *world) {
-    for (size_t i = 0; i < world->cloth_slots.count; i++)
-        world->cloth_slots.data[i].index = SIZE_MAX;
-    for (size_t i = 0; i < world->obstacle_slots.count; i++)
-        world->obstacle_slots.data[i].index = SIZE_MAX;
-    for (size_t i = 0; i < world->cloths.count; i++)
-        world->cloth_slots.data[world->cloths.data[i].slot].index = i;
-    for (size_t i = 0; i < world->obstacles.count; i++)
-        world->obstacle_slots.data[world->obstacles.data[i].slot].index = i;
+    for (size_t i = 0; i < world->slots.cloths.count; i++)
+        world->slots.cloths.data[i].index = SIZE_MAX;
+    for (size_t i = 0; i < world->slots.obstacles.count; i++)
+        world->slots.obstacles.data[i].index = SIZE_MAX;
+    for (size_t i = 0; i < world->model.cloths.count; i++)
+        world->slots.cloths.data[world->model.cloths.data[i].slot].index = i;
+    for (size_t i = 0; i < world->model.obstacles.count; i++)
+        world->slots.obstacles.data[world->model.obstacles.data[i].slot].index = i;
 }

@@ -22,11 +22,11 @@ static void put(const tulle_target *target, size_t stride, size_t item, vec3 val
 }
 
 static vec3 compute_normal(const tulle_world *world, size_t vertex) {
-    const adjacency *const around = &world->topo.vertex_triangles;
+    const adjacency *const around = &world->model.topo.vertex_triangles;
     const double *const positions = world->now.positions;
     vec3 sum = {0.0, 0.0, 0.0};
     for (uint32_t i = around->begin[vertex]; i < around->begin[vertex + 1]; i++) {
-        const uint32_t *const corners = world->topo.triangles + 3 * (size_t)around->items[i];
+        const uint32_t *const corners = world->model.topo.triangles + 3 * (size_t)around->items[i];
         vec3 const x = vec3_load(positions, corners[0]);
         sum = vec3_add(sum, vec3_cross(vec3_sub(vec3_load(positions, corners[1]), x),
                                        vec3_sub(vec3_load(positions, corners[2]), x)));
@@ -35,8 +35,8 @@ static vec3 compute_normal(const tulle_world *world, size_t vertex) {
 }
 
 static vec3 compute_strain(const tulle_world *world, size_t triangle) {
-    yarn_pair const yarns =
-        hysteresis_measure_yarns(&world->model->elements[triangle], world->now.positions);
+    yarn_pair const yarns = hysteresis_measure_yarns(&world->model.cloth_model->elements[triangle],
+                                                     world->now.positions);
     return (vec3){vec3_norm(yarns.along[YARN_WARP]) - 1.0, vec3_norm(yarns.along[YARN_WEFT]) - 1.0,
                   vec3_dot(yarns.along[YARN_WARP], yarns.along[YARN_WEFT])};
 }
@@ -107,11 +107,12 @@ tulle_status tulle_object_copy_values(const tulle_world *world, tulle_object_id 
     if ((int)values < TULLE_VALUES_POSITIONS || (int)values > TULLE_VALUES_DRAWN_POSITIONS)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "%s: there are no values number %d",
                          name, (int)values);
-    bool const has_strains = object < world->cloths.count && world->model->elements;
+    bool const has_strains =
+        object < world->model.cloths.count && world->model.cloth_model->elements;
     if (values == TULLE_VALUES_STRAINS && !has_strains)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: has no strains of yarns; only woven cloth has", name);
-    const surface_range *const range = &world->surfaces[object];
+    const surface_range *const range = &world->model.surfaces[object];
     size_t const begin =
         values == TULLE_VALUES_STRAINS ? range->triangle_begin : range->vertex_begin;
     size_t const count =

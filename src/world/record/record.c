@@ -70,9 +70,9 @@ void world_end_recording(tulle_world *world) {
 static const char *find_obstruction(const tulle_world *world) {
     if (world->recording) return "it is recorded already";
     if (world->is_started) return "it has started";
-    if (world->cloth_slots.count + world->obstacle_slots.count > 0) return "it has had objects";
-    if (world->material_laws.count > 0) return "it has laws of materials";
-    return world->pair_filter ? "it has a pair filter" : NULL;
+    if (world->slots.cloths.count + world->slots.obstacles.count > 0) return "it has had objects";
+    if (world->rules.material_laws.count > 0) return "it has laws of materials";
+    return world->rules.pair_filter ? "it has a pair filter" : NULL;
 }
 
 tulle_status tulle_world_record(tulle_world *world, const tulle_record_writer *writer,
@@ -101,7 +101,7 @@ tulle_status tulle_world_record(tulle_world *world, const tulle_record_writer *w
     world->recording = made;
     record_stream *const stream = &made->stream;
     recorded_call create = {.kind = RECORD_CREATE, .texts = {tulle_version()}};
-    create.def.world = world->def;
+    create.def.world = world->model.def;
     if (ARRAY_RESERVE(&world->heap, &stream->bytes, RECORD_MAGIC_BYTES)) {
         memcpy(stream->bytes.data, RECORD_MAGIC, RECORD_MAGIC_BYTES);
         stream->bytes.count = RECORD_MAGIC_BYTES;

@@ -97,7 +97,7 @@ static tulle_status give_frame(void *context, uint32_t frame, double *positions,
     replay *const self = source->owner;
     tulle_obstacle_id const id = source->obstacle;
     size_t const index = world_find_obstacle(self->world, id);
-    size_t const count = self->world->obstacles.data[index].mesh.vertex_count;
+    size_t const count = self->world->model.obstacles.data[index].mesh.vertex_count;
     for (size_t i = self->frames.count; i-- > 0;) {
         const recorded_frame *const given = &self->frames.data[i];
         if (given->obstacle.index != id.index || given->obstacle.generation != id.generation ||

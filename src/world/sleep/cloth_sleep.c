@@ -27,46 +27,48 @@ static const double CENTRE_SHARE = 0.1;
 
 /* ---- waking ---- */
 
-void world_wake_cloth(const tulle_world *world, world_motion_state *state, size_t cloth) {
-    if (cloth < world->cloth_rest_count) state->cloth_rests[cloth] = (cloth_rest){0};
+void world_wake_cloth(const tulle_world *world, motion_state *state, size_t cloth) {
+    if (cloth < world->model.cloth_rest_count) state->cloth_rests[cloth] = (cloth_rest){0};
 }
 
-void world_wake_cloths(const tulle_world *world, world_motion_state *state) {
-    for (size_t c = 0; c < world->cloth_rest_count; c++) world_wake_cloth(world, state, c);
+void world_wake_cloths(const tulle_world *world, motion_state *state) {
+    for (size_t c = 0; c < world->model.cloth_rest_count; c++) world_wake_cloth(world, state, c);
 }
 
-void world_wake_cloth_at(const tulle_world *world, world_motion_state *state, uint32_t vertex) {
-    if (vertex < world->cloth_vertex_count)
-        world_wake_cloth(world, state, world->vertex_surface[vertex]);
+void world_wake_cloth_at(const tulle_world *world, motion_state *state, uint32_t vertex) {
+    if (vertex < world->model.cloth_vertex_count)
+        world_wake_cloth(world, state, world->model.vertex_surface[vertex]);
 }
 
 static bool has_gusts(const tulle_world *world) {
-    return world->def.wind.gust_strength > 0.0 && world->def.wind.drag_coefficient > 0.0;
+    return world->model.def.wind.gust_strength > 0.0 &&
+           world->model.def.wind.drag_coefficient > 0.0;
 }
 
 /* Whether a surface has unknowns in this substep. */
-static bool is_awake(const tulle_world *world, const world_motion_state *state, size_t surface) {
-    if (surface < world->cloths.count) return !state->cloth_rests[surface].is_asleep;
-    uint32_t const body = world->surface_bodies ? world->surface_bodies[surface] : TULLE_NONE;
+static bool is_awake(const tulle_world *world, const motion_state *state, size_t surface) {
+    if (surface < world->model.cloths.count) return !state->cloth_rests[surface].is_asleep;
+    uint32_t const body =
+        world->model.surface_bodies ? world->model.surface_bodies[surface] : TULLE_NONE;
     return body != TULLE_NONE && state->rests[body].state == BODY_FREE &&
-           world->surfaces[surface].is_present;
+           world->model.surfaces[surface].is_present;
 }
 
 /* Whether a vertex is to be elsewhere at the end of the substep. */
 static bool is_moved(const step_context *context, size_t vertex) {
-    return memcmp(context->world->targets + 3 * vertex, context->state->positions + 3 * vertex,
+    return memcmp(context->world->work.targets + 3 * vertex, context->state->positions + 3 * vertex,
                   3 * sizeof(double)) != 0;
 }
 
 /* Whether what holds a cloth moves in this substep, or has let go since it fell asleep. */
 static bool is_pulled(const step_context *context, size_t cloth) {
     const tulle_world *const world = context->world;
-    const world_motion_state *const state = context->state;
-    const surface_range *const range = &world->surfaces[cloth];
-    const world_cloth *const own = &world->cloths.data[cloth];
+    const motion_state *const state = context->state;
+    const surface_range *const range = &world->model.surfaces[cloth];
+    const world_cloth *const own = &world->model.cloths.data[cloth];
     const cloth_rest *const rest = &state->cloth_rests[cloth];
     for (size_t v = range->vertex_begin; v < range->vertex_end; v++)
-        if (world->is_fixed[v] && is_moved(context, v)) return true;
+        if (world->work.is_fixed[v] && is_moved(context, v)) return true;
     for (size_t p = 0; p < own->pin_count; p++) {
         double const release = own->pins[p].release_time;
         if (rest->is_asleep && release > rest->slept_from && release <= state->time) return true;
@@ -77,16 +79,16 @@ static bool is_pulled(const step_context *context, size_t cloth) {
 /* Wakes cloths that are tied to something that moves or is awake. True when there is one. */
 static bool wake_tied(step_context *context) {
     const tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
+    motion_state *const state = context->state;
     bool has_woken = false;
     for (size_t i = 0; i < state->ties.count; i++) {
         const world_tie *const tie = &state->ties.data[i];
         uint32_t const surface = get_tie_surface(world, tie);
-        size_t const cloth = world->vertex_surface[tie->vertex];
+        size_t const cloth = world->model.vertex_surface[tie->vertex];
         if (surface == TULLE_NONE)
             continue; /* is_pulled has seen rigid ones; others pull as ever */
         bool const is_other_awake = is_awake(world, state, surface);
-        bool const is_other_cloth = surface < world->cloths.count;
+        bool const is_other_cloth = surface < world->model.cloths.count;
         bool is_led = false;
         for (int k = 0; k < 3; k++) is_led |= !is_other_cloth && is_moved(context, tie->corners[k]);
         if (state->cloth_rests[cloth].is_asleep && (is_other_awake || is_led)) {
@@ -103,19 +105,19 @@ static bool wake_tied(step_context *context) {
 /* Wakes cloths that rested on something that is awake now. True when there is one. */
 static bool wake_touched(step_context *context) {
     const tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
+    motion_state *const state = context->state;
     const contact_store *const store = &state->contacts;
     bool has_woken = false;
     for (size_t i = 0; i < store->contacts.count; i++) {
         const stored_contact *const contact = &store->contacts.data[i];
         uint32_t vertices[4];
-        feature_pair_vertices(&world->topo, (feature_kind)contact->kind,
+        feature_pair_vertices(&world->model.topo, (feature_kind)contact->kind,
                               (feature_pair){contact->first, contact->second}, vertices);
-        const size_t sides[2] = {world->vertex_surface[vertices[0]],
-                                 world->vertex_surface[vertices[3]]};
+        const size_t sides[2] = {world->model.vertex_surface[vertices[0]],
+                                 world->model.vertex_surface[vertices[3]]};
         for (int k = 0; k < 2; k++) {
             size_t const cloth = sides[k];
-            if (cloth >= world->cloth_rest_count || !state->cloth_rests[cloth].is_asleep ||
+            if (cloth >= world->model.cloth_rest_count || !state->cloth_rests[cloth].is_asleep ||
                 !is_awake(world, state, sides[1 - k]) ||
                 !(vec3_norm2(vec3_load(contact->impulse, 0)) > 0.0))
                 continue;
@@ -128,8 +130,8 @@ static bool wake_touched(step_context *context) {
 
 void world_hold_sleepers(step_context *context) {
     tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
-    size_t const count = world->cloth_rest_count;
+    motion_state *const state = context->state;
+    size_t const count = world->model.cloth_rest_count;
     bool has_sleeper = false;
     if (count == 0) return;
     if (has_gusts(world)) world_wake_cloths(world, state);
@@ -144,34 +146,34 @@ void world_hold_sleepers(step_context *context) {
     }
     has_sleeper = false;
     for (size_t c = 0; c < count; c++) {
-        surface_range *const range = &world->surfaces[c];
+        surface_range *const range = &world->model.surfaces[c];
         size_t const begin = range->vertex_begin, length = range->vertex_end - begin;
         range->is_asleep = state->cloth_rests[c].is_asleep != 0;
-        memset(world->idle_vertices + begin, range->is_asleep, length);
-        memset(world->idle_triangles + range->triangle_begin, range->is_asleep,
+        memset(world->work.idle_vertices + begin, range->is_asleep, length);
+        memset(world->work.idle_triangles + range->triangle_begin, range->is_asleep,
                range->triangle_end - range->triangle_begin);
         if (!range->is_asleep) continue;
         has_sleeper = true;
-        memset(world->is_fixed + begin, 1, length);
-        memset(world->active_inverse_masses + begin, 0, length * sizeof(double));
-        memcpy(world->targets + 3 * begin, state->positions + 3 * begin,
+        memset(world->work.is_fixed + begin, 1, length);
+        memset(world->work.active_inverse_masses + begin, 0, length * sizeof(double));
+        memcpy(world->work.targets + 3 * begin, state->positions + 3 * begin,
                3 * length * sizeof(double));
     }
-    world->model->idle_vertices = has_sleeper ? world->idle_vertices : NULL;
-    world->model->idle_triangles = has_sleeper ? world->idle_triangles : NULL;
-    world->system.matrix.is_idle = world->model->idle_vertices;
+    world->model.cloth_model->idle_vertices = has_sleeper ? world->work.idle_vertices : NULL;
+    world->model.cloth_model->idle_triangles = has_sleeper ? world->work.idle_triangles : NULL;
+    world->work.system.matrix.is_idle = world->model.cloth_model->idle_vertices;
 }
 
 void world_wake_loaded(step_context *context) {
     const tulle_world *const world = context->world;
-    if (world->cloth_rest_count == 0) return;
-    for (size_t i = 0; i < world->rows.rows.count; i++) {
-        const contact_row *const row = &world->rows.rows.data[i];
+    if (world->model.cloth_rest_count == 0) return;
+    for (size_t i = 0; i < world->work.rows.rows.count; i++) {
+        const contact_row *const row = &world->work.rows.rows.data[i];
         if (!(vec3_norm2(row->solve.impulse) > 0.0)) continue;
         for (int k = 0; k < 4; k += 3) { /* a vertex of either side */
             uint32_t const vertex = row->frame.vertices[k];
-            if (!world->surfaces[world->vertex_surface[vertex]].is_asleep ||
-                vertex >= world->cloth_vertex_count)
+            if (!world->model.surfaces[world->model.vertex_surface[vertex]].is_asleep ||
+                vertex >= world->model.cloth_vertex_count)
                 continue;
             world_wake_cloth_at(world, context->state, vertex);
             context->outcome = SUBSTEP_WAKES;
@@ -184,9 +186,9 @@ void world_wake_loaded(step_context *context) {
 /* Whether a cloth was slow in the step that ends, and nothing that holds it moved. */
 static bool is_slow(const step_context *context, size_t cloth, double time_step) {
     const tulle_world *const world = context->world;
-    const world_motion_state *const state = context->state;
-    const surface_range *const range = &world->surfaces[cloth];
-    double const speed = world->def.sleep_speed, limit = speed * speed;
+    const motion_state *const state = context->state;
+    const surface_range *const range = &world->model.surfaces[cloth];
+    double const speed = world->model.def.sleep_speed, limit = speed * speed;
     double const way_limit = limit * time_step * time_step;
     vec3 momentum = {0.0, 0.0, 0.0}, drift = {0.0, 0.0, 0.0};
     double mass = 0.0;
@@ -195,8 +197,8 @@ static bool is_slow(const step_context *context, size_t cloth, double time_step)
         vec3 const way =
             vec3_sub(vec3_load(state->positions, v), vec3_load(world->now.positions, v));
         if (!(vec3_norm2(velocity) <= limit && vec3_norm2(way) <= way_limit)) return false;
-        if (world->is_fixed[v] && vec3_norm2(way) > 0.0) return false;
-        double const own = world->model->masses[v];
+        if (world->work.is_fixed[v] && vec3_norm2(way) > 0.0) return false;
+        double const own = world->model.cloth_model->masses[v];
         momentum = vec3_add_scaled(momentum, velocity, own);
         drift = vec3_add_scaled(drift, way, own);
         mass += own;
@@ -210,7 +212,7 @@ static bool is_slow(const step_context *context, size_t cloth, double time_step)
 static void join_surfaces(const step_context *context, size_t a, size_t b, uint32_t *parents,
                           bool *is_restless) {
     const tulle_world *const world = context->world;
-    size_t const count = world->cloths.count;
+    size_t const count = world->model.cloths.count;
     if (a < count && b < count) {
         uint32_t const first = world_find_root(parents, (uint32_t)a);
         uint32_t const second = world_find_root(parents, (uint32_t)b);
@@ -223,8 +225,8 @@ static void join_surfaces(const step_context *context, size_t a, size_t b, uint3
 
 static void fall_asleep(step_context *context, size_t cloth) {
     const tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
-    const surface_range *const range = &world->surfaces[cloth];
+    motion_state *const state = context->state;
+    const surface_range *const range = &world->model.surfaces[cloth];
     size_t const begin = 3 * (size_t)range->vertex_begin;
     size_t const bytes = 3 * (range->vertex_end - range->vertex_begin) * sizeof(double);
     cloth_rest *const rest = &state->cloth_rests[cloth];
@@ -238,11 +240,11 @@ static void fall_asleep(step_context *context, size_t cloth) {
 
 tulle_status world_settle_cloths(step_context *context, double time_step) {
     tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
-    size_t const count = world->cloth_rest_count;
+    motion_state *const state = context->state;
+    size_t const count = world->model.cloth_rest_count;
     if (count == 0) return TULLE_OK;
-    uint32_t *const parents = ARENA_NEW(&world->scratch, uint32_t, count);
-    bool *const is_restless = ARENA_NEW_ZEROED(&world->scratch, bool, count);
+    uint32_t *const parents = ARENA_NEW(&world->work.scratch, uint32_t, count);
+    bool *const is_restless = ARENA_NEW_ZEROED(&world->work.scratch, bool, count);
     if (!parents || !is_restless)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for cloths");
     /* A step that stuck tells nothing of what cloth would do, and what is held back by cloth looks
@@ -255,19 +257,20 @@ tulle_status world_settle_cloths(step_context *context, double time_step) {
         if (rest->is_asleep) continue;
         bool const is_quiet = may_sleep && is_slow(context, c, time_step);
         rest->quiet_time = is_quiet ? rest->quiet_time + time_step : 0.0;
-        is_restless[c] = rest->quiet_time < world->def.sleep_time;
+        is_restless[c] = rest->quiet_time < world->model.def.sleep_time;
     }
-    for (size_t i = 0; i < world->rows.rows.count; i++) {
-        const contact_row *const row = &world->rows.rows.data[i];
+    for (size_t i = 0; i < world->work.rows.rows.count; i++) {
+        const contact_row *const row = &world->work.rows.rows.data[i];
         if (!(vec3_norm2(row->solve.impulse) > 0.0)) continue;
-        join_surfaces(context, world->vertex_surface[row->frame.vertices[0]],
-                      world->vertex_surface[row->frame.vertices[3]], parents, is_restless);
+        join_surfaces(context, world->model.vertex_surface[row->frame.vertices[0]],
+                      world->model.vertex_surface[row->frame.vertices[3]], parents, is_restless);
     }
     for (size_t i = 0; i < state->ties.count; i++) {
         const world_tie *const tie = &state->ties.data[i];
         uint32_t const surface = get_tie_surface(world, tie);
         if (surface == TULLE_NONE) continue;
-        join_surfaces(context, world->vertex_surface[tie->vertex], surface, parents, is_restless);
+        join_surfaces(context, world->model.vertex_surface[tie->vertex], surface, parents,
+                      is_restless);
     }
     for (uint32_t c = 0; c < count; c++)
         if (is_restless[c]) is_restless[world_find_root(parents, c)] = true;
@@ -279,8 +282,8 @@ tulle_status world_settle_cloths(step_context *context, double time_step) {
 
 /* ---- a state that was read ---- */
 
-bool world_cloth_rests_are_valid(const tulle_world *world, const world_motion_state *state) {
-    for (size_t c = 0; c < world->cloth_rest_count; c++) {
+bool world_cloth_rests_are_valid(const tulle_world *world, const motion_state *state) {
+    for (size_t c = 0; c < world->model.cloth_rest_count; c++) {
         const cloth_rest *const rest = &state->cloth_rests[c];
         if (rest->is_asleep > 1 || !isfinite(rest->quiet_time) || !(rest->quiet_time >= 0.0) ||
             !(rest->slept_from >= 0.0) || !(rest->slept_from <= state->time))

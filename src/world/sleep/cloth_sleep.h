@@ -18,10 +18,10 @@
 
 /* Wakes a cloth; all of them. What touches them follows in the next step. The time for which they
  * have been slow begins anew also where they are awake. */
-void world_wake_cloth(const tulle_world *world, world_motion_state *state, size_t cloth);
-void world_wake_cloths(const tulle_world *world, world_motion_state *state);
+void world_wake_cloth(const tulle_world *world, motion_state *state, size_t cloth);
+void world_wake_cloths(const tulle_world *world, motion_state *state);
 /* Wakes the cloth of a vertex, if it is one of cloth. */
-void world_wake_cloth_at(const tulle_world *world, world_motion_state *state, uint32_t vertex);
+void world_wake_cloth_at(const tulle_world *world, motion_state *state, uint32_t vertex);
 
 /* Stage 1, when the targets of the script are known: wakes what the rules above say, and holds the
  * sleepers where they are. */
@@ -39,6 +39,6 @@ bool world_stands_still(const tulle_world *world, double time_step);
 tulle_status world_pass_still(step_context *context);
 
 /* Whether what was read from a saved state may be the sleep of this world's cloths. */
-bool world_cloth_rests_are_valid(const tulle_world *world, const world_motion_state *state);
+bool world_cloth_rests_are_valid(const tulle_world *world, const motion_state *state);
 
 #endif

@@ -20,15 +20,15 @@ static bool keys_are_still(const world_motion *motion, double from, double to) {
 
 /* Whether an obstacle, or a body, comes, goes or moves in no way. */
 static bool obstacle_is_still(const tulle_world *world, size_t index, double end) {
-    const world_motion_state *const now = &world->now;
-    const world_obstacle *const obstacle = &world->obstacles.data[index];
-    const surface_range *const range = &world->surfaces[world->cloths.count + index];
+    const motion_state *const now = &world->now;
+    const world_obstacle *const obstacle = &world->model.obstacles.data[index];
+    const surface_range *const range = &world->model.surfaces[world->model.cloths.count + index];
     bool const is_due = now->time >= obstacle->appear_time && now->time < obstacle->disappear_time;
     if (is_due != (now->is_present[index] != 0)) return false;
     if (range->is_static) return true;
     if (obstacle->given != GIVEN_NOTHING || now->largest_lags[index] > 0.0) return false;
     if (obstacle->body.is_dynamic) {
-        uint32_t const body = world->surface_bodies[world->cloths.count + index];
+        uint32_t const body = world->model.surface_bodies[world->model.cloths.count + index];
         uint32_t const state = now->rests[body].state;
         if (state != BODY_SCRIPTED) return state == BODY_SLEEPS;
         if (now->time >= obstacle->body.start_time) return false;
@@ -47,7 +47,7 @@ static bool obstacle_is_still(const tulle_world *world, size_t index, double end
 
 /* Whether a cloth sleeps on, held as it is. */
 static bool cloth_is_still(const tulle_world *world, size_t index, double end) {
-    const world_cloth *const cloth = &world->cloths.data[index];
+    const world_cloth *const cloth = &world->model.cloths.data[index];
     const cloth_rest *const rest = &world->now.cloth_rests[index];
     if (!rest->is_asleep) return false;
     for (size_t p = 0; p < cloth->pin_count; p++) {
@@ -61,17 +61,18 @@ static bool cloth_is_still(const tulle_world *world, size_t index, double end) {
 }
 
 bool world_stands_still(const tulle_world *world, double time_step) {
-    const world_motion_state *const now = &world->now;
+    const motion_state *const now = &world->now;
     double const end = now->time + time_step;
-    if (world->cloth_rest_count == 0 || now->hold_count > 0) return false;
-    for (size_t c = 0; c < world->cloth_rest_count; c++)
+    if (world->model.cloth_rest_count == 0 || now->hold_count > 0) return false;
+    for (size_t c = 0; c < world->model.cloth_rest_count; c++)
         if (!cloth_is_still(world, c, end)) return false;
-    for (size_t i = 0; i < world->obstacles.count; i++)
+    for (size_t i = 0; i < world->model.obstacles.count; i++)
         if (!obstacle_is_still(world, i, end)) return false;
     for (size_t i = 0; i < now->ties.count; i++) {
         uint32_t const corner = now->ties.data[i].corners[0];
-        bool const is_on_body = corner != TULLE_NONE && world->surface_bodies &&
-                                world->surface_bodies[world->vertex_surface[corner]] != TULLE_NONE;
+        bool const is_on_body =
+            corner != TULLE_NONE && world->model.surface_bodies &&
+            world->model.surface_bodies[world->model.vertex_surface[corner]] != TULLE_NONE;
         if (now->time >= now->ties.data[i].release_time || is_on_body) return false;
     }
     return true;
@@ -79,7 +80,7 @@ bool world_stands_still(const tulle_world *world, double time_step) {
 
 tulle_status world_pass_still(step_context *context) {
     tulle_world *const world = context->world;
-    world_motion_state *const now = &world->now;
+    motion_state *const now = &world->now;
     tulle_step_report *const report = context->report;
     contact_store *const store = &now->contacts;
     cloth_energies energies;
@@ -101,7 +102,7 @@ tulle_status world_pass_still(step_context *context) {
     for (size_t i = 0; share != 1.0 && i < store->contacts.count; i++)
         for (int k = 0; k < 3; k++) store->contacts.data[i].impulse[k] *= share;
     if (store->contacts.count > 0) store->time_step = context->whole_step;
-    now->time = world->step_end;
+    now->time = world->work.step_end;
     world->step_count++;
     return TULLE_OK;
 }

@@ -23,21 +23,22 @@ typedef struct rest_arrays {
 static bool list_rest(tulle_world *world, rest_arrays *rest) {
     size_t triangle_count = 0;
     bool has_corners = false, has_factors = false;
-    for (size_t i = 0; i < world->cloths.count; i++) {
-        triangle_count += world->cloths.data[i].mesh.triangle_count;
-        has_corners |= world->cloths.data[i].rest_corners != NULL;
-        has_factors |= world->cloths.data[i].factors != NULL;
+    for (size_t i = 0; i < world->model.cloths.count; i++) {
+        triangle_count += world->model.cloths.data[i].mesh.triangle_count;
+        has_corners |= world->model.cloths.data[i].rest_corners != NULL;
+        has_factors |= world->model.cloths.data[i].factors != NULL;
     }
-    *rest = (rest_arrays){.warps = ARENA_NEW(&world->scratch, double, 3 * triangle_count),
-                          .has_flat_rest = ARENA_NEW(&world->scratch, bool, world->cloths.count)};
-    if (has_corners) rest->corners = ARENA_NEW(&world->scratch, double, 9 * triangle_count);
-    if (has_factors) rest->factors = ARENA_NEW(&world->scratch, double, triangle_count);
+    *rest = (rest_arrays){.warps = ARENA_NEW(&world->work.scratch, double, 3 * triangle_count),
+                          .has_flat_rest =
+                              ARENA_NEW(&world->work.scratch, bool, world->model.cloths.count)};
+    if (has_corners) rest->corners = ARENA_NEW(&world->work.scratch, double, 9 * triangle_count);
+    if (has_factors) rest->factors = ARENA_NEW(&world->work.scratch, double, triangle_count);
     if (!rest->warps || !rest->has_flat_rest || (has_corners && !rest->corners) ||
         (has_factors && !rest->factors))
         return false;
     double *warp = rest->warps, *corner = rest->corners, *factor = rest->factors;
-    for (size_t i = 0; i < world->cloths.count; i++) {
-        const world_cloth *const cloth = &world->cloths.data[i];
+    for (size_t i = 0; i < world->model.cloths.count; i++) {
+        const world_cloth *const cloth = &world->model.cloths.data[i];
         rest->has_flat_rest[i] = cloth->has_flat_rest;
         for (size_t t = 0; t < cloth->mesh.triangle_count; t++, warp += 3)
             memcpy(warp, cloth->warps ? cloth->warps + 3 * t : cloth->grain, 3 * sizeof *warp);
@@ -45,9 +46,9 @@ static bool list_rest(tulle_world *world, rest_arrays *rest) {
             *factor++ = cloth->factors ? cloth->factors[t] : 1.0;
         for (size_t k = 0; has_corners && k < 3 * cloth->mesh.triangle_count; k++, corner += 3)
             memcpy(corner,
-                   cloth->rest_corners
-                       ? cloth->rest_corners + 3 * k
-                       : world->rest + 3 * ((size_t)cloth->vertex_begin + cloth->mesh.triangles[k]),
+                   cloth->rest_corners ? cloth->rest_corners + 3 * k
+                                       : world->model.rest + 3 * ((size_t)cloth->vertex_begin +
+                                                                  cloth->mesh.triangles[k]),
                    3 * sizeof *corner);
     }
     return true;
@@ -56,14 +57,15 @@ static bool list_rest(tulle_world *world, rest_arrays *rest) {
 /* By vertex of cloth: the pin that holds it for ever, counted from 1 over all cloths. What another
  * pin holds too may move otherwise for a while. False without memory. */
 static bool list_clamps(tulle_world *world, const double *releases, uint32_t **clamps) {
-    uint32_t *const held = ARENA_NEW(&world->scratch, uint32_t, world->cloth_vertex_count);
+    uint32_t *const held =
+        ARENA_NEW(&world->work.scratch, uint32_t, world->model.cloth_vertex_count);
     *clamps = held;
     if (!held) return false;
-    memset(held, 0, world->cloth_vertex_count * sizeof *held);
+    memset(held, 0, world->model.cloth_vertex_count * sizeof *held);
     uint32_t const several = TULLE_NONE;
     uint32_t number = 0;
-    for (size_t i = 0; i < world->cloths.count; i++) {
-        const world_cloth *const cloth = &world->cloths.data[i];
+    for (size_t i = 0; i < world->model.cloths.count; i++) {
+        const world_cloth *const cloth = &world->model.cloths.data[i];
         for (size_t p = 0; p < cloth->pin_count; p++) {
             const world_pin *const pin = &cloth->pins[p];
             double const release = releases ? releases[number] : pin->release_time;
@@ -76,15 +78,15 @@ static bool list_clamps(tulle_world *world, const double *releases, uint32_t **c
             }
         }
     }
-    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++)
         if (held[v] == several) held[v] = 0;
     return true;
 }
 
 static size_t find_edge(const tulle_world *world, uint32_t a, uint32_t b) {
     uint32_t const low = a < b ? a : b, high = a < b ? b : a;
-    const uint32_t *const edges = world->topo.edges;
-    size_t begin = 0, end = world->cloth_edge_count;
+    const uint32_t *const edges = world->model.topo.edges;
+    size_t begin = 0, end = world->model.cloth_edge_count;
     while (begin < end) {
         size_t const middle = begin + (end - begin) / 2;
         const uint32_t *const ends = edges + 2 * middle;
@@ -93,8 +95,8 @@ static size_t find_edge(const tulle_world *world, uint32_t a, uint32_t b) {
         else
             end = middle;
     }
-    bool const is_there =
-        begin < world->cloth_edge_count && edges[2 * begin] == low && edges[2 * begin + 1] == high;
+    bool const is_there = begin < world->model.cloth_edge_count && edges[2 * begin] == low &&
+                          edges[2 * begin + 1] == high;
     return is_there ? begin : SIZE_MAX;
 }
 
@@ -102,13 +104,14 @@ static size_t find_edge(const tulle_world *world, uint32_t a, uint32_t b) {
 static tulle_status list_folds(tulle_world *world, double **folds, tulle_error *error) {
     size_t count = 0;
     *folds = NULL;
-    for (size_t i = 0; i < world->cloths.count; i++) count += world->cloths.data[i].crease_count;
+    for (size_t i = 0; i < world->model.cloths.count; i++)
+        count += world->model.cloths.data[i].crease_count;
     if (count == 0) return TULLE_OK;
-    double *const by_edge = ARENA_NEW(&world->scratch, double, world->cloth_edge_count);
+    double *const by_edge = ARENA_NEW(&world->work.scratch, double, world->model.cloth_edge_count);
     if (!by_edge) return TULLE_ERROR_OUT_OF_MEMORY;
-    for (size_t e = 0; e < world->cloth_edge_count; e++) by_edge[e] = (double)NAN;
-    for (size_t i = 0; i < world->cloths.count; i++) {
-        const world_cloth *const cloth = &world->cloths.data[i];
+    for (size_t e = 0; e < world->model.cloth_edge_count; e++) by_edge[e] = (double)NAN;
+    for (size_t i = 0; i < world->model.cloths.count; i++) {
+        const world_cloth *const cloth = &world->model.cloths.data[i];
         for (size_t k = 0; k < cloth->crease_count; k++) {
             const tulle_crease *const crease = &cloth->creases[k];
             size_t const edge = find_edge(world, cloth->vertex_begin + crease->vertices[0],
@@ -129,8 +132,8 @@ static tulle_status list_folds(tulle_world *world, double **folds, tulle_error *
  * has them. */
 static tulle_status make_def(tulle_world *world, cloth_settings settings, cloth_model_def *def,
                              tulle_error *error) {
-    size_t const cloth_count = world->cloths.count;
-    tulle_material *const materials = ARENA_NEW(&world->scratch, tulle_material, cloth_count);
+    size_t const cloth_count = world->model.cloths.count;
+    tulle_material *const materials = ARENA_NEW(&world->work.scratch, tulle_material, cloth_count);
     rest_arrays rest;
     uint32_t *clamps;
     if (!materials || !list_rest(world, &rest) || !list_clamps(world, settings.releases, &clamps))
@@ -139,19 +142,20 @@ static tulle_status make_def(tulle_world *world, cloth_settings settings, cloth_
     tulle_status const status = list_folds(world, &folds, error);
     if (status != TULLE_OK) return status;
     for (size_t i = 0; i < cloth_count; i++) {
-        materials[i] = settings.materials ? settings.materials[i] : world->cloths.data[i].material;
-        if (world->response->has_linear_springs) {
+        materials[i] =
+            settings.materials ? settings.materials[i] : world->model.cloths.data[i].material;
+        if (world->model.response->has_linear_springs) {
             materials[i].springs.stiffening_strain = 0.0;
             materials[i].warp.knee = materials[i].weft.knee = materials[i].shear.knee = 0.0;
         }
     }
-    *def = (cloth_model_def){.vertex_count = world->cloth_vertex_count,
-                             .surface = &world->topo,
-                             .rest_positions = world->rest,
+    *def = (cloth_model_def){.vertex_count = world->model.cloth_vertex_count,
+                             .surface = &world->model.topo,
+                             .rest_positions = world->model.rest,
                              .materials = materials,
                              .material_count = cloth_count,
-                             .vertex_materials = world->vertex_surface,
-                             .membrane = world->def.membrane,
+                             .vertex_materials = world->model.vertex_surface,
+                             .membrane = world->model.def.membrane,
                              .rest_corners = rest.corners,
                              .has_flat_rest = rest.has_flat_rest,
                              .edge_folds = folds,
@@ -163,7 +167,7 @@ static tulle_status make_def(tulle_world *world, cloth_settings settings, cloth_
 
 tulle_status world_build_machinery(tulle_world *world, cloth_settings settings,
                                    cloth_machinery *made, tulle_error *error) {
-    arena_mark const mark = arena_get_mark(&world->scratch);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
     memory *const heap = &world->heap;
     cloth_model_def def;
     *made = (cloth_machinery){0};
@@ -172,16 +176,17 @@ tulle_status world_build_machinery(tulle_world *world, cloth_settings settings,
         status == TULLE_OK ? memory_allocate_zeroed(heap, 1, sizeof *model) : NULL;
     if (status == TULLE_OK && !model) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK) status = cloth_model_build(heap, &def, model, error);
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     if (status != TULLE_OK) {
         memory_release(heap, model, sizeof *model);
         return status;
     }
     made->model = model;
-    bool const has_forces = get_response(world->def.response)->needs_forces;
+    bool const has_forces = get_response(world->model.def.response)->needs_forces;
     status = linear_system_build(heap, model, has_forces, &made->system);
-    if (status == TULLE_OK && world->cloth_vertex_count >= SINGLE_VERTICES) {
-        made->aggregates = nested_aggregates_build(heap, &made->system.matrix, &world->scratch);
+    if (status == TULLE_OK && world->model.cloth_vertex_count >= SINGLE_VERTICES) {
+        made->aggregates =
+            nested_aggregates_build(heap, &made->system.matrix, &world->work.scratch);
         if (!made->aggregates) status = TULLE_ERROR_OUT_OF_MEMORY;
     }
     if (status != TULLE_OK) world_release_machinery(world, made);
@@ -199,12 +204,12 @@ void world_release_machinery(tulle_world *world, cloth_machinery *made) {
 }
 
 void world_set_machinery(tulle_world *world, cloth_machinery *made) {
-    cloth_machinery old = {world->model, world->system, world->aggregates};
-    world->model = made->model;
-    world->system = made->system;
-    world->aggregates = made->aggregates;
+    cloth_machinery old = {world->model.cloth_model, world->work.system, world->work.aggregates};
+    world->model.cloth_model = made->model;
+    world->work.system = made->system;
+    world->work.aggregates = made->aggregates;
     *made = (cloth_machinery){0};
     world_release_machinery(world, &old);
-    for (size_t v = 0; v < world->cloth_vertex_count; v++)
-        world->inverse_masses[v] = 1.0 / world->model->masses[v];
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++)
+        world->model.inverse_masses[v] = 1.0 / world->model.cloth_model->masses[v];
 }

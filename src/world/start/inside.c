@@ -68,23 +68,23 @@ typedef struct holder_search {
 static const surface_range *find_holder(const holder_search *search, uint32_t vertex) {
     const tulle_world *const world = search->world;
     const double *const point = search->positions + 3 * (size_t)vertex;
-    const surface_range *const held = &world->surfaces[world->vertex_surface[vertex]];
-    for (size_t s = world->cloths.count; s < world->set.surface_count; s++) {
-        const surface_range *const range = &world->surfaces[s];
+    const surface_range *const held = &world->model.surfaces[world->model.vertex_surface[vertex]];
+    for (size_t s = world->model.cloths.count; s < world->model.set.surface_count; s++) {
+        const surface_range *const range = &world->model.surfaces[s];
         if (held == range || !held->is_present || !range->is_present) continue;
         /* Of two obstacles one is a body. In a step, cloth may lie in what was there before. */
-        bool const is_forbidden =
-            held->is_obstacle
-                ? held->is_body || range->is_body
-                : !search->question.is_late || !world->now.is_present[s - world->cloths.count];
+        bool const is_forbidden = held->is_obstacle
+                                      ? held->is_body || range->is_body
+                                      : !search->question.is_late ||
+                                            !world->now.is_present[s - world->model.cloths.count];
         bool const is_asked = !search->question.has_added || s == search->question.added ||
-                              world->vertex_surface[vertex] == search->question.added;
+                              world->model.vertex_surface[vertex] == search->question.added;
         if (!is_forbidden || !is_asked ||
-            !world_pair_collides(world, s, world->vertex_surface[vertex]))
+            !world_pair_collides(world, s, world->model.vertex_surface[vertex]))
             continue;
         if (!surface_box_holds(&search->boxes[s], point)) continue;
-        if (!surface_is_closed(&world->topo, range)) continue;
-        if (compute_winding_number(world->topo.triangles + 3 * (size_t)range->triangle_begin,
+        if (!surface_is_closed(&world->model.topo, range)) continue;
+        if (compute_winding_number(world->model.topo.triangles + 3 * (size_t)range->triangle_begin,
                                    range->triangle_end - range->triangle_begin, search->positions,
                                    vec3_load(point, 0)) > INSIDE_WINDING)
             return range;
@@ -95,9 +95,9 @@ static const surface_range *find_holder(const holder_search *search, uint32_t ve
 static tulle_status refuse(const holder_search *search, uint32_t vertex,
                            const surface_range *holder, tulle_error *error) {
     const tulle_world *const world = search->world;
-    uint32_t const held = world->vertex_surface[vertex];
+    uint32_t const held = world->model.vertex_surface[vertex];
     const double *const x = search->positions + 3 * (size_t)vertex;
-    const char *const name = world_surface_name(world, (size_t)(holder - world->surfaces));
+    const char *const name = world_surface_name(world, (size_t)(holder - world->model.surfaces));
     char advice[WORLD_NAME_BYTES + 64]; /* what else than moving may help */
     if (holder->is_body)
         (void)snprintf(advice, sizeof advice, "give '%s' a hollow with a surface of its own", name);
@@ -108,7 +108,7 @@ static tulle_status refuse(const holder_search *search, uint32_t vertex,
     for (size_t t = holder->triangle_begin; t < holder->triangle_end; t++) {
         vec3 points[4] = {vec3_load(x, 0)};
         for (size_t k = 0; k < 3; k++)
-            points[k + 1] = vec3_load(search->positions, world->topo.triangles[3 * t + k]);
+            points[k + 1] = vec3_load(search->positions, world->model.topo.triangles[3 * t + k]);
         nearest2 = fmin(nearest2, closest_vertex_triangle(points).distance2);
     }
     return error_set(error, TULLE_ERROR_INTERSECTING_START,
@@ -116,37 +116,37 @@ static tulle_status refuse(const holder_search *search, uint32_t vertex,
                      "which is closed and faces outward; move it out, %s, or set "
                      "start_intersections to ignore",
                      world_surface_name(world, held), name, search->question.when,
-                     vertex - world->surfaces[held].vertex_begin, x[0], x[1], x[2], sqrt(nearest2),
-                     advice);
+                     vertex - world->model.surfaces[held].vertex_begin, x[0], x[1], x[2],
+                     sqrt(nearest2), advice);
 }
 
 tulle_status world_refuse_inside(tulle_world *world, const double *positions,
                                  inside_question question, tulle_error *error) {
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    size_t const count = world->vertex_count, surface_count = world->set.surface_count;
-    bool *const is_seen = ARENA_NEW_ZEROED(&world->scratch, bool, count);
-    uint32_t *const queue = ARENA_NEW(&world->scratch, uint32_t, count);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    size_t const count = world->model.vertex_count, surface_count = world->model.set.surface_count;
+    bool *const is_seen = ARENA_NEW_ZEROED(&world->work.scratch, bool, count);
+    uint32_t *const queue = ARENA_NEW(&world->work.scratch, uint32_t, count);
     holder_search search = {.world = world,
                             .positions = positions,
                             .question = question,
-                            .boxes = ARENA_NEW(&world->scratch, surface_box, surface_count)};
+                            .boxes = ARENA_NEW(&world->work.scratch, surface_box, surface_count)};
     tulle_status status = TULLE_OK;
     if (!is_seen || !queue || !search.boxes)
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to judge the start");
     bool has_bodies = false; /* else only cloth can lie where it may not */
     for (size_t s = 0; status == TULLE_OK && s < surface_count; s++) {
-        search.boxes[s] = measure_surface_box(&world->surfaces[s], positions, positions);
-        has_bodies |= world->surfaces[s].is_body && world->surfaces[s].is_present;
+        search.boxes[s] = measure_surface_box(&world->model.surfaces[s], positions, positions);
+        has_bodies |= world->model.surfaces[s].is_body && world->model.surfaces[s].is_present;
     }
-    const uint32_t *const edge_begin = world->topo.vertex_edges.begin;
-    size_t const end = has_bodies ? count : world->cloth_vertex_count;
+    const uint32_t *const edge_begin = world->model.topo.vertex_edges.begin;
+    size_t const end = has_bodies ? count : world->model.cloth_vertex_count;
     for (size_t v = 0; status == TULLE_OK && v < end; v++) {
         bool const has_edges = edge_begin[v] < edge_begin[v + 1];
-        if (is_seen[v] || !(v < world->cloth_vertex_count || has_edges)) continue;
-        mark_piece(&world->topo, (uint32_t)v, is_seen, queue);
+        if (is_seen[v] || !(v < world->model.cloth_vertex_count || has_edges)) continue;
+        mark_piece(&world->model.topo, (uint32_t)v, is_seen, queue);
         const surface_range *const holder = find_holder(&search, (uint32_t)v);
         if (holder) status = refuse(&search, (uint32_t)v, holder, error);
     }
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     return status;
 }

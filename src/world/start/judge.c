@@ -11,10 +11,11 @@
 
 tulle_status world_find_intersections(tulle_world *world, const double *positions,
                                       intersection_list *list, tulle_error *error) {
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    size_t const surface_count = world->set.surface_count;
-    tulle_check_body *const bodies = ARENA_NEW(&world->scratch, tulle_check_body, surface_count);
-    uint32_t *const surface_of = ARENA_NEW(&world->scratch, uint32_t, surface_count);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    size_t const surface_count = world->model.set.surface_count;
+    tulle_check_body *const bodies =
+        ARENA_NEW(&world->work.scratch, tulle_check_body, surface_count);
+    uint32_t *const surface_of = ARENA_NEW(&world->work.scratch, uint32_t, surface_count);
     tulle_check_result result = {0};
     static const char no_memory[] = "no memory left for the judge of intersections";
     tulle_status status = TULLE_OK;
@@ -24,7 +25,7 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
         /* Present surfaces are the bodies of the judge. */
         size_t body_count = 0;
         for (size_t s = 0; s < surface_count; s++) {
-            const surface_range *const range = &world->surfaces[s];
+            const surface_range *const range = &world->model.surfaces[s];
             if (!range->is_present) continue;
             const world_mesh *const mesh = world_surface_mesh(world, s);
             bodies[body_count] = (tulle_check_body){
@@ -33,7 +34,7 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
                 .is_obstacle = range->is_obstacle && !range->is_body};
             surface_of[body_count++] = (uint32_t)s;
         }
-        status = tulle_check_intersections(bodies, body_count, world->threads, &result, error);
+        status = tulle_check_intersections(bodies, body_count, world->work.threads, &result, error);
     }
     list->count = 0;
     world->overlaps.count = 0;
@@ -47,7 +48,7 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
             surface_of[pair->body_a], pair->triangle_a, surface_of[pair->body_b], pair->triangle_b};
     }
     tulle_check_result_destroy(&result);
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     return status;
 }
 
@@ -55,7 +56,8 @@ size_t world_count_intersecting_bodies(const tulle_world *world) {
     size_t count = 0;
     for (size_t i = 0; i < world->intersections.count; i++) {
         const tulle_intersection *const pair = &world->intersections.data[i];
-        count += pair->object_a >= world->cloths.count && pair->object_b >= world->cloths.count;
+        count += pair->object_a >= world->model.cloths.count &&
+                 pair->object_b >= world->model.cloths.count;
     }
     return count;
 }
@@ -64,8 +66,8 @@ size_t world_count_intersecting_bodies(const tulle_world *world) {
 static void refresh_ignored_keys(tulle_world *world) {
     for (size_t i = 0; i < world->ignored.count; i++) {
         const tulle_intersection *const pair = &world->ignored.data[i];
-        uint32_t const a = world->surfaces[pair->object_a].triangle_begin + pair->triangle_a;
-        uint32_t const b = world->surfaces[pair->object_b].triangle_begin + pair->triangle_b;
+        uint32_t const a = world->model.surfaces[pair->object_a].triangle_begin + pair->triangle_a;
+        uint32_t const b = world->model.surfaces[pair->object_b].triangle_begin + pair->triangle_b;
         world->ignored_keys.data[i] = ignored_pair_key(a, b);
     }
     world->ignored_keys.count = world->ignored.count;
@@ -144,15 +146,16 @@ void world_update_ignored(tulle_world *world, const double *positions) {
     size_t kept = 0;
     for (size_t i = 0; i < world->ignored.count; i++) {
         tulle_intersection const pair = world->ignored.data[i];
-        const surface_range *const a = &world->surfaces[pair.object_a];
-        const surface_range *const b = &world->surfaces[pair.object_b];
+        const surface_range *const a = &world->model.surfaces[pair.object_a];
+        const surface_range *const b = &world->model.surfaces[pair.object_b];
         /* As the judge sees it: of two surfaces, one at least follows no script. */
         bool const has_free = !a->is_obstacle || a->is_body || !b->is_obstacle || b->is_body;
         size_t const first = a->triangle_begin + pair.triangle_a;
         size_t const second = b->triangle_begin + pair.triangle_b;
-        if (has_free && tulle_check_triangle_pair(positions, world->topo.triangles + 3 * first,
-                                                  world->topo.triangles + 3 * second,
-                                                  pair.object_a == pair.object_b))
+        if (has_free &&
+            tulle_check_triangle_pair(positions, world->model.topo.triangles + 3 * first,
+                                      world->model.topo.triangles + 3 * second,
+                                      pair.object_a == pair.object_b))
             world->ignored.data[kept++] = pair;
     }
     world->ignored.count = kept;

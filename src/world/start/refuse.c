@@ -35,20 +35,21 @@ static int compare_depths(const void *one, const void *two) {
 static tulle_status measure_overlaps(tulle_world *world, const double *positions,
                                      tulle_error *error) {
     size_t const count = world->intersections.count;
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    deep_pair *const pairs = ARENA_NEW(&world->scratch, deep_pair, count);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    deep_pair *const pairs = ARENA_NEW(&world->work.scratch, deep_pair, count);
     if (!pairs || !ARRAY_RESERVE(&world->heap, &world->overlaps, count)) {
-        arena_release(&world->scratch, mark);
+        arena_release(&world->work.scratch, mark);
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to judge the start");
     }
     for (size_t i = 0; i < count; i++) {
         tulle_intersection const pair = world->intersections.data[i];
         uint32_t const triangles[2] = {
-            world->surfaces[pair.object_a].triangle_begin + pair.triangle_a,
-            world->surfaces[pair.object_b].triangle_begin + pair.triangle_b};
+            world->model.surfaces[pair.object_a].triangle_begin + pair.triangle_a,
+            world->model.surfaces[pair.object_b].triangle_begin + pair.triangle_b};
         vec3 corners[2][3];
         for (size_t k = 0; k < 6; k++) {
-            uint32_t const corner = world->topo.triangles[3 * (size_t)triangles[k / 3] + k % 3];
+            uint32_t const corner =
+                world->model.topo.triangles[3 * (size_t)triangles[k / 3] + k % 3];
             corners[k / 3][k % 3] = vec3_load(positions, corner);
         }
         triangle_overlap const overlap = measure_overlap(corners[0], corners[1]);
@@ -61,7 +62,7 @@ static tulle_status measure_overlaps(tulle_world *world, const double *positions
         world->intersections.data[i] = pairs[i].pair;
     }
     world->overlaps.count = count;
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     return TULLE_OK;
 }
 
@@ -99,13 +100,14 @@ tulle_status world_refuse_intersections(tulle_world *world, const double *positi
     }
     if (count > NAMED_PAIRS && length < size)
         (void)snprintf(text + length, size - length, "\n  and %zu more", count - NAMED_PAIRS);
-    bool const is_untangled = world->def.start_intersections == TULLE_START_UNTANGLE;
+    bool const is_untangled = world->model.def.start_intersections == TULLE_START_UNTANGLE;
     bool const is_late = world->is_started; /* only the start is untangled */
     size_t doubled = 0;                     /* pairs of one cloth that have corners in one place */
     for (size_t i = 0; i < count; i++) {
         const tulle_intersection *const pair = &world->intersections.data[i];
-        const surface_range *const surface = &world->surfaces[pair->object_a];
-        const uint32_t *const all = world->topo.triangles + 3 * (size_t)surface->triangle_begin;
+        const surface_range *const surface = &world->model.surfaces[pair->object_a];
+        const uint32_t *const all =
+            world->model.topo.triangles + 3 * (size_t)surface->triangle_begin;
         bool is_doubled = false;
         for (size_t k = 0; k < 9 && pair->object_a == pair->object_b; k++) {
             uint32_t const a = all[3 * (size_t)pair->triangle_a + k / 3];
@@ -141,7 +143,8 @@ tulle_status world_refuse_bodies(tulle_world *world, const char *what, tulle_err
     char text[sizeof error->message / 2] = "";
     for (size_t i = 0; i < world->intersections.count && !text[0]; i++) {
         const tulle_intersection *const pair = &world->intersections.data[i];
-        if (pair->object_a >= world->cloths.count && pair->object_b >= world->cloths.count)
+        if (pair->object_a >= world->model.cloths.count &&
+            pair->object_b >= world->model.cloths.count)
             (void)describe_pair(world, i, text, sizeof text);
     }
     return error_set(error, TULLE_ERROR_INTERSECTING_START,

@@ -20,112 +20,120 @@
 
 /* Finds the cloths whose triangles do not all hang together. */
 static tulle_status find_pieces(tulle_world *world) {
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    uint32_t *const parents = ARENA_NEW(&world->scratch, uint32_t, world->cloth_vertex_count);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    uint32_t *const parents =
+        ARENA_NEW(&world->work.scratch, uint32_t, world->model.cloth_vertex_count);
     if (!parents) return TULLE_ERROR_OUT_OF_MEMORY;
-    union_find_reset(parents, world->cloth_vertex_count);
-    for (size_t s = 0; s < world->cloths.count; s++) {
-        surface_range *const range = &world->surfaces[s];
+    union_find_reset(parents, world->model.cloth_vertex_count);
+    for (size_t s = 0; s < world->model.cloths.count; s++) {
+        surface_range *const range = &world->model.surfaces[s];
         for (uint32_t e = range->edge_begin; e < range->edge_end; e++)
-            union_find_join(parents, world->topo.edges[2 * (size_t)e],
-                            world->topo.edges[2 * (size_t)e + 1]);
+            union_find_join(parents, world->model.topo.edges[2 * (size_t)e],
+                            world->model.topo.edges[2 * (size_t)e + 1]);
         range->is_in_pieces = false;
         for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
             range->is_in_pieces |= union_find_root(parents, v) != range->vertex_begin;
     }
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     return TULLE_OK;
 }
 
 /* Joins the surfaces, cloths first: ranges of vertices, triangles and edges of each, and the
  * topology of all triangles together. Leaves it to the caller to say that memory is short. */
 tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
-    size_t const surface_count = world->cloths.count + world->obstacles.count;
+    size_t const surface_count = world->model.cloths.count + world->model.obstacles.count;
     size_t vertex_count = 0, triangle_count = 0;
-    world->set = (surface_set){.topo = &world->topo, .surface_count = surface_count};
-    world->surfaces = memory_allocate_zeroed(&world->heap, surface_count, sizeof(surface_range));
-    world->set.surfaces = world->surfaces;
-    if (!world->surfaces || world_number_bodies(world) != TULLE_OK)
+    world->model.set = (surface_set){.topo = &world->model.topo, .surface_count = surface_count};
+    world->model.surfaces =
+        memory_allocate_zeroed(&world->heap, surface_count, sizeof(surface_range));
+    world->model.set.surfaces = world->model.surfaces;
+    if (!world->model.surfaces || world_number_bodies(world) != TULLE_OK)
         return TULLE_ERROR_OUT_OF_MEMORY;
-    world->cloth_rest_count = world->def.sleep_speed > 0.0 ? world->cloths.count : 0;
-    world->has_sleep |= world->cloth_rest_count > 0;
+    world->model.cloth_rest_count =
+        world->model.def.sleep_speed > 0.0 ? world->model.cloths.count : 0;
+    world->model.has_sleep |= world->model.cloth_rest_count > 0;
     for (size_t s = 0; s < surface_count; s++) {
         const world_mesh *const mesh = world_surface_mesh(world, s);
-        if (s == world->cloths.count) vertex_count += 2 * world->body_count; /* their slots */
+        if (s == world->model.cloths.count)
+            vertex_count += 2 * world->model.body_count; /* their slots */
         if (vertex_count + mesh->vertex_count > INT32_MAX ||
             triangle_count + mesh->triangle_count > TOPOLOGY_TRIANGLES_MAX) {
             return error_set(error, TULLE_ERROR_LIMIT,
                              "all meshes together have over %d vertices or %d triangles", INT32_MAX,
                              TOPOLOGY_TRIANGLES_MAX);
         }
-        surface_range *const range = &world->surfaces[s];
+        surface_range *const range = &world->model.surfaces[s];
         range->vertex_begin = (uint32_t)vertex_count;
         range->triangle_begin = (uint32_t)triangle_count;
         vertex_count += mesh->vertex_count;
         triangle_count += mesh->triangle_count;
         range->vertex_end = (uint32_t)vertex_count;
         range->triangle_end = (uint32_t)triangle_count;
-        range->is_obstacle = s >= world->cloths.count;
+        range->is_obstacle = s >= world->model.cloths.count;
         range->is_present = true;
         if (!range->is_obstacle) {
-            world->cloths.data[s].vertex_begin = range->vertex_begin;
-            world->cloth_vertex_count = vertex_count;
+            world->model.cloths.data[s].vertex_begin = range->vertex_begin;
+            world->model.cloth_vertex_count = vertex_count;
         } else {
-            world_obstacle *const obstacle = &world->obstacles.data[s - world->cloths.count];
+            world_obstacle *const obstacle =
+                &world->model.obstacles.data[s - world->model.cloths.count];
             obstacle->vertex_begin = range->vertex_begin;
             range->is_static = obstacle->is_static;
-            if (world_may_lag(world, s - world->cloths.count))
-                world->lag_vertex_count += mesh->vertex_count;
-            if (obstacle->drive == TULLE_DRIVE_RIGID) world->pose_count = world->obstacles.count;
+            if (world_may_lag(world, s - world->model.cloths.count))
+                world->model.lag_vertex_count += mesh->vertex_count;
+            if (obstacle->drive == TULLE_DRIVE_RIGID)
+                world->model.pose_count = world->model.obstacles.count;
         }
     }
-    world->vertex_count = vertex_count;
-    world->particle_count = world->response->keeps_particles ? world->cloth_vertex_count : 0;
+    world->model.vertex_count = vertex_count;
+    world->model.particle_count =
+        world->model.response->keeps_particles ? world->model.cloth_vertex_count : 0;
 
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    uint32_t *const triangles = ARENA_NEW(&world->scratch, uint32_t, 3 * triangle_count);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    uint32_t *const triangles = ARENA_NEW(&world->work.scratch, uint32_t, 3 * triangle_count);
     if (!triangles) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t s = 0; s < surface_count; s++) {
         const world_mesh *const mesh = world_surface_mesh(world, s);
-        const surface_range *const range = &world->surfaces[s];
+        const surface_range *const range = &world->model.surfaces[s];
         uint32_t *const target = triangles + 3 * (size_t)range->triangle_begin;
         for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
             target[i] = range->vertex_begin + mesh->triangles[i];
         }
     }
-    tulle_status const status =
-        topology_build(&world->heap, triangles, triangle_count, world->vertex_count, &world->topo);
-    arena_release(&world->scratch, mark);
+    tulle_status const status = topology_build(&world->heap, triangles, triangle_count,
+                                               world->model.vertex_count, &world->model.topo);
+    arena_release(&world->work.scratch, mark);
     if (status != TULLE_OK) return status;
     size_t edge = 0;
     for (size_t s = 0; s < surface_count; s++) {
-        surface_range *const range = &world->surfaces[s];
+        surface_range *const range = &world->model.surfaces[s];
         range->edge_begin = (uint32_t)edge;
-        while (edge < world->topo.edge_count && world->topo.edges[2 * edge] < range->vertex_end) {
+        while (edge < world->model.topo.edge_count &&
+               world->model.topo.edges[2 * edge] < range->vertex_end) {
             edge++;
         }
         range->edge_end = (uint32_t)edge;
-        if (!range->is_obstacle) world->cloth_edge_count = range->edge_end;
+        if (!range->is_obstacle) world->model.cloth_edge_count = range->edge_end;
     }
-    world->pin_count = 0;
-    for (size_t i = 0; i < world->cloths.count; i++)
-        world->pin_count += world->cloths.data[i].pin_count;
+    world->model.pin_count = 0;
+    for (size_t i = 0; i < world->model.cloths.count; i++)
+        world->model.pin_count += world->model.cloths.data[i].pin_count;
     return find_pieces(world);
 }
 
 void world_fill_surface(tulle_world *world, size_t surface) {
     const world_mesh *const mesh = world_surface_mesh(world, surface);
-    const surface_range *const range = &world->surfaces[surface];
+    const surface_range *const range = &world->model.surfaces[surface];
     size_t const offset = 3 * (size_t)range->vertex_begin;
     size_t const bytes = 3 * mesh->vertex_count * sizeof(double);
     bool const is_cloth = !range->is_obstacle;
     memcpy(world->now.positions + offset, mesh->positions, bytes);
-    memcpy(world->rest + offset, is_cloth ? world->cloths.data[surface].rest : mesh->positions,
-           bytes);
+    memcpy(world->model.rest + offset,
+           is_cloth ? world->model.cloths.data[surface].rest : mesh->positions, bytes);
     if (is_cloth)
-        memcpy(world->now.velocities + offset, world->cloths.data[surface].velocities, bytes);
+        memcpy(world->now.velocities + offset, world->model.cloths.data[surface].velocities, bytes);
     for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
-        world->vertex_surface[v] = (uint32_t)surface;
+        world->model.vertex_surface[v] = (uint32_t)surface;
 }
 
 /* [bytes] of scratch that a step without contact takes for each vertex of cloth. */
@@ -135,16 +143,16 @@ enum { SCRATCH_BYTES = 750 };
  * say that memory is short. */
 tulle_status world_build_model(tulle_world *world, tulle_error *error) {
     cloth_machinery made;
-    cloth_settings const settings = {world->first_materials, world->first_releases};
+    cloth_settings const settings = {world->first.materials, world->first.releases};
     tulle_status const status = world_build_machinery(world, settings, &made, error);
     if (status != TULLE_OK) return status;
     world_set_machinery(world, &made);
-    world->plastic_count = hysteresis_count(world->model);
-    if (world->plastic_count == 0) return TULLE_OK;
-    world_motion_state *const states[2] = {&world->now, &world->next};
+    world->model.plastic_count = hysteresis_count(world->model.cloth_model);
+    if (world->model.plastic_count == 0) return TULLE_OK;
+    motion_state *const states[2] = {&world->now, &world->next};
     for (int i = 0; i < 2; i++) {
         states[i]->plastic =
-            memory_allocate_zeroed(&world->heap, world->plastic_count, sizeof(double));
+            memory_allocate_zeroed(&world->heap, world->model.plastic_count, sizeof(double));
         if (!states[i]->plastic) return TULLE_ERROR_OUT_OF_MEMORY;
     }
     return TULLE_OK;
@@ -153,12 +161,12 @@ tulle_status world_build_model(tulle_world *world, tulle_error *error) {
 /* Hash of what a saved state must fit: meshes, rest shapes, masses, factors, time scripts. */
 static uint64_t hash_defs(const tulle_world *world) {
     uint64_t hash = HASH_SEED;
-    size_t const vector_bytes = 3 * world->vertex_count * sizeof(double);
-    hash = hash_bytes(hash, &world->cloths.count, sizeof world->cloths.count);
-    hash = hash_bytes(hash, &world->obstacles.count, sizeof world->obstacles.count);
-    hash = hash_bytes(hash, world->rest, vector_bytes);
-    for (size_t i = 0; i < world->cloths.count; i++) {
-        const world_cloth *const cloth = &world->cloths.data[i];
+    size_t const vector_bytes = 3 * world->model.vertex_count * sizeof(double);
+    hash = hash_bytes(hash, &world->model.cloths.count, sizeof world->model.cloths.count);
+    hash = hash_bytes(hash, &world->model.obstacles.count, sizeof world->model.obstacles.count);
+    hash = hash_bytes(hash, world->model.rest, vector_bytes);
+    for (size_t i = 0; i < world->model.cloths.count; i++) {
+        const world_cloth *const cloth = &world->model.cloths.data[i];
         for (size_t k = 0; k < cloth->crease_count; k++) {
             hash = hash_bytes(hash, cloth->creases[k].vertices, sizeof cloth->creases[k].vertices);
             hash = hash_bytes(hash, &cloth->creases[k].angle, sizeof cloth->creases[k].angle);
@@ -167,29 +175,32 @@ static uint64_t hash_defs(const tulle_world *world) {
             hash = hash_bytes(hash, cloth->factors,
                               cloth->mesh.triangle_count * sizeof *cloth->factors);
     }
+    hash = hash_bytes(hash, world->model.topo.triangles,
+                      3 * world->model.topo.triangle_count * sizeof(uint32_t));
     hash =
-        hash_bytes(hash, world->topo.triangles, 3 * world->topo.triangle_count * sizeof(uint32_t));
-    hash = hash_bytes(hash, world->inverse_masses, world->vertex_count * sizeof(double));
-    hash = hash_bytes(hash, world->laws,
-                      world->set.surface_count * world->set.surface_count * sizeof(contact_law));
-    if (world->collides)
-        hash =
-            hash_bytes(hash, world->collides, world->set.surface_count * world->set.surface_count);
-    if (world->grains)
-        hash = hash_bytes(hash, world->grains, world->set.surface_count * sizeof *world->grains);
-    hash = hash_bytes(hash, world->def.gravity, sizeof world->def.gravity);
-    hash = hash_bytes(hash, &world->minimum_gap, sizeof world->minimum_gap);
-    if (world->plastic_count > 0)
-        hash = hash_bytes(hash, &world->plastic_count, sizeof world->plastic_count);
-    if (world->cloth_rest_count > 0) {
-        hash = hash_bytes(hash, &world->def.sleep_speed, sizeof world->def.sleep_speed);
-        hash = hash_bytes(hash, &world->def.sleep_time, sizeof world->def.sleep_time);
+        hash_bytes(hash, world->model.inverse_masses, world->model.vertex_count * sizeof(double));
+    hash = hash_bytes(hash, world->model.laws,
+                      world->model.set.surface_count * world->model.set.surface_count *
+                          sizeof(contact_law));
+    if (world->model.collides)
+        hash = hash_bytes(hash, world->model.collides,
+                          world->model.set.surface_count * world->model.set.surface_count);
+    if (world->model.grains)
+        hash = hash_bytes(hash, world->model.grains,
+                          world->model.set.surface_count * sizeof *world->model.grains);
+    hash = hash_bytes(hash, world->model.def.gravity, sizeof world->model.def.gravity);
+    hash = hash_bytes(hash, &world->model.minimum_gap, sizeof world->model.minimum_gap);
+    if (world->model.plastic_count > 0)
+        hash = hash_bytes(hash, &world->model.plastic_count, sizeof world->model.plastic_count);
+    if (world->model.cloth_rest_count > 0) {
+        hash = hash_bytes(hash, &world->model.def.sleep_speed, sizeof world->model.def.sleep_speed);
+        hash = hash_bytes(hash, &world->model.def.sleep_time, sizeof world->model.def.sleep_time);
     }
-    int const choices[3] = {(int)world->def.response, (int)world->def.motion_space,
-                            (int)world->def.membrane};
+    int const choices[3] = {(int)world->model.def.response, (int)world->model.def.motion_space,
+                            (int)world->model.def.membrane};
     hash = hash_bytes(hash, choices, sizeof choices);
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        const world_obstacle *const o = &world->obstacles.data[i];
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        const world_obstacle *const o = &world->model.obstacles.data[i];
         if (o->drive == TULLE_DRIVE_NONE)
             hash = hash_bytes(hash, o->motion.keys, o->motion.key_count * sizeof *o->motion.keys);
         else
@@ -214,24 +225,24 @@ static tulle_status place_objects(tulle_world *world, const tulle_moment *moment
     if (moment) {
         world->now.time = time;
         world->step_count = moment->step_count;
-        size_t const bytes = 3 * world->cloth_vertex_count * sizeof(double);
+        size_t const bytes = 3 * world->model.cloth_vertex_count * sizeof(double);
         memcpy(world->now.positions, moment->positions, bytes);
         memcpy(world->now.velocities, moment->velocities, bytes);
     }
     tulle_status status = world_script_targets(world, time, time, error);
     if (status != TULLE_OK) return status;
-    size_t const offset = 3 * (world->cloth_vertex_count + 2 * world->body_count);
-    memcpy(world->now.positions + offset, world->targets + offset,
-           (3 * world->vertex_count - offset) * sizeof(double));
+    size_t const offset = 3 * (world->model.cloth_vertex_count + 2 * world->model.body_count);
+    memcpy(world->now.positions + offset, world->work.targets + offset,
+           (3 * world->model.vertex_count - offset) * sizeof(double));
     /* saved states leave out what never moves: it is in both states from here on */
-    memcpy(world->next.positions + offset, world->targets + offset,
-           (3 * world->vertex_count - offset) * sizeof(double));
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        const world_obstacle *const obstacle = &world->obstacles.data[i];
+    memcpy(world->next.positions + offset, world->work.targets + offset,
+           (3 * world->model.vertex_count - offset) * sizeof(double));
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        const world_obstacle *const obstacle = &world->model.obstacles.data[i];
         bool const has_left = moment && time >= obstacle->disappear_time;
         bool const is_present = obstacle->appear_time <= time && !has_left;
         world->now.is_present[i] = is_present;
-        world->surfaces[world->cloths.count + i].is_present = is_present;
+        world->model.surfaces[world->model.cloths.count + i].is_present = is_present;
     }
     if (moment) world_place_bodies(world, moment->bodies);
     return TULLE_OK;
@@ -243,9 +254,9 @@ static tulle_status judge_start(tulle_world *world, tulle_error *error) {
         world_find_intersections(world, world->now.positions, &world->intersections, error);
     bool const has_any = world->intersections.count > 0;
     if (status != TULLE_OK) return status;
-    if (world->def.start_intersections == TULLE_START_IGNORE)
+    if (world->model.def.start_intersections == TULLE_START_IGNORE)
         return has_any ? world_ignore_intersections(world, error) : TULLE_OK;
-    if (has_any && world->def.start_intersections == TULLE_START_REFUSE)
+    if (has_any && world->model.def.start_intersections == TULLE_START_REFUSE)
         return world_refuse_intersections(world, world->now.positions, "at the start", error);
     if (has_any) status = world_untangle(world, error);
     inside_question const question = {.when = "at the start"};
@@ -256,22 +267,23 @@ static tulle_status judge_start(tulle_world *world, tulle_error *error) {
 tulle_status world_finish_start(tulle_world *world) {
     tulle_status const status = world_start_detection(world);
     if (status != TULLE_OK) return status;
-    arena_reserve(&world->scratch, SCRATCH_BYTES * world->cloth_vertex_count);
+    arena_reserve(&world->work.scratch, SCRATCH_BYTES * world->model.cloth_vertex_count);
     world->def_hash = hash_defs(world);
-    memcpy(world->first_settings.gravity, world->def.gravity, sizeof world->def.gravity);
-    world->first_settings.wind = world->def.wind;
+    memcpy(world->first.settings.gravity, world->model.def.gravity,
+           sizeof world->model.def.gravity);
+    world->first.settings.wind = world->model.def.wind;
     return TULLE_OK;
 }
 
 static tulle_status start_stages(tulle_world *world, bool is_judged, const tulle_moment *moment,
                                  tulle_error *error) {
     static const char no_memory[] = "no memory left to start the world";
-    world->response = get_response(world->def.response);
+    world->model.response = get_response(world->model.def.response);
     tulle_status status = world_join_surfaces(world, error);
     if (status == TULLE_OK && !world_allocate_start(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK && !world_choose_pairs(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK) {
-        for (size_t s = 0; s < world->set.surface_count; s++) world_fill_surface(world, s);
+        for (size_t s = 0; s < world->model.set.surface_count; s++) world_fill_surface(world, s);
         world_place_bodies(world, NULL);
         status = world_build_model(world, error);
     }
@@ -291,9 +303,10 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, const tulle
     }
     if (status == TULLE_OK && is_judged) status = judge_start(world, error);
     if (status != TULLE_OK) return status;
-    if (world->plastic_count > 0)
+    if (world->model.plastic_count > 0)
         status = hysteresis_start(
-            world->model, (slider_state){world->now.positions, world->threads, &world->scratch},
+            world->model.cloth_model,
+            (slider_state){world->now.positions, world->work.threads, &world->work.scratch},
             world->now.plastic);
     if (status == TULLE_OK) status = world_finish_start(world);
     if (status == TULLE_ERROR_OUT_OF_MEMORY) return error_set(error, status, no_memory);
@@ -332,10 +345,10 @@ static tulle_status check_moment(const tulle_world *world, const tulle_moment *m
                                  tulle_error *error) {
     const char *problem = NULL;
     size_t vertex_count = 0, body_count = 0;
-    for (size_t i = 0; i < world->cloths.count; i++)
-        vertex_count += world->cloths.data[i].mesh.vertex_count;
-    for (size_t i = 0; i < world->obstacles.count; i++)
-        body_count += world->obstacles.data[i].body.is_dynamic != 0;
+    for (size_t i = 0; i < world->model.cloths.count; i++)
+        vertex_count += world->model.cloths.data[i].mesh.vertex_count;
+    for (size_t i = 0; i < world->model.obstacles.count; i++)
+        body_count += world->model.obstacles.data[i].body.is_dynamic != 0;
     if (vertex_count > 0 && (!moment->positions || !moment->velocities))
         problem = "needs positions and velocities";
     else if (moment->vertex_count != vertex_count)
@@ -390,16 +403,16 @@ tulle_status tulle_world_start_at(tulle_world *world, const tulle_moment *moment
 void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
                                   void *context) {
     if (!world) return;
-    world->stop.is_wanted = is_stopped;
-    world->stop.context = context;
+    world->work.stop.is_wanted = is_stopped;
+    world->work.stop.context = context;
 }
 
 tulle_status world_start(tulle_world *world, bool is_judged, const tulle_moment *moment,
                          tulle_error *error) {
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
     if (world->is_started) return TULLE_OK;
-    atomic_store(&world->stop.is_stopped, false);
-    const tulle_tasks *const before = parallel_use(world->tasks);
+    atomic_store(&world->work.stop.is_stopped, false);
+    const tulle_tasks *const before = parallel_use(world->work.tasks);
     tulle_status status = start_stages(world, is_judged, moment, error);
     if (status == TULLE_OK && is_judged && !moment) status = world_begin_attachments(world, error);
     (void)parallel_use(before);

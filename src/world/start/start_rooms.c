@@ -47,8 +47,8 @@ static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place 
     uint32_t const added = world->change ? world->change->added : TULLE_NONE;
     size_t const triangle_pairs = pairs->vertex_triangle.count;
     size_t const count = triangle_pairs + pairs->edge_edge.count;
-    double const least = LEAST_GAPS * world->minimum_gap;
-    vec3 const gravity = vec3_load(world->def.gravity, 0);
+    double const least = LEAST_GAPS * world->model.minimum_gap;
+    vec3 const gravity = vec3_load(world->model.def.gravity, 0);
     for (size_t i = 0; i < count; i++) {
         bool const has_triangle = i < triangle_pairs;
         feature_kind const kind = has_triangle ? FEATURE_VERTEX_TRIANGLE : FEATURE_EDGE_EDGE;
@@ -56,45 +56,49 @@ static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place 
                                                : pairs->edge_edge.data[i - triangle_pairs];
         uint32_t v[4];
         vec3 points[4];
-        feature_pair_vertices(&world->topo, kind, pair, v);
+        feature_pair_vertices(&world->model.topo, kind, pair, v);
         load_points(world->now.positions, v, points);
         closest_points const closest = closest_of_pair(kind, points);
         double const distance = sqrt(closest.distance2);
         if (!(distance > 0.0)) continue; /* the judgement's, not ours */
         vec3 const place = points[0];
-        uint32_t const a = world->vertex_surface[v[0]], b = world->vertex_surface[v[3]];
+        uint32_t const a = world->model.vertex_surface[v[0]], b = world->model.vertex_surface[v[3]];
         if (world->change && a != added && b != added) continue;
-        if (a >= world->cloths.count && b >= world->cloths.count) {
+        if (a >= world->model.cloths.count && b >= world->model.cloths.count) {
             /* of obstacles the vertex alone, or a large triangle would be narrow far from here */
             double const room = SHARE_OF_SLOT * distance;
-            bool const is_body = world->surface_bodies && (world->surface_bodies[a] != TULLE_NONE ||
-                                                           world->surface_bodies[b] != TULLE_NONE);
-            if (has_triangle && !is_body && room >= least && room < world->contact_distance)
-                world->rooms[v[0]] = fmin(world->rooms[v[0]], room);
+            bool const is_body =
+                world->model.surface_bodies && (world->model.surface_bodies[a] != TULLE_NONE ||
+                                                world->model.surface_bodies[b] != TULLE_NONE);
+            if (has_triangle && !is_body && room >= least && room < world->model.contact_distance)
+                world->model.rooms[v[0]] = fmin(world->model.rooms[v[0]], room);
             double const fall = fabs(vec3_dot(closest.difference, gravity)) / distance;
             if (a != b && !is_body && room < least && distance < slot->distance &&
                 fall <= SIDEWAYS * vec3_norm(gravity))
                 *slot = (narrow_place){distance, {a, b}, place};
             continue;
         }
-        bool const is_chosen = (a >= world->cloths.count || world->automatic[a] > 0.0) &&
-                               (b >= world->cloths.count || world->automatic[b] > 0.0);
+        bool const is_chosen =
+            (a >= world->model.cloths.count || world->model.automatic[a] > 0.0) &&
+            (b >= world->model.cloths.count || world->model.automatic[b] > 0.0);
         if (!is_chosen) continue;
-        double const contact = world->laws[a * world->set.surface_count + b].contact_distance;
-        load_points(world->rest, v, points);
+        double const contact =
+            world->model.laws[a * world->model.set.surface_count + b].contact_distance;
+        load_points(world->model.rest, v, points);
         /* own pairs that rest nearer are held to that (pair_rules.c) */
         bool const rests_nearer = a == b && sqrt(closest_of_pair(kind, points).distance2) < contact;
         if (distance < contact * (1.0 - ROUNDING) && !rests_nearer)
             for (int k = 0; k < 4; k++)
-                if (v[k] < world->cloth_vertex_count)
-                    world->rooms[v[k]] = fmin(world->rooms[v[k]], fmax(distance, least));
+                if (v[k] < world->model.cloth_vertex_count)
+                    world->model.rooms[v[k]] =
+                        fmin(world->model.rooms[v[k]], fmax(distance, least));
         if (a != b && distance < narrowest->distance)
             *narrowest = (narrow_place){distance, {a, b}, place};
     }
 }
 
 static void tell_narrow(tulle_world *world, const narrow_place *place, const narrow_place *slot) {
-    double const least = LEAST_GAPS * world->minimum_gap, mm = 1e3;
+    double const least = LEAST_GAPS * world->model.minimum_gap, mm = 1e3;
     int length = 0;
     if (place->distance < least)
         length = snprintf(
@@ -117,36 +121,36 @@ static void tell_narrow(tulle_world *world, const narrow_place *place, const nar
 }
 
 tulle_status world_find_rooms(tulle_world *world, tulle_error *error) {
-    size_t const surface_count = world->set.surface_count, n = world->vertex_count;
+    size_t const surface_count = world->model.set.surface_count, n = world->model.vertex_count;
     bool has_any = false;
-    for (size_t i = 0; i < world->cloths.count; i++)
-        has_any |= !(world->cloths.data[i].thickness > 0.0);
-    if (!has_any || world->def.contact_distance > 0.0 ||
-        world->def.start_intersections != TULLE_START_REFUSE)
+    for (size_t i = 0; i < world->model.cloths.count; i++)
+        has_any |= !(world->model.cloths.data[i].thickness > 0.0);
+    if (!has_any || world->model.def.contact_distance > 0.0 ||
+        world->model.def.start_intersections != TULLE_START_REFUSE)
         return TULLE_OK;
     memory *const heap = &world->heap;
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    surface_range *const ranges = ARENA_NEW(&world->scratch, surface_range, surface_count);
-    world->rooms = memory_allocate(heap, n * sizeof(double));
-    world->automatic = memory_allocate_zeroed(heap, surface_count, sizeof(double));
-    if (!ranges || !world->rooms || !world->automatic) return TULLE_ERROR_OUT_OF_MEMORY;
-    for (size_t v = 0; v < n; v++) world->rooms[v] = (double)INFINITY;
-    for (size_t i = 0; i < world->cloths.count; i++)
-        if (!(world->cloths.data[i].thickness > 0.0))
-            world->automatic[i] = world->laws[i * surface_count + i].contact_distance;
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    surface_range *const ranges = ARENA_NEW(&world->work.scratch, surface_range, surface_count);
+    world->model.rooms = memory_allocate(heap, n * sizeof(double));
+    world->model.automatic = memory_allocate_zeroed(heap, surface_count, sizeof(double));
+    if (!ranges || !world->model.rooms || !world->model.automatic) return TULLE_ERROR_OUT_OF_MEMORY;
+    for (size_t v = 0; v < n; v++) world->model.rooms[v] = (double)INFINITY;
+    for (size_t i = 0; i < world->model.cloths.count; i++)
+        if (!(world->model.cloths.data[i].thickness > 0.0))
+            world->model.automatic[i] = world->model.laws[i * surface_count + i].contact_distance;
     const world_change *const change = world->change;
-    const double *const kept = change ? change->before->rooms : NULL;
+    const double *const kept = change ? change->before->model.rooms : NULL;
     for (size_t s = 0; kept && s < surface_count; s++) {
-        const surface_range *const range = &world->surfaces[s];
+        const surface_range *const range = &world->model.surfaces[s];
         if (change->sources[s] != TULLE_NONE)
-            memcpy(world->rooms + range->vertex_begin,
-                   kept + change->before->surfaces[change->sources[s]].vertex_begin,
+            memcpy(world->model.rooms + range->vertex_begin,
+                   kept + change->before->model.surfaces[change->sources[s]].vertex_begin,
                    (range->vertex_end - range->vertex_begin) * sizeof(double));
     }
     /* so that obstacles meet one another, too */
-    memcpy(ranges, world->surfaces, surface_count * sizeof *ranges);
+    memcpy(ranges, world->model.surfaces, surface_count * sizeof *ranges);
     for (size_t s = 0; s < surface_count; s++) ranges[s].is_body = ranges[s].is_obstacle;
-    surface_set set = world->set;
+    surface_set set = world->model.set;
     set.surfaces = ranges;
     broad_phase_options const options = {.most_candidates = MOST_CANDIDATES(world)};
     broad_phase *broad = NULL;
@@ -156,40 +160,42 @@ tulle_status world_find_rooms(tulle_world *world, tulle_error *error) {
         broad_phase_create(heap, &set, world->now.positions, BROAD_PHASE_REFIT, &broad);
     if (status == TULLE_OK) broad_phase_configure(broad, options);
     /* where meshes are too fine for that, cloth alone, as a step searches */
-    const surface_set *const sets[2] = {&set, &world->set};
-    double const reaches[2] = {world->contact_distance / SHARE_OF_SLOT, world->contact_distance};
+    const surface_set *const sets[2] = {&set, &world->model.set};
+    double const reaches[2] = {world->model.contact_distance / SHARE_OF_SLOT,
+                               world->model.contact_distance};
     bool const has_new = !change || change->added != TULLE_NONE;
     tulle_status found = has_new ? TULLE_ERROR_LIMIT : TULLE_OK;
     for (int k = 0; k < 2 && status == TULLE_OK && found == TULLE_ERROR_LIMIT; k++) {
         status = build_trees(broad, sets[k], world->now.positions, world->now.positions, reaches[k],
-                             world->threads);
+                             world->work.threads);
         if (status == TULLE_OK)
-            found = find_pairs(broad, sets[k], world->threads, PAIRS_SORTED, &pairs, NULL);
+            found = find_pairs(broad, sets[k], world->work.threads, PAIRS_SORTED, &pairs, NULL);
     }
     if (status == TULLE_OK) status = found;
     if (status == TULLE_ERROR_LIMIT)
         (void)error_set(error, status,
                         "the start has over %llu pairs that are nearer than the contact distance, "
                         "%g mm; use coarser meshes, or give the cloth a smaller thickness",
-                        (unsigned long long)MOST_CANDIDATES(world), 1e3 * world->contact_distance);
+                        (unsigned long long)MOST_CANDIDATES(world),
+                        1e3 * world->model.contact_distance);
     if (status == TULLE_OK) note_pairs(world, &pairs, &narrowest, &slot);
     for (size_t s = 0; s < surface_count;
          s++) /* obstacles that are yet to appear have slots, too */
         ranges[s].is_present = ranges[s].is_obstacle && (!change || s == change->added);
     if (status == TULLE_OK)
-        status =
-            world_find_slots(world, &set, broad, LEAST_GAPS * world->minimum_gap, SHARE_OF_SLOT);
+        status = world_find_slots(world, &set, broad, LEAST_GAPS * world->model.minimum_gap,
+                                  SHARE_OF_SLOT);
     broad_phase_destroy(broad);
     ARRAY_FREE(heap, &pairs.vertex_triangle);
     ARRAY_FREE(heap, &pairs.edge_edge);
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     if (status != TULLE_OK) return status;
     tell_narrow(world, &narrowest, &slot);
     bool is_narrow = false;
-    for (size_t v = 0; v < n; v++) is_narrow |= world->rooms[v] < (double)INFINITY;
+    for (size_t v = 0; v < n; v++) is_narrow |= world->model.rooms[v] < (double)INFINITY;
     if (is_narrow) return TULLE_OK;
-    memory_release(heap, world->rooms, n * sizeof(double));
-    memory_release(heap, world->automatic, surface_count * sizeof(double));
-    world->rooms = world->automatic = NULL;
+    memory_release(heap, world->model.rooms, n * sizeof(double));
+    memory_release(heap, world->model.automatic, surface_count * sizeof(double));
+    world->model.rooms = world->model.automatic = NULL;
     return TULLE_OK;
 }

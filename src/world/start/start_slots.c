@@ -83,7 +83,7 @@ static void measure_in_front(const tree_query *query, const query_node *node,
 static void visit_in_front(tree_query *query, uint32_t triangle) {
     slot_query *const slot = (slot_query *)query;
     const slot_search *const search = slot->search;
-    const uint32_t *const corners = search->world->topo.triangles + 3 * (size_t)triangle;
+    const uint32_t *const corners = search->world->model.topo.triangles + 3 * (size_t)triangle;
     if (++slot->visit_count > VISITS_MAX) slot->query.reach = -1.0;
     vec3 points[4] = {vec3_load(slot->point, 0)};
     double highest = 0.0, least = LOOKS_AT * search->nearest; /* [m] over planes at the vertex */
@@ -121,7 +121,7 @@ static void note_slots(void *context, size_t begin, size_t end, size_t chunk, in
     (void)chunk, (void)worker;
     const slot_search *const search = context;
     const tulle_world *const world = search->world;
-    const adjacency *const around = &world->topo.vertex_triangles;
+    const adjacency *const around = &world->model.topo.vertex_triangles;
     const double *const positions = world->now.positions;
     for (size_t v = search->vertex_begin + begin; v < search->vertex_begin + end; v++) {
         vec3 const point = vec3_load(positions, v);
@@ -130,7 +130,8 @@ static void note_slots(void *context, size_t begin, size_t end, size_t chunk, in
             .search = search,
             .point = {point.x, point.y, point.z}};
         for (uint32_t i = around->begin[v]; i < around->begin[v + 1]; i++) {
-            const uint32_t *const corners = world->topo.triangles + 3 * (size_t)around->items[i];
+            const uint32_t *const corners =
+                world->model.topo.triangles + 3 * (size_t)around->items[i];
             vec3 const a = vec3_load(positions, corners[0]);
             vec3 const area = vec3_cross(vec3_sub(vec3_load(positions, corners[1]), a),
                                          vec3_sub(vec3_load(positions, corners[2]), a));
@@ -150,7 +151,7 @@ static void note_slots(void *context, size_t begin, size_t end, size_t chunk, in
             vec3_store(ends[0], 0, middle);
             vec3_store(ends[1], 0, vec3_add_scaled(middle, slot.normal_sum, -gap / sum));
             ray_query ray =
-                ray_query_make(world->topo.triangles, positions, ends[0], ends[1], false);
+                ray_query_make(world->model.topo.triangles, positions, ends[0], ends[1], false);
             query_tree_visit(search->tree, &ray.query);
             if (ray.hit.triangle != TULLE_NONE) continue;
         }
@@ -162,22 +163,22 @@ tulle_status world_find_slots(tulle_world *world, const surface_set *set, const 
                               double least, double share) {
     query_trees trees;
     if (!query_trees_make(&trees, &world->heap, set, broad, world->now.positions,
-                          world->topo.triangle_count))
+                          world->model.topo.triangle_count))
         return TULLE_ERROR_OUT_OF_MEMORY;
-    query_trees_fit(&trees, set, world->now.positions, world->threads);
+    query_trees_fit(&trees, set, world->now.positions, world->work.threads);
     for (size_t s = 0; s < set->surface_count; s++) {
         const surface_range *const range = &set->surfaces[s];
         slot_search search = {.world = world,
                               .tree = &trees.trees[s],
-                              .rooms = world->rooms,
+                              .rooms = world->model.rooms,
                               .vertex_begin = range->vertex_begin,
                               .share = share,
                               .nearest = least / share,
-                              .reach = world->contact_distance / share};
+                              .reach = world->model.contact_distance / share};
         if (range->is_present)
             parallel_for(range->vertex_end - range->vertex_begin, VERTICES_PER_CHUNK,
-                         world->threads, note_slots, &search);
+                         world->work.threads, note_slots, &search);
     }
-    query_trees_destroy(&trees, &world->heap, world->topo.triangle_count);
+    query_trees_destroy(&trees, &world->heap, world->model.topo.triangle_count);
     return TULLE_OK;
 }

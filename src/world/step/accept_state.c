@@ -14,7 +14,7 @@
 #include <string.h>
 
 void world_scale_impulses(step_context *context, double factor) {
-    row_list *const list = &context->world->rows;
+    row_list *const list = &context->world->work.rows;
     for (size_t i = 0; i < list->rows.count; i++)
         list->rows.data[i].solve.impulse = vec3_scale(list->rows.data[i].solve.impulse, factor);
 }
@@ -23,29 +23,29 @@ void world_scale_impulses(step_context *context, double factor) {
  * carry load. */
 static tulle_status accept_velocities(step_context *context) {
     tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
-    row_list *const rows = &world->rows;
-    const linear_system *const system = &world->system;
+    motion_state *const state = context->state;
+    row_list *const rows = &world->work.rows;
+    const linear_system *const system = &world->work.system;
     const contact_response *const response = context->scene.response;
     const double *const u = context->mean_velocity;
     bool const is_whole = context->outcome == SUBSTEP_WHOLE;
-    size_t const bytes = 3 * world->vertex_count * sizeof(double);
+    size_t const bytes = 3 * world->model.vertex_count * sizeof(double);
 
     /* the integrator, but for vertices that end with u itself */
     double *const end = context->predicted; /* free again: takes the new velocities */
-    for (size_t v = 0; v < world->cloth_vertex_count; v++)
-        world->is_fixed[v] = !(world->active_inverse_masses[v] > 0.0);
-    response->mark_plain_ends(&context->scene, rows, world->is_fixed);
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++)
+        world->work.is_fixed[v] = !(world->work.active_inverse_masses[v] > 0.0);
+    response->mark_plain_ends(&context->scene, rows, world->work.is_fixed);
     /* to what they gave to end velocities */
     world_scale_impulses(context, 1.0 / system->share);
     memcpy(end, u, bytes);
     size_t const solved_count = get_solved_count(&context->scene);
     finish_velocities(system, &context->dynamics, solved_count, u, end);
     for (size_t v = 0; v < solved_count; v++) {
-        if (world->is_fixed[v]) memcpy(end + 3 * v, u + 3 * v, 3 * sizeof(double));
+        if (world->work.is_fixed[v]) memcpy(end + 3 * v, u + 3 * v, 3 * sizeof(double));
         /* of a change of velocity the part that fits the time which passed */
         bool const is_moved =
-            v >= world->cloth_vertex_count || world->active_inverse_masses[v] > 0.0;
+            v >= world->model.cloth_vertex_count || world->work.active_inverse_masses[v] > 0.0;
         if (is_whole || !is_moved) continue;
         vec3 const start = vec3_load(state->velocities, v);
         vec3 const change = vec3_sub(vec3_load(end, v), start);
@@ -83,25 +83,26 @@ static tulle_status accept_velocities(step_context *context) {
 
 tulle_status world_accept_state(step_context *context) {
     tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
+    motion_state *const state = context->state;
     tulle_status status = world_break_ties(context);
     if (status == TULLE_OK) status = accept_velocities(context);
     if (status == TULLE_OK)
-        context->scene.response->keep_contacts(&context->scene, context->end, &world->rows);
+        context->scene.response->keep_contacts(&context->scene, context->end, &world->work.rows);
     /* impulses belong to the whole substep that was solved for, even if less of it passed */
     if (status == TULLE_OK) status = world_keep_resting(context);
     if (status == TULLE_OK)
-        status = store_contacts(&state->contacts, &world->heap, &world->rows, context->resting,
+        status = store_contacts(&state->contacts, &world->heap, &world->work.rows, context->resting,
                                 context->resting_count, context->time_step);
-    if (status == TULLE_OK && world->plastic_count > 0)
-        status = hysteresis_follow(world->model,
-                                   (slider_state){context->end, world->threads, &world->scratch},
-                                   state->plastic);
+    if (status == TULLE_OK && world->model.plastic_count > 0)
+        status = hysteresis_follow(
+            world->model.cloth_model,
+            (slider_state){context->end, world->work.threads, &world->work.scratch},
+            state->plastic);
     if (status != TULLE_OK) return world_end_stage(context, STAGE_ACCEPT_STATE, status);
-    memcpy(state->positions, context->end, 3 * world->vertex_count * sizeof(double));
+    memcpy(state->positions, context->end, 3 * world->model.vertex_count * sizeof(double));
     state->elastic = context->end_elastic;
     /* that holds what sliders have lost by now */
-    if (world->plastic_count > 0) state->elastic.is_known = false;
+    if (world->model.plastic_count > 0) state->elastic.is_known = false;
     state->time += context->passed;
     world_follow_carriers(context);
     return world_end_stage(context, STAGE_ACCEPT_STATE, TULLE_OK);

@@ -24,9 +24,9 @@ static const affine_map IDENTITY = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}}, {0, 0, 0}};
 
 tulle_status world_begin_carriers(step_context *context) {
     tulle_world *const world = context->world;
-    size_t const count = world->obstacles.count;
-    context->progress = ARENA_NEW(&world->scratch, affine_map, count);
-    context->script_maps = ARENA_NEW(&world->scratch, affine_map, count);
+    size_t const count = world->model.obstacles.count;
+    context->progress = ARENA_NEW(&world->work.scratch, affine_map, count);
+    context->script_maps = ARENA_NEW(&world->work.scratch, affine_map, count);
     context->step_start = context->state->time;
     if (!context->progress || !context->script_maps)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for obstacles");
@@ -57,8 +57,8 @@ static bool map_fits(const step_context *context, const surface_range *range,
     for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++) {
         vec3 const moved = vec3_add(
             mat3_multiply_vec3(&map->matrix, vec3_load(context->state->positions, v)), map->offset);
-        vec3 const error = vec3_sub(moved, vec3_load(world->targets, v));
-        if (vec3_norm(error) > CARRIER_ERROR_SHARE * world->minimum_gap) return false;
+        vec3 const error = vec3_sub(moved, vec3_load(world->work.targets, v));
+        if (vec3_norm(error) > CARRIER_ERROR_SHARE * world->model.minimum_gap) return false;
     }
     return true;
 }
@@ -66,23 +66,24 @@ static bool map_fits(const step_context *context, const surface_range *range,
 void world_compute_carriers(step_context *context) {
     tulle_world *const world = context->world;
     double const to = context->state->time + context->time_step;
-    memset(context->carriers, 0, world->set.surface_count * sizeof *context->carriers);
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        const world_motion *const motion = &world->obstacles.data[i].motion;
+    memset(context->carriers, 0, world->model.set.surface_count * sizeof *context->carriers);
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        const world_motion *const motion = &world->model.obstacles.data[i].motion;
         if (motion->key_count == 0 || context->is_script_frozen) continue;
-        size_t const surface = world->cloths.count + i;
+        size_t const surface = world->model.cloths.count + i;
         affine_map *const map = &context->carrier_maps[surface];
         affine_map *const script = &context->script_maps[i];
         motion_compute_change(motion, context->step_start, to, &script->matrix, &script->offset);
         if (divide_maps(script, &context->progress[i], map) &&
-            map_fits(context, &world->surfaces[surface], map))
+            map_fits(context, &world->model.surfaces[surface], map))
             context->carriers[surface] = map;
     }
 }
 
 void world_follow_carriers(step_context *context) {
     double const share = context->passed / context->time_step;
-    for (size_t i = 0; i < context->world->obstacles.count && !context->is_script_frozen; i++) {
+    for (size_t i = 0; i < context->world->model.obstacles.count && !context->is_script_frozen;
+         i++) {
         affine_map *const map = &context->progress[i], *const whole = &context->script_maps[i];
         for (size_t k = 0; k < 9; k++)
             map->matrix.m[k] += share * (whole->matrix.m[k] - map->matrix.m[k]);

@@ -23,16 +23,16 @@ static const double CONTACT_RATE = 40.0;
 
 double world_choose_damping(const step_context *context) {
     const tulle_world *const world = context->world;
-    tulle_integrator const integrator = world->def.integrator;
+    tulle_integrator const integrator = world->model.def.integrator;
     if (integrator == TULLE_INTEGRATOR_IMPLICIT_EULER) return 0.0;
-    const row_list *const list = &world->rows;
+    const row_list *const list = &world->work.rows;
     for (size_t i = 0; i < list->rows.count; i++) {
         const contact_row *const row = &list->rows.data[i];
         bool const is_faster = row->law.approach + row->law.fall < row->law.bias;
         if (is_faster && row_is_impact(&context->scene, row)) return 1.0;
     }
     double rate = FREE_RATES[integrator];
-    if (world->rows.rows.count > 0) rate = CONTACT_RATE;
+    if (world->work.rows.rows.count > 0) rate = CONTACT_RATE;
     return fmin(rate * context->time_step, 1.0);
 }
 
@@ -63,7 +63,7 @@ double tulle_world_get_numerical_damping(const tulle_world *world, double time_s
     bool const is_given =
         isfinite(time_step) && isfinite(period) && time_step > 0.0 && period > 0.0;
     if (!world || !is_given) return 0.0;
-    tulle_integrator const integrator = world->def.integrator;
+    tulle_integrator const integrator = world->model.def.integrator;
     double const damping = fmin(FREE_RATES[integrator] * time_step, 1.0);
     double share = 1.0;
     if (integrator == TULLE_INTEGRATOR_CRANK_NICOLSON) share = 0.5 + 0.5 * damping;

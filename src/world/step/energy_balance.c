@@ -35,8 +35,8 @@ enum { HALVINGS_MAX = 30 };
 
 bool world_keeps_balance(const step_context *context) {
     const tulle_world *const world = context->world;
-    return context->scene.response->balances_energy && world->rows.rows.count > 0 &&
-           world->system.integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
+    return context->scene.response->balances_energy && world->work.rows.rows.count > 0 &&
+           world->work.system.integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
 }
 
 bool world_gains_too_much(const step_context *context) {
@@ -46,13 +46,14 @@ bool world_gains_too_much(const step_context *context) {
 tulle_status world_measure_cloths(const step_context *context, const double *positions,
                                   known_elastic *elastic, cloth_energies *energies) {
     tulle_world *const world = context->world;
-    energy_options const options = {.gravity = vec3_load(world->def.gravity, 0),
-                                    .threads = world->threads,
+    energy_options const options = {.gravity = vec3_load(world->model.def.gravity, 0),
+                                    .threads = world->work.threads,
                                     .plastic = context->state->plastic,
                                     .is_elastic_known = elastic->is_known};
     if (elastic->is_known) energies->elastic = elastic->energies;
-    tulle_status const status = compute_energies(
-        world->model, positions, context->state->velocities, options, &world->scratch, energies);
+    tulle_status const status =
+        compute_energies(world->model.cloth_model, positions, context->state->velocities, options,
+                         &world->work.scratch, energies);
     if (status != TULLE_OK) return status;
     *elastic = (known_elastic){energies->elastic, true};
     return TULLE_OK;
@@ -64,21 +65,22 @@ static tulle_status measure_pins(const step_context *context, double *work) {
     const double *const u = context->mean_velocity;
     bool moves = false;
     *work = 0.0;
-    for (size_t v = 0; v < world->cloth_vertex_count; v++)
-        moves |= world->is_fixed[v] && vec3_norm2(vec3_load(u, v)) > 0.0;
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++)
+        moves |= world->work.is_fixed[v] && vec3_norm2(vec3_load(u, v)) > 0.0;
     if (!moves) return TULLE_OK;
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    double *const product = ARENA_NEW(&world->scratch, double, 3 * world->cloth_vertex_count);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    double *const product =
+        ARENA_NEW(&world->work.scratch, double, 3 * world->model.cloth_vertex_count);
     if (!product) return TULLE_ERROR_OUT_OF_MEMORY;
-    block_matrix_operator matrix = {&world->system.matrix, world->threads};
+    block_matrix_operator matrix = {&world->work.system.matrix, world->work.threads};
     block_matrix_apply(&matrix, u, product);
-    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
-        if (!world->is_fixed[v]) continue;
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++) {
+        if (!world->work.is_fixed[v]) continue;
         vec3 const pull =
-            vec3_sub(vec3_load(product, v), vec3_load(world->system.right_hand_side, v));
+            vec3_sub(vec3_load(product, v), vec3_load(world->work.system.right_hand_side, v));
         *work += vec3_dot(pull, vec3_load(u, v));
     }
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     return TULLE_OK;
 }
 
@@ -86,24 +88,26 @@ static tulle_status measure_pins(const step_context *context, double *work) {
 static double measure_kinetic(const step_context *context, bool is_held) {
     const tulle_world *const world = context->world;
     double sum = 0.0;
-    for (size_t v = 0; v < world->cloth_vertex_count; v++)
-        if ((world->is_fixed[v] != 0) == is_held)
-            sum += 0.5 * world->model->masses[v] * vec3_norm2(vec3_load(context->mean_velocity, v));
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++)
+        if ((world->work.is_fixed[v] != 0) == is_held)
+            sum += 0.5 * world->model.cloth_model->masses[v] *
+                   vec3_norm2(vec3_load(context->mean_velocity, v));
     return sum;
 }
 
 tulle_status world_compute_kinetic_limit(step_context *context, kinetic_limit *limit) {
     tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
+    motion_state *const state = context->state;
     double wind, pins;
     cloth_energies start, end;
     tulle_status status = world_measure_cloths(context, state->positions, &state->elastic, &start);
     if (status == TULLE_OK)
         status = world_measure_cloths(context, context->end, &context->end_elastic, &end);
     if (status == TULLE_OK)
-        status = measure_wind_work(world->model, &context->dynamics, context->mean_velocity,
-                                   (wind_work_options){&world->def.wind, world->threads},
-                                   &world->scratch, &wind);
+        status =
+            measure_wind_work(world->model.cloth_model, &context->dynamics, context->mean_velocity,
+                              (wind_work_options){&world->model.def.wind, world->work.threads},
+                              &world->work.scratch, &wind);
     if (status == TULLE_OK) status = measure_pins(context, &pins);
     if (status != TULLE_OK) return status;
     body_energies const before = world_measure_bodies(world, state->positions, state->velocities);
@@ -121,17 +125,18 @@ tulle_status world_measure_gain(step_context *context) {
     tulle_world *const world = context->world;
     context->gain = 0.0;
     if (!world_keeps_balance(context)) return TULLE_OK;
-    vec3 const fall = vec3_scale(vec3_load(world->def.gravity, 0), context->time_step);
+    vec3 const fall = vec3_scale(vec3_load(world->model.def.gravity, 0), context->time_step);
     const double *const u = context->mean_velocity;
     kinetic_limit limit;
     tulle_status const status = world_compute_kinetic_limit(context, &limit);
     if (status != TULLE_OK) return status;
     double mass = 0.0;
-    for (size_t v = 0; v < world->cloth_vertex_count; v++) mass += world->model->masses[v];
-    for (size_t b = 0; b < world->body_count; b++)
-        mass += world->obstacles.data[world->body_obstacles[b]].rigid.mass;
-    double const outside =
-        compute_obstacle_work(&context->scene, world->rows.rows.data, world->rows.rows.count, u);
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++)
+        mass += world->model.cloth_model->masses[v];
+    for (size_t b = 0; b < world->model.body_count; b++)
+        mass += world->model.obstacles.data[world->model.body_obstacles[b]].rigid.mass;
+    double const outside = compute_obstacle_work(&context->scene, world->work.rows.rows.data,
+                                                 world->work.rows.rows.count, u);
     double const slack =
         GRAVITY_SHARE * 0.5 * mass * vec3_norm2(fall) + KINETIC_SHARE * limit.start;
     context->energy_scale = fmax(limit.start, limit.energy) + mass * vec3_norm2(fall);
@@ -144,11 +149,12 @@ tulle_status world_measure_gain(step_context *context) {
  * fall, and as much as if all of it went as fast as the fastest of pins and obstacles. */
 static tulle_status measure_work(step_context *context, double *work) {
     const tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
-    double const fall = vec3_norm(vec3_load(world->def.gravity, 0)) * context->time_step;
+    motion_state *const state = context->state;
+    double const fall = vec3_norm(vec3_load(world->model.def.gravity, 0)) * context->time_step;
     double mass = 0.0, fastest2 = 0.0;
-    for (size_t v = 0; v < world->cloth_vertex_count; v++) mass += world->model->masses[v];
-    for (size_t v = 0; v < world->vertex_count; v++) {
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++)
+        mass += world->model.cloth_model->masses[v];
+    for (size_t v = 0; v < world->model.vertex_count; v++) {
         if (context->scene.inverse_mass[v] > 0.0) continue;
         vec3 const x0 = vec3_load(state->positions, v);
         vec3 const way = vec3_sub(vec3_load(context->scene.targets, v), x0);
@@ -177,10 +183,10 @@ tulle_status world_temper_solution(step_context *context) {
     retry->is_lost |= context->excess.springs > LOST_SHARE * work;
     if (!retry->is_lost) return TULLE_OK;
     bool const is_last = !retry->is_rough && !world_may_linearise(context);
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    size_t const size = 3 * world->cloth_vertex_count;
-    double *const before = ARENA_NEW_ZEROED(&world->scratch, double, size);
-    double *const ends = ARENA_NEW(&world->scratch, double, size);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    size_t const size = 3 * world->model.cloth_vertex_count;
+    double *const before = ARENA_NEW_ZEROED(&world->work.scratch, double, size);
+    double *const ends = ARENA_NEW(&world->work.scratch, double, size);
     if (!before || !ends) return TULLE_ERROR_OUT_OF_MEMORY;
     if (was_lost) memcpy(before, context->guess, size * sizeof *before);
     double const most = (is_last ? LAST_SHARE : 1.0) * work;
@@ -190,9 +196,9 @@ tulle_status world_temper_solution(step_context *context) {
         for (size_t i = 0; i < size; i++) {
             double const way = context->mean_velocity[i] - before[i];
             context->guess[i] = halvings == 0 ? context->mean_velocity[i] : before[i] + part * way;
-            if (!world->is_fixed[i / 3])
-                kinetic +=
-                    0.5 * world->model->masses[i / 3] * context->guess[i] * context->guess[i];
+            if (!world->work.is_fixed[i / 3])
+                kinetic += 0.5 * world->model.cloth_model->masses[i / 3] * context->guess[i] *
+                           context->guess[i];
             ends[i] = context->state->positions[i] + context->time_step * context->guess[i];
         }
         known_elastic elastic = {.is_known = false};
@@ -202,7 +208,7 @@ tulle_status world_temper_solution(step_context *context) {
         retry->is_tempered = is_last;
     }
     for (size_t i = 0; i < size && status == TULLE_OK; i++)
-        if (!world->is_fixed[i / 3]) context->mean_velocity[i] = context->guess[i];
-    arena_release(&world->scratch, mark);
+        if (!world->work.is_fixed[i / 3]) context->mean_velocity[i] = context->guess[i];
+    arena_release(&world->work.scratch, mark);
     return status;
 }

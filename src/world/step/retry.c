@@ -93,7 +93,7 @@ void world_begin_solves(step_context *context) {
  * all the same, since it comes from springs that have not turned; so is what a balance begins with.
  * A lost one has set the guess already. */
 static void choose_guess(step_context *context) {
-    size_t const size = 3 * context->world->cloth_vertex_count;
+    size_t const size = 3 * context->world->model.cloth_vertex_count;
     const double *const solution = context->mean_velocity;
     if (context->retry.is_lost) return;
     if (!context->dynamics.guess || context->retry.linearisations == 0) {
@@ -163,7 +163,7 @@ bool world_retry_balance(step_context *context, tulle_status *status) {
 /* ---- in a substep ---- */
 
 void world_begin_retries(step_context *context) {
-    bool const has_low = context->world->height_share < 1.0;
+    bool const has_low = context->world->model.height_share < 1.0;
     context->retry = (retry_state){
         .remaining = context->whole_step,
         .wanted = context->whole_step,
@@ -253,7 +253,7 @@ void world_retry_substep(step_context *context, tulle_status *status) {
 
 bool world_retry_step(step_context *context, tulle_status *status) {
     tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
+    motion_state *const state = context->state;
     bool const is_bad = context->outcome == SUBSTEP_PINCHED || context->outcome == SUBSTEP_TORN;
     if (*status != TULLE_OK || !is_bad) return false;
     *status = world_handle_pinch(context);

@@ -21,7 +21,7 @@
 
 /* The most candidates that a search lists. Where there are more, paths are too long for a substep,
  * or meshes too fine. */
-#define MOST_CANDIDATES(world) (256 * (uint64_t)(world)->vertex_count + (1 << 20))
+#define MOST_CANDIDATES(world) (256 * (uint64_t)(world)->model.vertex_count + (1 << 20))
 
 /* Trees and patches of a world whose distances are known. */
 tulle_status world_start_detection(tulle_world *world);

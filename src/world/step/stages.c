@@ -75,8 +75,8 @@ tulle_status world_end_stage(step_context *context, stage number, tulle_status s
 tulle_status world_gather_rows(step_context *context) {
     tulle_status const status =
         gather_rows(&context->scene, &context->state->contacts, context->predicted,
-                    &context->source, &context->world->rows);
-    context->gathered_count = context->world->rows.rows.count;
+                    &context->source, &context->world->work.rows);
+    context->gathered_count = context->world->work.rows.rows.count;
     return world_end_stage(context, STAGE_GATHER_ROWS, status);
 }
 
@@ -84,23 +84,24 @@ tulle_status world_gather_rows(step_context *context) {
 
 tulle_status world_compute_forces(step_context *context) {
     tulle_world *const world = context->world;
-    motion_state *const dynamics = &context->dynamics;
+    cloth_start *const dynamics = &context->dynamics;
     if (!dynamics->guess) {
         context->damping = world_choose_damping(context);
         /* Terms are kept for later linearisations where they are small, or where a step takes that
          * much memory anyway: where the search for contacts has taken more than what comes after
          * it. */
-        size_t const size = measure_force_terms(world->model, &world->def.wind);
-        size_t const needed = SCRATCH_BESIDE_TERMS * world->cloth_vertex_count + size;
-        bool const are_kept = size <= SMALL_TERMS || arena_get_room(&world->scratch) > needed;
+        size_t const size = measure_force_terms(world->model.cloth_model, &world->model.def.wind);
+        size_t const needed = SCRATCH_BESIDE_TERMS * world->model.cloth_vertex_count + size;
+        bool const are_kept = size <= SMALL_TERMS || arena_get_room(&world->work.scratch) > needed;
         context->terms = (force_terms){0};
         dynamics->terms = are_kept ? &context->terms : NULL;
     }
-    environment const surroundings = {vec3_load(world->def.gravity, 0), world->def.wind};
-    force_options const options = {world->def.integrator, world->threads, context->damping,
-                                   context->scene.response->needs_forces};
-    tulle_status const status = compute_forces(world->model, dynamics, &surroundings, options,
-                                               &world->scratch, &world->system);
+    environment const surroundings = {vec3_load(world->model.def.gravity, 0),
+                                      world->model.def.wind};
+    force_options const options = {world->model.def.integrator, world->work.threads,
+                                   context->damping, context->scene.response->needs_forces};
+    tulle_status const status = compute_forces(world->model.cloth_model, dynamics, &surroundings,
+                                               options, &world->work.scratch, &world->work.system);
     return world_end_stage(context, STAGE_COMPUTE_FORCES, status);
 }
 
@@ -110,13 +111,14 @@ tulle_status world_compute_forces(step_context *context) {
 static double measure_lightest_fall(const step_context *context) {
     const tulle_world *const world = context->world;
     double lightest = (double)INFINITY;
-    for (size_t s = 0; s < world->cloths.count; s++) {
+    for (size_t s = 0; s < world->model.cloths.count; s++) {
         double mass = 0.0;
-        for (uint32_t v = world->surfaces[s].vertex_begin; v < world->surfaces[s].vertex_end; v++)
-            mass += world->model->masses[v];
+        for (uint32_t v = world->model.surfaces[s].vertex_begin;
+             v < world->model.surfaces[s].vertex_end; v++)
+            mass += world->model.cloth_model->masses[v];
         lightest = fmin(lightest, mass);
     }
-    double const fall = vec3_norm(vec3_load(world->def.gravity, 0)) * context->time_step;
+    double const fall = vec3_norm(vec3_load(world->model.def.gravity, 0)) * context->time_step;
     return lightest * fall * fall;
 }
 
@@ -124,13 +126,13 @@ static double measure_lightest_fall(const step_context *context) {
 static tulle_status check_springs(step_context *context) {
     tulle_world *const world = context->world;
     /* of the energy that implicit Euler takes, Crank-Nicolson takes the part of its damping */
-    double const c = world->system.share;
-    bool const is_mean = world->system.integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
+    double const c = world->work.system.share;
+    bool const is_mean = world->work.system.integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
     double const kept = is_mean ? (2.0 * c - 1.0) / (c * c) : 1.0;
     linear_excess *const excess = &context->excess;
     tulle_status const status =
-        measure_linear_excess(world->model, &context->dynamics, context->mean_velocity,
-                              world->threads, &world->scratch, excess);
+        measure_linear_excess(world->model.cloth_model, &context->dynamics, context->mean_velocity,
+                              world->work.threads, &world->work.scratch, excess);
     if (status != TULLE_OK) return status;
     double const of_step = EXCESS_SHARE * kept * excess->inertia;
     context->is_stretched = excess->springs > of_step;
@@ -152,20 +154,20 @@ tulle_status world_solve_motion(step_context *context) {
     context->is_stretched = context->retry.is_tempered = false;
     double *const u = context->mean_velocity;
     bool const is_first = context->retry.solves++ == 0;
-    motion_system const system = {.right_hand_side = world->system.right_hand_side,
-                                  .matrix = &world->system.matrix,
-                                  .forces = world->system.forces,
-                                  .force_time = world->system.force_time,
+    motion_system const system = {.right_hand_side = world->work.system.right_hand_side,
+                                  .matrix = &world->work.system.matrix,
+                                  .forces = world->work.system.forces,
+                                  .force_time = world->work.system.force_time,
                                   .start = is_first ? NULL : context->state->velocities,
-                                  .aggregates = world->aggregates,
+                                  .aggregates = world->work.aggregates,
                                   .history = &context->retry.history,
                                   .springs = context->springs,
                                   .spring_count = context->spring_count};
     if (is_first) { /* velocities and impulses from which the solves of a substep start */
-        world_scale_impulses(context, world->system.force_time / context->time_step);
+        world_scale_impulses(context, world->work.system.force_time / context->time_step);
         if (world_keeps_balance(context)) world_share_room(context);
-        memcpy(u, context->state->velocities, 3 * world->cloth_vertex_count * sizeof(double));
-        start_bodies(&context->scene, &world->rows, u);
+        memcpy(u, context->state->velocities, 3 * world->model.cloth_vertex_count * sizeof(double));
+        start_bodies(&context->scene, &world->work.rows, u);
         prescribe_motion(&context->scene, u);
     }
     if (context->retry.is_rough) {
@@ -175,10 +177,10 @@ tulle_status world_solve_motion(step_context *context) {
         settings->early_most = fmin(ROUGH_TOLERANCES * settings->cg_tolerance, ROUGH_MOST);
     }
     solve_report solved = {0};
-    world_load_bodies(context, world->system.share);
+    world_load_bodies(context, world->work.system.share);
     const contact_response *const response = context->scene.response;
     tulle_status status =
-        response->solve_motion(&context->scene, &system, &world->rows, u, &solved);
+        response->solve_motion(&context->scene, &system, &world->work.rows, u, &solved);
     bool const goes_on = has_own_limit && !solved.has_converged;
     context->has_settled = solved.has_settled && !goes_on && !solved.is_early &&
                            (int)solved.solve_count >= given.solve_rounds;
@@ -193,7 +195,7 @@ tulle_status world_solve_motion(step_context *context) {
 
     tulle_step_report *const report = context->report;
     report->solve_count += solved.solve_count;
-    world->progress.solve_count = report->solve_count;
+    world->work.progress.solve_count = report->solve_count;
     report->cg_iterations += solved.cg_iterations;
     if (!goes_on) report->cg_residual = fmax(report->cg_residual, solved.cg_residual);
     if (!solved.has_converged && !goes_on) report->cg_converged = 0;
@@ -209,7 +211,7 @@ tulle_status world_solve_motion(step_context *context) {
  * Where rows of earlier impacts are more than others, those without load go: rough paths may hit
  * much that later ones never come near. */
 static tulle_status foresee(step_context *context) {
-    row_list *const list = &context->world->rows;
+    row_list *const list = &context->world->work.rows;
     size_t const gathered = context->gathered_count;
     double expected2 = 0.0, found2 = 0.0; /* [m^2] longest ways */
     for (size_t v = 0; v < context->scene.vertex_count; v++) {
@@ -237,7 +239,7 @@ static tulle_status foresee(step_context *context) {
 }
 
 tulle_status world_resolve_impacts(step_context *context) {
-    row_list *const list = &context->world->rows;
+    row_list *const list = &context->world->work.rows;
     tulle_step_report *const report = context->report;
     propose_paths(&context->scene, context->mean_velocity, context->end);
     context->end_elastic.is_known = false; /* impacts move the ends on */
@@ -281,7 +283,7 @@ tulle_status world_commit_safely(step_context *context) {
         }
     }
     if (status == TULLE_OK && context->outcome != SUBSTEP_GAINS) {
-        const row_list *const list = &context->world->rows;
+        const row_list *const list = &context->world->work.rows;
         report->rescue_impact_zones += commit->impact_zones;
         report->rescue_component_scalings += commit->component_scalings;
         report->rescue_global_scalings += commit->global_scalings;

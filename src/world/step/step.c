@@ -47,7 +47,7 @@ static tulle_status judge_motion(step_context *context) {
 
 /* The ten stages, over as much of context->time_step as is safe. */
 static tulle_status run_substep(step_context *context) {
-    arena_mark const mark = arena_get_mark(&context->world->scratch);
+    arena_mark const mark = arena_get_mark(&context->world->work.scratch);
     context->outcome = SUBSTEP_RUNS;
     context->lap = timer_now();
 
@@ -75,7 +75,7 @@ static tulle_status run_substep(step_context *context) {
         context->outcome == SUBSTEP_WHOLE || context->outcome == SUBSTEP_SHORTENED;
     if (status == TULLE_OK && is_accepted) status = world_accept_state(context); /* 10 */
 
-    arena_release(&context->world->scratch, mark);
+    arena_release(&context->world->work.scratch, mark);
     context->report->substeps += context->outcome != SUBSTEP_WAKES;
     return status;
 }
@@ -86,13 +86,13 @@ static tulle_status run_substeps(step_context *context) {
     double const end_time = context->state->time + context->whole_step;
     world_begin_retries(context);
     while (!world_is_step_over(context)) {
-        world->progress =
+        world->work.progress =
             (tulle_step_progress){.is_under_way = 1,
                                   .step = context->report->step,
                                   .substep = context->report->substeps + 1,
                                   .share = 1.0 - context->retry.remaining / context->whole_step,
                                   .solve_count = context->report->solve_count};
-        if (stop_is_wanted(&world->stop, 0)) return TULLE_ERROR_INTERRUPTED;
+        if (stop_is_wanted(&world->work.stop, 0)) return TULLE_ERROR_INTERRUPTED;
         tulle_status status = world_choose_substep(context);
         if (status == TULLE_OK) status = run_substep(context);
         world_retry_substep(context, &status);
@@ -105,7 +105,7 @@ static tulle_status run_substeps(step_context *context) {
 /* Energies and stretch at the end of the step, into the report. */
 static tulle_status report_energies(step_context *context) {
     tulle_world *const world = context->world;
-    world_motion_state *const state = context->state;
+    motion_state *const state = context->state;
     tulle_step_report *const report = context->report;
     cloth_energies energies;
     tulle_status const status =
@@ -125,13 +125,13 @@ static tulle_status report_energies(step_context *context) {
 static tulle_status check_overstretch(step_context *context) {
     const tulle_world *const world = context->world;
     if (context->report->overstretched == 0 ||
-        world->def.on_overstretch != TULLE_ON_OVERSTRETCH_STOP)
+        world->model.def.on_overstretch != TULLE_ON_OVERSTRETCH_STOP)
         return TULLE_OK;
     yarn_stretch const longest =
-        cloth_find_longest_yarn(world->model, context->state->positions, true);
-    const uint32_t *const corners = world->topo.triangles + 3 * (size_t)longest.triangle;
-    size_t const cloth = world->vertex_surface[corners[0]];
-    uint32_t const begin = world->surfaces[cloth].vertex_begin;
+        cloth_find_longest_yarn(world->model.cloth_model, context->state->positions, true);
+    const uint32_t *const corners = world->model.topo.triangles + 3 * (size_t)longest.triangle;
+    size_t const cloth = world->model.vertex_surface[corners[0]];
+    uint32_t const begin = world->model.surfaces[cloth].vertex_begin;
     return error_set(context->error, TULLE_ERROR_STEP_FAILED,
                      "'%s' is overstretched in step %llu, which is undone: at vertices %u, %u, %u "
                      "its %s is stretched by %.3g %%, and the material holds %.3g %%; pull less, "
@@ -148,7 +148,7 @@ static tulle_status run_step(step_context *context) {
     tulle_status status = world_copy_start(world, context->error);
     bool is_again = false;
     do {
-        arena_mark const mark = arena_get_mark(&world->scratch);
+        arena_mark const mark = arena_get_mark(&world->work.scratch);
         context->outcome = SUBSTEP_RUNS;
         if (status == TULLE_OK) world_begin_holds(context);
         if (status == TULLE_OK) status = world_begin_felt(context);
@@ -164,21 +164,21 @@ static tulle_status run_step(step_context *context) {
                 context->outcome = SUBSTEP_TORN;
         }
         is_again = world_retry_step(context, &status);
-        arena_release(&world->scratch, mark);
+        arena_release(&world->work.scratch, mark);
     } while (is_again);
     return status;
 }
 
 tulle_step_progress tulle_world_get_step_progress(const tulle_world *world) {
-    return world ? world->progress : (tulle_step_progress){0};
+    return world ? world->work.progress : (tulle_step_progress){0};
 }
 
 /* What a step leaves once it has run: its copy becomes the state, or all is as it was. */
 static tulle_status end_step(step_context *context, tulle_status status) {
     tulle_world *const world = context->world;
     tulle_error *const error = context->error;
-    world->progress = (tulle_step_progress){0};
-    if (atomic_load(&world->stop.is_stopped))
+    world->work.progress = (tulle_step_progress){0};
+    if (atomic_load(&world->work.stop.is_stopped))
         status =
             error_set(error, TULLE_ERROR_INTERRUPTED, "interrupted in step %llu, which is undone",
                       (unsigned long long)world->step_count);
@@ -206,19 +206,19 @@ static tulle_status make_step(tulle_world *world, double time_step, tulle_step_r
                             .whole_step = time_step,
                             .report = &local,
                             .error = error};
-    const tulle_tasks *const before = parallel_use(world->tasks);
-    atomic_store(&world->stop.is_stopped, false);
-    world->step_end = world->now.time + time_step;
+    const tulle_tasks *const before = parallel_use(world->work.tasks);
+    atomic_store(&world->work.stop.is_stopped, false);
+    world->work.step_end = world->now.time + time_step;
     bool const stands = world_stands_still(world, time_step);
     status = stands ? world_pass_still(&context) : world_keep_start(world, error);
     if (!stands && status != TULLE_OK) {
         world_end_given(world, true);
     } else if (!stands) {
-        arena_mark const mark = arena_get_mark(&world->scratch);
+        arena_mark const mark = arena_get_mark(&world->work.scratch);
         world_begin_given(world);
         status = run_step(&context);
         if (status == TULLE_OK) status = world_end_pinch(&context);
-        arena_release(&world->scratch, mark);
+        arena_release(&world->work.scratch, mark);
         status = end_step(&context, status);
     }
     (void)parallel_use(before);

@@ -81,7 +81,7 @@ typedef struct retry_state {
 /* What a step carries from stage to stage. */
 typedef struct step_context {
     tulle_world *world;
-    world_motion_state *state; /* a copy of the world's; accept_state moves it on */
+    motion_state *state; /* a copy of the world's; accept_state moves it on */
     tulle_step_report *report;
     tulle_error *error;
     double step_start; /* [s] of the whole step */
@@ -98,7 +98,7 @@ typedef struct step_context {
     tie_spring *springs; /* ties that pull, in the order of the state's ties */
     size_t spring_count;
     paper_rules paper; /* of the scene, by the paper's response */
-    motion_state dynamics;
+    cloth_start dynamics;
     force_terms terms; /* of `dynamics`, where there is room for them */
     pair_source source;
     double damping; /* of the integrator, see force_options */

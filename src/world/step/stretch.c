@@ -27,8 +27,8 @@ typedef struct edge_lengths {
 
 static edge_lengths measure_lengths(const step_context *context, size_t edge) {
     const tulle_world *const world = context->world;
-    const double *const states[3] = {world->rest, context->state->positions, context->end};
-    size_t const a = world->topo.edges[2 * edge], b = world->topo.edges[2 * edge + 1];
+    const double *const states[3] = {world->model.rest, context->state->positions, context->end};
+    size_t const a = world->model.topo.edges[2 * edge], b = world->model.topo.edges[2 * edge + 1];
     double lengths[3];
     for (int k = 0; k < 3; k++)
         lengths[k] = vec3_norm(vec3_sub(vec3_load(states[k], a), vec3_load(states[k], b)));
@@ -51,9 +51,9 @@ static void measure_growth(void *context, size_t begin, size_t end, size_t chunk
     double const shortest = (STRETCH_FREE + STRETCH_GROWTH_MAX) * (1.0 - 1e-9);
     double growth = 0.0;
     for (size_t e = begin; e < end; e++) {
-        const uint32_t *const ends = world->topo.edges + 2 * e;
+        const uint32_t *const ends = world->model.topo.edges + 2 * e;
         double squares[2]; /* [m^2] of the edge's length at rest and at the end */
-        const double *const states[2] = {world->rest, task->context->end};
+        const double *const states[2] = {world->model.rest, task->context->end};
         for (int k = 0; k < 2; k++)
             squares[k] =
                 vec3_norm2(vec3_sub(vec3_load(states[k], ends[0]), vec3_load(states[k], ends[1])));
@@ -68,9 +68,9 @@ static void measure_growth(void *context, size_t begin, size_t end, size_t chunk
 /* The most that an edge grows, as a multiple of what is too much. */
 static double measure_edge_growth(const step_context *context) {
     growth_task task = {.context = context};
-    size_t const count = context->world->cloth_edge_count, even = count / GROWTH_CHUNKS + 1;
+    size_t const count = context->world->model.cloth_edge_count, even = count / GROWTH_CHUNKS + 1;
     size_t const chunk = even > GROWTH_CHUNK_LEAST ? even : GROWTH_CHUNK_LEAST;
-    parallel_for(count, chunk, context->world->threads, measure_growth, &task);
+    parallel_for(count, chunk, context->world->work.threads, measure_growth, &task);
     double growth = 0.0;
     for (int k = 0; k < GROWTH_CHUNKS; k++) growth = fmax(growth, task.growths[k]);
     return growth / STRETCH_GROWTH_MAX;
@@ -80,10 +80,10 @@ tulle_status world_judge_stretch(step_context *context, double most) {
     tulle_world *const world = context->world;
     double growth;
     /* The paper's response stretches stiff yarns whatever the length of the substep. */
-    if (world->model->elements && !context->scene.response->may_tear_cloth) {
-        tulle_status const status =
-            cloth_measure_yarn_growth(world->model, context->state->positions, context->end,
-                                      world->threads, &world->scratch, &growth);
+    if (world->model.cloth_model->elements && !context->scene.response->may_tear_cloth) {
+        tulle_status const status = cloth_measure_yarn_growth(
+            world->model.cloth_model, context->state->positions, context->end, world->work.threads,
+            &world->work.scratch, &growth);
         if (status != TULLE_OK)
             return error_set(context->error, status, "no memory left for the stretch of yarns");
         growth /= YARN_GROWTH_MAX;
@@ -95,7 +95,7 @@ tulle_status world_judge_stretch(step_context *context, double most) {
 }
 
 tulle_status world_check_torn(const step_context *context) {
-    for (size_t e = 0; e < context->world->cloth_edge_count; e++) {
+    for (size_t e = 0; e < context->world->model.cloth_edge_count; e++) {
         edge_lengths const length = measure_lengths(context, e);
         if (length.end > TORN_STRETCH * length.rest && length.end > TORN_GROWTH * length.start)
             return error_set(context->error, TULLE_ERROR_STEP_FAILED,
@@ -103,7 +103,7 @@ tulle_status world_check_torn(const step_context *context) {
                              "rest length in step %llu; use the coupled response, %sa smaller "
                              "time step or less restitution",
                              TORN_STRETCH, (unsigned long long)context->world->step_count,
-                             context->world->def.membrane == TULLE_MEMBRANE_WOVEN
+                             context->world->model.def.membrane == TULLE_MEMBRANE_WOVEN
                                  ? "a membrane of springs, for which it was made, "
                                  : "");
     }

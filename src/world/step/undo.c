@@ -16,9 +16,9 @@ tulle_status world_keep_start(tulle_world *world, tulle_error *error) {
 }
 
 void world_undo_step(tulle_world *world) {
-    for (size_t i = 0; i < world->obstacles.count; i++) {
-        world_obstacle *const obstacle = &world->obstacles.data[i];
-        world->surfaces[world->cloths.count + i].is_present = world->now.is_present[i];
+    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+        world_obstacle *const obstacle = &world->model.obstacles.data[i];
+        world->model.surfaces[world->model.cloths.count + i].is_present = world->now.is_present[i];
         /* a live reader may give other frames when the step is tried again */
         obstacle->frame_numbers[0] = obstacle->frame_numbers[1] = TULLE_NONE;
     }
@@ -28,35 +28,35 @@ void world_undo_step(tulle_world *world) {
 }
 
 tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
-    const world_motion_state *const source = &world->now;
-    world_motion_state *const target = &world->next;
-    size_t const bytes = 3 * world->vertex_count * sizeof(double);
+    const motion_state *const source = &world->now;
+    motion_state *const target = &world->next;
+    size_t const bytes = 3 * world->model.vertex_count * sizeof(double);
     double *from[STATE_VECTORS_MAX], *to[STATE_VECTORS_MAX];
     size_t const vector_count = world_list_vectors(source, from);
     (void)world_list_vectors(target, to);
     for (size_t i = 0; i < vector_count; i++) memcpy(to[i], from[i], bytes);
-    if (world->obstacles.count > 0)
-        memcpy(target->is_present, source->is_present, world->obstacles.count);
-    if (world->particle_count > 0)
-        memcpy(target->particles, source->particles, world->particle_count);
-    if (world->cloth_rest_count > 0)
+    if (world->model.obstacles.count > 0)
+        memcpy(target->is_present, source->is_present, world->model.obstacles.count);
+    if (world->model.particle_count > 0)
+        memcpy(target->particles, source->particles, world->model.particle_count);
+    if (world->model.cloth_rest_count > 0)
         memcpy(target->cloth_rests, source->cloth_rests,
-               world->cloth_rest_count * sizeof *target->cloth_rests);
-    if (world->body_count > 0) {
-        memcpy(target->rests, source->rests, world->body_count * sizeof *target->rests);
+               world->model.cloth_rest_count * sizeof *target->cloth_rests);
+    if (world->model.body_count > 0) {
+        memcpy(target->rests, source->rests, world->model.body_count * sizeof *target->rests);
         memcpy(target->drive_forces, source->drive_forces,
-               BODY_AXES * world->body_count * sizeof(double));
+               BODY_AXES * world->model.body_count * sizeof(double));
     }
-    if (world->pose_count > 0)
-        memcpy(target->poses, source->poses, world->pose_count * sizeof *target->poses);
-    for (size_t i = 0; i < world->obstacles.count; i++) { /* a jump is no velocity */
-        const world_obstacle *const obstacle = &world->obstacles.data[i];
+    if (world->model.pose_count > 0)
+        memcpy(target->poses, source->poses, world->model.pose_count * sizeof *target->poses);
+    for (size_t i = 0; i < world->model.obstacles.count; i++) { /* a jump is no velocity */
+        const world_obstacle *const obstacle = &world->model.obstacles.data[i];
         if (obstacle->given == GIVEN_JUMP)
             memset(target->velocities + 3 * (size_t)obstacle->vertex_begin, 0,
                    3 * obstacle->mesh.vertex_count * sizeof(double));
     }
-    if (world->plastic_count > 0)
-        memcpy(target->plastic, source->plastic, world->plastic_count * sizeof(double));
+    if (world->model.plastic_count > 0)
+        memcpy(target->plastic, source->plastic, world->model.plastic_count * sizeof(double));
     target->previous_time_step = source->previous_time_step;
     target->lost_energy = source->lost_energy;
     target->elastic = source->elastic;
@@ -66,9 +66,10 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
         memcpy(target->ties.data, source->ties.data, source->ties.count * sizeof(world_tie));
     target->ties.count = source->ties.count;
     target->attachment_count = source->attachment_count;
-    if (world->lag_vertex_count > 0) {
-        memcpy(target->lags, source->lags, 3 * world->lag_vertex_count * sizeof(double));
-        memcpy(target->largest_lags, source->largest_lags, world->obstacles.count * sizeof(double));
+    if (world->model.lag_vertex_count > 0) {
+        memcpy(target->lags, source->lags, 3 * world->model.lag_vertex_count * sizeof(double));
+        memcpy(target->largest_lags, source->largest_lags,
+               world->model.obstacles.count * sizeof(double));
     }
     target->time = source->time;
 
@@ -88,19 +89,19 @@ tulle_status world_swap_states(tulle_world *world, tulle_error *error) {
     /* Both sides get the same room, so that a step which needs no more than those before it makes
      * no heap call. */
     memory *const heap = &world->heap;
-    row_list *const rows = &world->rows, *const accepted = &world->accepted_rows;
+    row_list *const rows = &world->work.rows, *const accepted = &world->accepted_rows;
     bool const has_room =
         ARRAY_MATCH(heap, &rows->rows, &accepted->rows) &&
         ARRAY_MATCH(heap, &rows->near_pairs.pairs, &accepted->near_pairs.pairs) &&
         ARRAY_MATCH(heap, &world->now.contacts.contacts, &world->next.contacts.contacts);
     if (!has_room)
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for contacts");
-    world_motion_state const old = world->now;
+    motion_state const old = world->now;
     world->now = world->next;
     world->next = old;
     row_list const old_rows = world->accepted_rows;
-    world->accepted_rows = world->rows;
-    world->rows = old_rows;
+    world->accepted_rows = world->work.rows;
+    world->work.rows = old_rows;
     world->has_contacts = world->has_queries = false;
     world->step_count++;
     if (world->ignored.count > 0) world_update_ignored(world, world->now.positions);

@@ -70,16 +70,16 @@ static tulle_status check_places(const tulle_world *world, const tulle_attachmen
                                  uint32_t surface, tulle_error *error) {
     if (!def->triangles) return TULLE_OK;
     if (surface == TULLE_NONE) return refuse(error, "to points has no triangles");
-    const surface_range *const range = &world->surfaces[surface];
+    const surface_range *const range = &world->model.surfaces[surface];
     size_t const triangle_count = range->triangle_end - range->triangle_begin;
-    uint32_t const begin = world->surfaces[world_find_cloth(world, def->cloth)].vertex_begin;
+    uint32_t const begin = world->model.surfaces[world_find_cloth(world, def->cloth)].vertex_begin;
     for (size_t i = 0; i < def->vertex_count; i++) {
         if (def->triangles[i] >= triangle_count)
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                              "an attachment names triangle %u of '%s', which has %zu",
                              def->triangles[i], world_surface_name(world, surface), triangle_count);
         const uint32_t *const corners =
-            world->topo.triangles + 3 * ((size_t)range->triangle_begin + def->triangles[i]);
+            world->model.topo.triangles + 3 * ((size_t)range->triangle_begin + def->triangles[i]);
         double sum = 0.0;
         for (size_t k = 0; k < 3; k++) {
             double const weight = def->weights[3 * i + k];
@@ -104,7 +104,7 @@ static tulle_status check_places(const tulle_world *world, const tulle_attachmen
 static tulle_status check_vertices(const tulle_world *world, const tulle_attachment_def *def,
                                    uint8_t *marks, tulle_error *error) {
     size_t const index = world_find_cloth(world, def->cloth);
-    const world_cloth *const cloth = &world->cloths.data[index];
+    const world_cloth *const cloth = &world->model.cloths.data[index];
     size_t const count = cloth->mesh.vertex_count;
     enum { PINNED = 1, TIED = 2, NAMED = 4 };
     for (size_t p = 0; p < cloth->pin_count; p++) {
@@ -114,7 +114,7 @@ static tulle_status check_vertices(const tulle_world *world, const tulle_attachm
     }
     for (size_t i = 0; i < world->now.ties.count; i++) {
         const world_tie *const tie = &world->now.ties.data[i];
-        if (isfinite(tie->stiffness) || world->vertex_surface[tie->vertex] != index) continue;
+        if (isfinite(tie->stiffness) || world->model.vertex_surface[tie->vertex] != index) continue;
         marks[tie->vertex - cloth->vertex_begin] |= TIED;
     }
     bool const is_rigid = !isfinite(def->stiffness);
@@ -142,8 +142,8 @@ static tulle_status check_vertices(const tulle_world *world, const tulle_attachm
 
 /* Adds the ties of the def, of which there is room for, and returns how many. */
 static size_t add_ties(tulle_world *world, const tulle_attachment_def *def, uint32_t surface) {
-    world_motion_state *const now = &world->now;
-    uint32_t const begin = world->surfaces[world_find_cloth(world, def->cloth)].vertex_begin;
+    motion_state *const now = &world->now;
+    uint32_t const begin = world->model.surfaces[world_find_cloth(world, def->cloth)].vertex_begin;
     size_t const before = now->ties.count;
     for (size_t i = 0; i < def->vertex_count; i++) {
         world_tie tie = {.number = now->attachment_count + 1,
@@ -158,7 +158,7 @@ static size_t add_ties(tulle_world *world, const tulle_attachment_def *def, uint
             memcpy(tie.point, def->points + 3 * i, sizeof tie.point);
         else if (def->triangles)
             world_set_tie_place(world, tie.vertex,
-                                world->surfaces[surface].triangle_begin + def->triangles[i],
+                                world->model.surfaces[surface].triangle_begin + def->triangles[i],
                                 def->weights + 3 * i, &tie);
         else if (!world_find_tie_place(world, tie.vertex, surface, def->max_distance, &tie))
             continue;
@@ -172,12 +172,12 @@ static tulle_status check_def(const tulle_world *world, const tulle_attachment_d
                               tulle_error *error) {
     if (def->cookie != ATTACHMENT_DEF_COOKIE)
         return refuse(error, "needs a def made by tulle_attachment_def_default");
-    if (world->def.response != TULLE_RESPONSE_COUPLED)
+    if (world->model.def.response != TULLE_RESPONSE_COUPLED)
         return refuse(error, "needs TULLE_RESPONSE_COUPLED");
     size_t const index = world_find_cloth(world, def->cloth);
     if (index == SIZE_MAX) return refuse(error, "names a cloth that the world does not have");
     if (!def->vertices || def->vertex_count == 0) return refuse(error, "needs vertices");
-    size_t const count = world->cloths.data[index].mesh.vertex_count;
+    size_t const count = world->model.cloths.data[index].mesh.vertex_count;
     if (def->vertex_count > count) return refuse(error, "names more vertices than the cloth has");
     if ((def->triangles != NULL) != (def->weights != NULL))
         return refuse(error, "gives triangles and weights together, or none of them");
@@ -195,8 +195,8 @@ static tulle_status attach_now(tulle_world *world, const tulle_attachment_def *d
     if (def->other_cloth.generation != 0)
         surface = (uint32_t)world_find_cloth(world, def->other_cloth);
     else if (!def->points)
-        surface = (uint32_t)(world->cloths.count + world_find_obstacle(world, def->obstacle));
-    const world_cloth *const cloth = &world->cloths.data[world_find_cloth(world, def->cloth)];
+        surface = (uint32_t)(world->model.cloths.count + world_find_obstacle(world, def->obstacle));
+    const world_cloth *const cloth = &world->model.cloths.data[world_find_cloth(world, def->cloth)];
     size_t const count = cloth->mesh.vertex_count;
     tulle_status status = TULLE_OK;
     if (def->obstacle.generation != 0 &&
@@ -264,7 +264,7 @@ tulle_status tulle_attachment_set_points(tulle_world *world, tulle_attachment_id
                                          const double *points, size_t point_count,
                                          tulle_error *error) {
     if (!points || !is_known(world, id)) return refuse(error, "is not there, or has null points");
-    world_motion_state *const now = &world->now;
+    motion_state *const now = &world->now;
     bool holds_any = false;
     for (size_t i = 0; i < now->ties.count; i++) {
         const world_tie *const tie = &now->ties.data[i];
@@ -295,7 +295,7 @@ tulle_status tulle_attachment_set_points(tulle_world *world, tulle_attachment_id
 tulle_status tulle_attachment_release(tulle_world *world, tulle_attachment_id id,
                                       tulle_error *error) {
     if (!is_known(world, id)) return refuse(error, "is not there");
-    world_motion_state *const now = &world->now;
+    motion_state *const now = &world->now;
     size_t kept = 0;
     for (size_t i = 0; i < now->ties.count; i++) {
         world_tie const tie = now->ties.data[i];
@@ -330,8 +330,8 @@ int tulle_attachment_holds(const tulle_world *world, tulle_attachment_id id, uin
     if (!is_known(world, id)) return 0;
     for (size_t i = 0; i < world->now.ties.count; i++) {
         const world_tie *const tie = &world->now.ties.data[i];
-        uint32_t const cloth = world->vertex_surface[tie->vertex];
-        if (tie->number == id && tie->vertex - world->surfaces[cloth].vertex_begin == vertex)
+        uint32_t const cloth = world->model.vertex_surface[tie->vertex];
+        if (tie->number == id && tie->vertex - world->model.surfaces[cloth].vertex_begin == vertex)
             return 1;
     }
     return 0;
@@ -339,21 +339,22 @@ int tulle_attachment_holds(const tulle_world *world, tulle_attachment_id id, uin
 
 /* ---- a state that was read ---- */
 
-bool world_ties_are_valid(const tulle_world *world, const world_motion_state *state) {
+bool world_ties_are_valid(const tulle_world *world, const motion_state *state) {
     for (size_t i = 0; i < state->ties.count; i++) {
         const world_tie *const tie = &state->ties.data[i];
         if (tie->number < 1 || tie->number > state->attachment_count ||
-            tie->order >= tie->order_count || tie->vertex >= world->cloth_vertex_count)
+            tie->order >= tie->order_count || tie->vertex >= world->model.cloth_vertex_count)
             return false;
         bool is_point = true;
         for (int k = 0; k < 3; k++) is_point &= tie->corners[k] == TULLE_NONE;
         for (int k = 0; k < 3; k++) {
-            bool const is_corner =
-                !is_point && tie->corners[k] < world->vertex_count &&
-                (tie->corners[k] < world->cloth_vertex_count ||
-                 tie->corners[k] >= world->cloth_vertex_count + 2 * world->body_count) &&
-                world->vertex_surface[tie->corners[k]] == world->vertex_surface[tie->corners[0]] &&
-                tie->corners[k] != tie->vertex;
+            bool const is_corner = !is_point && tie->corners[k] < world->model.vertex_count &&
+                                   (tie->corners[k] < world->model.cloth_vertex_count ||
+                                    tie->corners[k] >= world->model.cloth_vertex_count +
+                                                           2 * world->model.body_count) &&
+                                   world->model.vertex_surface[tie->corners[k]] ==
+                                       world->model.vertex_surface[tie->corners[0]] &&
+                                   tie->corners[k] != tie->vertex;
             if (!is_point && !is_corner) return false;
             if (!(fabs(tie->weights[k]) <= 2.0 * POINT_MAX) ||
                 !(fabs(tie->point[k]) <= POINT_MAX) || !isfinite(tie->force[k]))

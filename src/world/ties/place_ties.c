@@ -47,7 +47,8 @@ void world_get_tie_tilt(const world_tie *tie, const double *positions, row_tilt 
 }
 
 static void load_corners(const tulle_world *world, uint32_t triangle, uint32_t corners[3]) {
-    for (size_t k = 0; k < 3; k++) corners[k] = world->topo.triangles[3 * (size_t)triangle + k];
+    for (size_t k = 0; k < 3; k++)
+        corners[k] = world->model.topo.triangles[3 * (size_t)triangle + k];
 }
 
 void world_set_tie_place(const tulle_world *world, uint32_t vertex, uint32_t triangle,
@@ -82,7 +83,7 @@ static void set_own_place(const tulle_world *world, uint32_t vertex, uint32_t tr
 bool world_find_tie_place(const tulle_world *world, uint32_t vertex, uint32_t surface,
                           double distance, world_tie *tie) {
     const double *const positions = world->now.positions;
-    const surface_range *const range = &world->surfaces[surface];
+    const surface_range *const range = &world->model.surfaces[surface];
     vec3 const x = vec3_load(positions, vertex);
     double least2 = distance * distance; /* may be infinite */
     uint32_t nearest = TULLE_NONE;

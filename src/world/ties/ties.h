@@ -16,7 +16,8 @@ void world_get_tie_tilt(const world_tie *tie, const double *positions, row_tilt 
 
 /* The surface that holds a tie, or TULLE_NONE. */
 static inline uint32_t get_tie_surface(const tulle_world *world, const world_tie *tie) {
-    return tie->corners[0] == TULLE_NONE ? TULLE_NONE : world->vertex_surface[tie->corners[0]];
+    return tie->corners[0] == TULLE_NONE ? TULLE_NONE
+                                         : world->model.vertex_surface[tie->corners[0]];
 }
 
 /* place_ties.c: fills place and height of a tie of this vertex to the nearest triangle of a surface
@@ -40,6 +41,6 @@ double world_measure_tie_work(const step_context *context);
 tulle_status world_break_ties(step_context *context);
 
 /* Whether ties that were read may be of this world. */
-bool world_ties_are_valid(const tulle_world *world, const world_motion_state *state);
+bool world_ties_are_valid(const tulle_world *world, const motion_state *state);
 
 #endif

@@ -35,15 +35,15 @@ static tulle_status tell_failure(tulle_error *error, tulle_status status) {
 /* Allocates all arrays and measures the start: lengths and areas that the cloth is to keep. */
 static tulle_status begin_work(untangling *work) {
     tulle_world *const world = work->world;
-    arena *const scratch = &world->scratch;
-    size_t const n = world->vertex_count, edge_count = work->topo->edge_count;
+    arena *const scratch = &world->work.scratch;
+    size_t const n = world->model.vertex_count, edge_count = work->topo->edge_count;
     work->positions = ARENA_NEW(scratch, double, 3 * n);
     work->best = ARENA_NEW(scratch, double, 3 * n);
     work->recent = ARENA_NEW(scratch, double, 3 * n);
     work->mobility = ARENA_NEW_ZEROED(scratch, double, n);
     work->lengths = ARENA_NEW(scratch, double, edge_count);
     work->areas = ARENA_NEW_ZEROED(scratch, double, n);
-    work->is_closed = ARENA_NEW(scratch, bool, world->obstacles.count);
+    work->is_closed = ARENA_NEW(scratch, bool, world->model.obstacles.count);
     work->is_inside = ARENA_NEW(scratch, bool, n);
     work->is_astray = ARENA_NEW(scratch, bool, n);
     work->shift = ARENA_NEW(scratch, double, 6 * n);
@@ -60,13 +60,13 @@ static tulle_status begin_work(untangling *work) {
                          work->is_astray && work->shift && work->votes && work->region &&
                          work->queue && work->cut && work->cut_along && work->sets && work->grown &&
                          work->set_areas;
-    if (!has_all || broad_phase_create(&world->heap, &world->set, world->rest, BROAD_PHASE_REFIT,
-                                       &work->broad) != TULLE_OK)
+    if (!has_all || broad_phase_create(&world->heap, &world->model.set, world->model.rest,
+                                       BROAD_PHASE_REFIT, &work->broad) != TULLE_OK)
         return TULLE_ERROR_OUT_OF_MEMORY;
 
     memcpy(work->positions, world->now.positions, 3 * n * sizeof(double));
-    for (size_t v = 0; v < world->cloth_vertex_count; v++)
-        work->mobility[v] = world->is_fixed[v] ? 0.0 : 1.0;
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++)
+        work->mobility[v] = world->work.is_fixed[v] ? 0.0 : 1.0;
     for (size_t e = 0; e < edge_count; e++)
         work->lengths[e] =
             vec3_norm(vec3_sub(vec3_load(work->positions, work->topo->edges[2 * e]),
@@ -78,16 +78,16 @@ static tulle_status begin_work(untangling *work) {
                                        vec3_sub(vec3_load(work->positions, corners[2]), a));
         for (int k = 0; k < 3; k++) work->areas[corners[k]] += vec3_norm(normal) / 6.0;
     }
-    for (size_t i = 0; i < world->obstacles.count; i++)
+    for (size_t i = 0; i < world->model.obstacles.count; i++)
         work->is_closed[i] =
-            surface_is_closed(work->topo, &world->surfaces[world->cloths.count + i]);
+            surface_is_closed(work->topo, &world->model.surfaces[world->model.cloths.count + i]);
     return TULLE_OK;
 }
 
 /* Keeps the state with the fewest pairs, counts rounds without progress and escalates. True when it
  * puts other positions in the place of those that have `pair_count` pairs. */
 static bool follow_progress(untangling *work, size_t pair_count) {
-    size_t const bytes = 3 * work->world->vertex_count * sizeof(double);
+    size_t const bytes = 3 * work->world->model.vertex_count * sizeof(double);
     if (pair_count < work->best_count) {
         work->best_count = pair_count;
         memcpy(work->best, work->positions, bytes);
@@ -120,10 +120,10 @@ static bool follow_progress(untangling *work, size_t pair_count) {
 static tulle_status run_rounds(untangling *work, tulle_error *error) {
     tulle_world *const world = work->world;
     intersection_list *const found = &world->intersections;
-    uint32_t const limit = (uint32_t)world->def.untangle_limit;
+    uint32_t const limit = (uint32_t)world->model.def.untangle_limit;
     uint32_t clean_rounds = 0;
     for (uint32_t round = 0; round < limit; round++) {
-        if (stop_is_wanted(&world->stop, 0))
+        if (stop_is_wanted(&world->work.stop, 0))
             return error_set(error, TULLE_ERROR_INTERRUPTED,
                              "interrupted after %u rounds of untangling", round);
         tulle_status status = tell_failure(error, find_crossing_pairs(work, found));
@@ -133,11 +133,11 @@ static tulle_status run_rounds(untangling *work, tulle_error *error) {
         if (follow_progress(work, found->count)) {
             work->history.sides.count = 0; /* of other positions */
         } else {
-            arena_mark const mark = arena_get_mark(&world->scratch);
+            arena_mark const mark = arena_get_mark(&world->work.scratch);
             status = make_contours(work, found);
             if (status == TULLE_OK) status = decide_sides(work);
             if (status == TULLE_OK) status = move_apart(work);
-            arena_release(&world->scratch, mark);
+            arena_release(&world->work.scratch, mark);
         }
         if (tell_failure(error, status) != TULLE_OK) return status;
         world->untangle_report.rounds = round + 1;
@@ -145,7 +145,7 @@ static tulle_status run_rounds(untangling *work, tulle_error *error) {
         if (found->count > 0) continue;
         if (work->has_gap) {
             world->untangle_report.keeps_minimum_gap = 1;
-            memcpy(work->best, work->positions, 3 * world->vertex_count * sizeof(double));
+            memcpy(work->best, work->positions, 3 * world->model.vertex_count * sizeof(double));
             return TULLE_OK;
         }
         if (++clean_rounds >= GAP_ROUNDS) return TULLE_OK;
@@ -161,17 +161,17 @@ static tulle_status accept_best(untangling *work, tulle_error *error) {
     tulle_untangle_report *const report = &world->untangle_report;
     if (world->intersections.count > 0) {
         char when[WORLD_MESSAGE_BYTES];
-        memcpy(work->positions, work->best, 3 * world->vertex_count * sizeof(double));
+        memcpy(work->positions, work->best, 3 * world->model.vertex_count * sizeof(double));
         status = tell_failure(error, describe_left(work, when, sizeof when));
         if (status != TULLE_OK) return status;
         return world_refuse_intersections(world, work->best, when, error);
     }
-    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++) {
         vec3 const moved = vec3_sub(vec3_load(work->best, v), vec3_load(world->now.positions, v));
         report->largest_displacement = fmax(report->largest_displacement, vec3_norm(moved));
         if (vec3_norm2(moved) > 0.0) report->moved_vertices++;
     }
-    memcpy(world->now.positions, work->best, 3 * world->cloth_vertex_count * sizeof(double));
+    memcpy(world->now.positions, work->best, 3 * world->model.cloth_vertex_count * sizeof(double));
     return TULLE_OK;
 }
 
@@ -181,11 +181,11 @@ tulle_status world_untangle(tulle_world *world, tulle_error *error) {
     world->untangle_report = (tulle_untangle_report){.intersections = world->intersections.count,
                                                      .left = world->intersections.count};
     untangling work = {.world = world,
-                       .topo = &world->topo,
-                       .mean_edge = world->edge_length,
+                       .topo = &world->model.topo,
+                       .mean_edge = world->model.edge_length,
                        .best_count = SIZE_MAX,
                        .recent_count = SIZE_MAX};
-    arena_mark const mark = arena_get_mark(&world->scratch);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
     tulle_status status = tell_failure(error, begin_work(&work));
     if (status == TULLE_OK) status = run_rounds(&work, error);
     if (status == TULLE_OK) status = accept_best(&work, error);
@@ -193,7 +193,7 @@ tulle_status world_untangle(tulle_world *world, tulle_error *error) {
     ARRAY_FREE(&world->heap, &work.history.sides);
     ARRAY_FREE(&world->heap, &work.pairs.vertex_triangle);
     ARRAY_FREE(&world->heap, &work.pairs.edge_edge);
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     world->untangle_report.seconds = timer_now() - start;
     return status;
 }

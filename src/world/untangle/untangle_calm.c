@@ -24,7 +24,7 @@ enum { SMOOTH_LEVEL = 2, UNFOLD_LEVEL = 1 };
 static void mark_surroundings(untangling *work, uint32_t rings, size_t longest) {
     const tulle_world *const world = work->world;
     const adjacency *const around = &work->topo->vertex_neighbours;
-    memset(work->region, 0, world->vertex_count * sizeof *work->region);
+    memset(work->region, 0, world->model.vertex_count * sizeof *work->region);
     const surface_crossing *const crossings = work->contours.crossings;
     for (size_t i = 0, begin = 0, end = 0; i < work->contours.count; i++) {
         const surface_crossing *const crossing = &crossings[i];
@@ -39,7 +39,7 @@ static void mark_surroundings(untangling *work, uint32_t rings, size_t longest) 
             work->region[work->topo->triangles[3 * (size_t)crossing->triangle + k]] = 1;
     }
     for (uint32_t ring = 1; ring <= rings; ring++)
-        for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        for (size_t v = 0; v < world->model.cloth_vertex_count; v++) {
             if (work->region[v] != ring) continue;
             for (uint32_t k = around->begin[v]; k < around->begin[v + 1]; k++)
                 if (work->region[around->items[k]] == 0) work->region[around->items[k]] = ring + 1;
@@ -53,7 +53,7 @@ static void smooth_surroundings(untangling *work) {
     double *const smooth = work->shift;
     mark_surroundings(work, (uint32_t)work->level - 1, SIZE_MAX);
     for (int sweep = 0; sweep < work->level; sweep++) {
-        for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+        for (size_t v = 0; v < world->model.cloth_vertex_count; v++) {
             uint32_t const begin = around->begin[v], end = around->begin[v + 1];
             vec3 const at = vec3_load(work->positions, v);
             vec3_store(smooth, v, at);
@@ -64,7 +64,7 @@ static void smooth_surroundings(untangling *work) {
             vec3 const mean = vec3_scale(sum, 1.0 / (double)(end - begin));
             vec3_store(smooth, v, vec3_lerp(at, mean, 0.5));
         }
-        memcpy(work->positions, smooth, 3 * world->cloth_vertex_count * sizeof *smooth);
+        memcpy(work->positions, smooth, 3 * world->model.cloth_vertex_count * sizeof *smooth);
     }
 }
 
@@ -84,7 +84,7 @@ void calm_surroundings(untangling *work) {
     if (strength == 0) return;
 
     /* Corners on both sides of an edge go apart. */
-    uint32_t const edge_end = world->cloth_edge_count;
+    uint32_t const edge_end = world->model.cloth_edge_count;
     mark_surroundings(work, UNFOLD_RINGS * (uint32_t)strength, longest);
     for (int sweep = 0; sweep < UNFOLD_SWEEPS * strength; sweep++) {
         for (uint32_t i = 0; i < edge_end; i++) {
@@ -93,8 +93,8 @@ void calm_surroundings(untangling *work) {
             if (work->region[topo->edges[2 * (size_t)e]] == 0 || sides[1] == TULLE_NONE) continue;
             uint32_t const a = topo->edge_opposites[2 * (size_t)e];
             uint32_t const b = topo->edge_opposites[2 * (size_t)e + 1];
-            double const rest =
-                vec3_norm(vec3_sub(vec3_load(world->rest, a), vec3_load(world->rest, b)));
+            double const rest = vec3_norm(
+                vec3_sub(vec3_load(world->model.rest, a), vec3_load(world->model.rest, b)));
             limit_distance(work, a, b, UNFOLDED_SHARE * rest, (double)INFINITY);
         }
     }

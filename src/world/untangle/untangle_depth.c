@@ -56,7 +56,7 @@ static nearest_point find_nearest(const untangling *work, uint32_t vertex, uint3
 void push_out_of_depth(untangling *work) {
     const adjacency *const around = &work->topo->vertex_neighbours;
     uint32_t *const nearest = work->grown;
-    for (size_t v = 0; v < work->world->cloth_vertex_count; v++) nearest[v] = TULLE_NONE;
+    for (size_t v = 0; v < work->world->model.cloth_vertex_count; v++) nearest[v] = TULLE_NONE;
     /* Begins with wrong ends inside, each with the triangle that its edge crosses. */
     bool const has_joint_only = work->attempt % 2 == 1;
     size_t count = 0;
@@ -66,8 +66,9 @@ void push_out_of_depth(untangling *work) {
             continue;
         uint32_t const vertex = work->topo->edges[2 * (size_t)crossing->edge + crossing->wrong_end];
         uint32_t const corner = work->topo->triangles[3 * (size_t)crossing->triangle];
-        if (corner < work->world->cloth_vertex_count) continue; /* no way out of an obstacle */
-        if (vertex >= work->world->cloth_vertex_count || !work->is_inside[vertex] ||
+        if (corner < work->world->model.cloth_vertex_count)
+            continue; /* no way out of an obstacle */
+        if (vertex >= work->world->model.cloth_vertex_count || !work->is_inside[vertex] ||
             nearest[vertex] != TULLE_NONE)
             continue;
         nearest[vertex] = crossing->triangle;

@@ -97,7 +97,7 @@ tulle_status decide_joint_contours(untangling *work, contour_range *ranges, size
                                    flood *regions) {
     qsort(ranges, count, sizeof *ranges, compare_ranges);
     uint32_t *const distances =
-        ARENA_NEW(&work->world->scratch, uint32_t, 2 * work->contours.count + 1);
+        ARENA_NEW(&work->world->work.scratch, uint32_t, 2 * work->contours.count + 1);
     if (!distances) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t begin = 0, end; begin < count; begin = end) {
         bool has_open = false;

@@ -68,8 +68,8 @@ vec3 compute_edge_direction(const untangling *work, uint32_t edge) {
 double compute_gap(const untangling *work, uint32_t a, uint32_t b) {
     const tulle_world *const world = work->world;
     const contact_law *const law =
-        &world
-             ->laws[world->vertex_surface[a] * world->set.surface_count + world->vertex_surface[b]];
+        &world->model.laws[world->model.vertex_surface[a] * world->model.set.surface_count +
+                           world->model.vertex_surface[b]];
     return GAP_SHARE * law->contact_distance;
 }
 
@@ -113,7 +113,7 @@ static void shorten_contour(untangling *work, const surface_crossing *crossing) 
 /* Triangles that touch without a crossing, as flat on one another, part along the normal of the
  * second, to the sides on which orient_by_triangles finds them. */
 static void part_loose(untangling *work, const tulle_intersection *pair) {
-    const surface_range *const surfaces = work->world->surfaces;
+    const surface_range *const surfaces = work->world->model.surfaces;
     uint32_t const first = surfaces[pair->object_a].triangle_begin + pair->triangle_a;
     uint32_t const second = surfaces[pair->object_b].triangle_begin + pair->triangle_b;
     const uint32_t *const a = work->topo->triangles + 3 * (size_t)first;
@@ -131,18 +131,19 @@ static void part_loose(untangling *work, const tulle_intersection *pair) {
  * vertex is. */
 static tulle_status push_near(untangling *work) {
     tulle_world *const world = work->world;
-    contact_scene const scene = {.set = &world->set,
-                                 .vertex_count = world->vertex_count,
-                                 .cloth_vertex_count = world->cloth_vertex_count,
-                                 .vertex_surface = world->vertex_surface,
-                                 .rest = world->rest,
-                                 .laws = world->laws,
-                                 .settings = {.minimum_gap = world->minimum_gap}};
-    tulle_status status = build_trees(work->broad, &world->set, work->positions, work->positions,
-                                      world->contact_distance, world->threads);
+    contact_scene const scene = {.set = &world->model.set,
+                                 .vertex_count = world->model.vertex_count,
+                                 .cloth_vertex_count = world->model.cloth_vertex_count,
+                                 .vertex_surface = world->model.vertex_surface,
+                                 .rest = world->model.rest,
+                                 .laws = world->model.laws,
+                                 .settings = {.minimum_gap = world->model.minimum_gap}};
+    tulle_status status =
+        build_trees(work->broad, &world->model.set, work->positions, work->positions,
+                    world->model.contact_distance, world->work.threads);
     if (status == TULLE_OK)
-        status =
-            find_pairs(work->broad, &world->set, world->threads, PAIRS_SORTED, &work->pairs, NULL);
+        status = find_pairs(work->broad, &world->model.set, world->work.threads, PAIRS_SORTED,
+                            &work->pairs, NULL);
     size_t const triangle_pairs = work->pairs.vertex_triangle.count;
     size_t const count = triangle_pairs + work->pairs.edge_edge.count;
     work->has_gap = true;
@@ -182,18 +183,18 @@ static tulle_status push_near(untangling *work) {
 static void spread_votes(untangling *work) {
     const tulle_world *const world = work->world;
     const adjacency *const around = &work->topo->vertex_neighbours;
-    double *const asked = work->shift + 3 * world->vertex_count; /* second half */
+    double *const asked = work->shift + 3 * world->model.vertex_count; /* second half */
     int const level = work->level < REACH_LEVEL_MAX ? work->level : REACH_LEVEL_MAX;
     double const reach = REACHES[work->attempt % REACH_COUNT] * (double)(1 << level);
     double const screen = 1.0 + 1.5 / (reach * reach);
-    for (size_t v = 0; v < world->cloth_vertex_count; v++) {
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++) {
         if (work->votes[v] > 0.0)
             vec3_store(work->shift, v, vec3_scale(vec3_load(work->shift, v), 1.0 / work->votes[v]));
         vec3_store(asked, v, vec3_load(work->shift, v));
     }
     for (int sweep = 0; sweep < SPREAD_SWEEPS * (1 << level); sweep++) {
-        for (size_t i = 0; i < world->cloth_vertex_count; i++) {
-            size_t const v = sweep % 2 ? world->cloth_vertex_count - 1 - i : i;
+        for (size_t i = 0; i < world->model.cloth_vertex_count; i++) {
+            size_t const v = sweep % 2 ? world->model.cloth_vertex_count - 1 - i : i;
             uint32_t const begin = around->begin[v], end = around->begin[v + 1];
             if (work->mobility[v] == 0.0 || begin == end) continue;
             double const own = work->votes[v] > 0.0 ? VOTE_WEIGHT : 0.0;
@@ -219,8 +220,8 @@ void limit_distance(untangling *work, uint32_t a, uint32_t b, double low, double
 
 tulle_status move_apart(untangling *work) {
     const tulle_world *const world = work->world;
-    memset(work->shift, 0, 3 * world->vertex_count * sizeof *work->shift);
-    memset(work->votes, 0, world->vertex_count * sizeof *work->votes);
+    memset(work->shift, 0, 3 * world->model.vertex_count * sizeof *work->shift);
+    memset(work->votes, 0, world->model.vertex_count * sizeof *work->votes);
     tulle_status status = push_near(work);
     if (status == TULLE_OK) status = remember_crossings(work);
     if (status != TULLE_OK) return status;
@@ -237,11 +238,11 @@ tulle_status move_apart(untangling *work) {
         part_loose(work, &work->contours.loose[i]);
     push_out_of_depth(work);
     spread_votes(work);
-    for (size_t v = 0; v < world->cloth_vertex_count; v++)
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++)
         vec3_store(work->positions, v,
                    vec3_add(vec3_load(work->positions, v), vec3_load(work->shift, v)));
     calm_surroundings(work);
-    uint32_t const edge_end = world->cloth_edge_count;
+    uint32_t const edge_end = world->model.cloth_edge_count;
     for (int sweep = 0; sweep < LENGTH_SWEEPS; sweep++) {
         for (uint32_t i = 0; i < edge_end; i++) {
             uint32_t const e = sweep % 2 ? edge_end - 1 - i : i;

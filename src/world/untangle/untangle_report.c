@@ -30,8 +30,8 @@ static int compare_counts(const void *one, const void *two) {
 static tulle_status write_surfaces(tulle_world *world, size_t first_surface, char *text,
                                    size_t size) {
     const intersection_list *const list = &world->intersections;
-    arena_mark const mark = arena_get_mark(&world->scratch);
-    surface_count *const counts = ARENA_NEW(&world->scratch, surface_count, list->count);
+    arena_mark const mark = arena_get_mark(&world->work.scratch);
+    surface_count *const counts = ARENA_NEW(&world->work.scratch, surface_count, list->count);
     if (!counts) return TULLE_ERROR_OUT_OF_MEMORY;
     size_t count = 0, length = 0;
     for (size_t i = 0; i < list->count; i++) {
@@ -53,7 +53,7 @@ static tulle_status write_surfaces(tulle_world *world, size_t first_surface, cha
     if (count > NAMED_SURFACES && length < size)
         (void)snprintf(text + length, size - length, ", %zu other pair%s of surfaces",
                        count - NAMED_SURFACES, count == NAMED_SURFACES + 1 ? "" : "s");
-    arena_release(&world->scratch, mark);
+    arena_release(&world->work.scratch, mark);
     return TULLE_OK;
 }
 
@@ -68,8 +68,8 @@ tulle_status describe_left(untangling *work, char *text, size_t size) {
     size_t lines = contours->loose_count, held = 0; /* held: pinned in a closed obstacle */
     for (size_t i = 0; i < contours->count; i++)
         lines += i == 0 || contours->crossings[i].contour != contours->crossings[i - 1].contour;
-    for (size_t v = 0; v < world->cloth_vertex_count; v++)
-        held += work->is_inside[v] && world->is_fixed[v];
+    for (size_t v = 0; v < world->model.cloth_vertex_count; v++)
+        held += work->is_inside[v] && world->work.is_fixed[v];
     char surfaces[WORLD_MESSAGE_BYTES] = "", pins[128] = "";
     status = write_surfaces(world, 0, surfaces, sizeof surfaces);
     if (held > 0)
@@ -83,7 +83,7 @@ tulle_status describe_left(untangling *work, char *text, size_t size) {
 
 tulle_status refuse_bodies(tulle_world *world, tulle_error *error) {
     char text[WORLD_MESSAGE_BYTES / 2] = "";
-    tulle_status const status = write_surfaces(world, world->cloths.count, text, sizeof text);
+    tulle_status const status = write_surfaces(world, world->model.cloths.count, text, sizeof text);
     if (status != TULLE_OK) return error_set(error, status, "no memory left to judge the start");
     return world_refuse_bodies(world, text, error);
 }

@@ -35,7 +35,7 @@ static void fill_boxes(const untangling *work, sorted_triangles *cloth,
     const double *const x = work->positions;
     /* The box of all cloth, and the axis in which it is longest. */
     double low[3] = {x[0], x[1], x[2]}, high[3] = {x[0], x[1], x[2]};
-    for (size_t i = 0; i < 3 * world->cloth_vertex_count; i++) {
+    for (size_t i = 0; i < 3 * world->model.cloth_vertex_count; i++) {
         low[i % 3] = fmin(low[i % 3], x[i]);
         high[i % 3] = fmax(high[i % 3], x[i]);
     }
@@ -43,8 +43,8 @@ static void fill_boxes(const untangling *work, sorted_triangles *cloth,
     for (size_t c = 1; c < 3; c++)
         if (high[c] - low[c] > high[axis] - low[axis]) axis = c;
 
-    for (uint32_t s = 0; s < world->set.surface_count; s++) {
-        const surface_range *const range = &world->surfaces[s];
+    for (uint32_t s = 0; s < world->model.set.surface_count; s++) {
+        const surface_range *const range = &world->model.surfaces[s];
         sorted_triangles *const list = range->is_obstacle ? obstacles : cloth;
         for (uint32_t t = range->triangle_begin; t < range->triangle_end && range->is_present;
              t++) {
@@ -78,7 +78,7 @@ static bool sweep(untangling *work, const sorted_triangle *box, const sorted_tri
         bool is_near = true;
         for (size_t c = 1; c < 3; c++)
             is_near = is_near && box->low[c] <= other->high[c] && other->low[c] <= box->high[c];
-        if (!is_near || !surfaces_may_meet(&world->set, box->surface, other->surface) ||
+        if (!is_near || !surfaces_may_meet(&world->model.set, box->surface, other->surface) ||
             !triangles_cross(work, box->triangle, other->triangle))
             continue;
         if (!ARRAY_RESERVE(&world->heap, found, 1)) return false;
@@ -86,14 +86,15 @@ static bool sweep(untangling *work, const sorted_triangle *box, const sorted_tri
         const sorted_triangle *const first = is_ordered ? box : other;
         const sorted_triangle *const second = is_ordered ? other : box;
         found->data[found->count++] = (tulle_intersection){
-            first->surface, first->triangle - world->surfaces[first->surface].triangle_begin,
-            second->surface, second->triangle - world->surfaces[second->surface].triangle_begin};
+            first->surface, first->triangle - world->model.surfaces[first->surface].triangle_begin,
+            second->surface,
+            second->triangle - world->model.surfaces[second->surface].triangle_begin};
     }
     return true;
 }
 
 tulle_status find_crossing_pairs(untangling *work, intersection_list *list) {
-    arena *const scratch = &work->world->scratch;
+    arena *const scratch = &work->world->work.scratch;
     arena_mark const mark = arena_get_mark(scratch);
     size_t const most = work->topo->triangle_count;
     sorted_triangles cloth = {ARENA_NEW(scratch, sorted_triangle, most), 0};

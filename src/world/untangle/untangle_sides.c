@@ -60,7 +60,7 @@ static double flood_region(untangling *work, uint32_t seed, uint32_t mark, uint3
 /* Marks what lies inside an obstacle. Vertices of cloth that hang together without a cut edge are
  * all inside it or all outside, so one winding number tells. */
 static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint32_t *number) {
-    const surface_range *const range = &work->world->surfaces[surface];
+    const surface_range *const range = &work->world->model.surfaces[surface];
     const contour_set *const contours = &work->contours;
     for (size_t i = 0; i < contours->count; i++) {
         const surface_crossing *const crossing = &contours->crossings[i];
@@ -69,7 +69,7 @@ static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint3
         work->cut[crossing->edge] = mark;
         work->cut_along[crossing->edge] = crossing->along;
     }
-    size_t const cloth_count = work->world->cloth_vertex_count;
+    size_t const cloth_count = work->world->model.cloth_vertex_count;
     uint32_t const first = *number;
     for (size_t i = 0; i < contours->count; i++) {
         uint32_t const edge = contours->crossings[i].edge;
@@ -229,7 +229,7 @@ void mark_astray(untangling *work, const contour_range *range, const flood *regi
         double *const weight = &regions->weights[region - regions->begin];
         if (*weight < 0.0) continue;
         *weight = -1.0; /* marked */
-        for (size_t v = 0; v < work->world->vertex_count; v++)
+        for (size_t v = 0; v < work->world->model.vertex_count; v++)
             if (work->region[v] == region) work->is_astray[v] = true;
     }
 }
@@ -237,28 +237,29 @@ void mark_astray(untangling *work, const contour_range *range, const flood *regi
 tulle_status decide_sides(untangling *work) {
     tulle_world *const world = work->world;
     const contour_set *const contours = &work->contours;
-    size_t const n = world->vertex_count;
+    size_t const n = world->model.vertex_count;
     memset(work->is_inside, 0, n * sizeof(bool));
     memset(work->is_astray, 0, n * sizeof(bool));
     memset(work->region, 0, n * sizeof *work->region);
     memset(work->grown, 0, n * sizeof *work->grown);
     memset(work->cut, 0, work->topo->edge_count * sizeof *work->cut);
     flood regions = {.mark = 1, .begin = 1};
-    regions.weights = ARENA_NEW(&world->scratch, double, 2 * contours->count);
-    contour_range *const ranges = ARENA_NEW(&world->scratch, contour_range, contours->count);
+    regions.weights = ARENA_NEW(&world->work.scratch, double, 2 * contours->count);
+    contour_range *const ranges = ARENA_NEW(&world->work.scratch, contour_range, contours->count);
     if (!regions.weights || !ranges) return TULLE_ERROR_OUT_OF_MEMORY;
-    for (uint32_t i = 0; i < world->obstacles.count; i++)
+    for (uint32_t i = 0; i < world->model.obstacles.count; i++)
         if (work->is_closed[i])
-            mark_inside(work, (uint32_t)world->cloths.count + i, regions.mark++, &regions.begin);
+            mark_inside(work, (uint32_t)world->model.cloths.count + i, regions.mark++,
+                        &regions.begin);
 
     /* Contours that part a surface each; open ones with obstacles are decided together below. */
     size_t range_count = 0;
     contour_range range;
     for (size_t begin = 0; begin < contours->count; begin = range.end) {
         const surface_crossing *const first = &contours->crossings[begin];
-        uint32_t const a = world->vertex_surface[work->topo->edges[2 * (size_t)first->edge]];
+        uint32_t const a = world->model.vertex_surface[work->topo->edges[2 * (size_t)first->edge]];
         uint32_t const b =
-            world->vertex_surface[work->topo->triangles[3 * (size_t)first->triangle]];
+            world->model.vertex_surface[work->topo->triangles[3 * (size_t)first->triangle]];
         range = (contour_range){
             .begin = begin, .end = begin + 1, .cloth = a < b ? a : b, .obstacle = a < b ? b : a};
         while (range.end < contours->count &&
@@ -267,7 +268,7 @@ tulle_status decide_sides(untangling *work) {
         regions.mark++;
         regions.begin += regions.count;
         range.is_open = !decide_contour(work, &range, &regions);
-        bool const is_of_obstacle = range.obstacle >= world->cloths.count;
+        bool const is_of_obstacle = range.obstacle >= world->model.cloths.count;
         if (is_of_obstacle) ranges[range_count++] = range;
         if (!range.is_open)
             mark_astray(work, &range, &regions);

@@ -20,7 +20,7 @@ static tulle_step_report step_sheet(int limit, double tolerance) {
     world.pinned[world.pin_count++] = 0;
     world.pinned[world.pin_count++] = SIDE - 1;
     start_contact_world(&world);
-    assert_non_null(world.world->aggregates); /* else there is one phase */
+    assert_non_null(world.world->work.aggregates); /* else there is one phase */
     for (int i = 0; i < 2; i++) assert_int_equal(step_contact_world(&world, 1.0 / 30.0), TULLE_OK);
     tulle_step_report const report = world.report;
     contact_world_destroy(&world);
@@ -73,7 +73,7 @@ static void make_large_system(large_system *large) {
     add_contact_surface(&large->world, large->sheet.mesh, false);
     start_contact_world(&large->world);
     assert_int_equal(step_contact_world(&large->world, 1.0 / 30.0), TULLE_OK);
-    block_matrix *const matrix = &large->world.world->system.matrix;
+    block_matrix *const matrix = &large->world.world->work.system.matrix;
     for (size_t i = 0; i < BLOCK_NUMBERS * matrix->block_count; i++) matrix->values[i] *= factor;
     for (int k = 0; k < 2; k++) matrix->scalar_factors[k] *= factor;
     large->size = 3 * large->world.cloth_vertex_count;
@@ -99,12 +99,12 @@ static void free_large_system(large_system *large) {
 /* From u = 0, with scratch of its own. *is_double: the last phase was reached. */
 static tulle_status solve_large(large_system *large, arena *scratch, bool *is_double,
                                 conjugate_gradients_result *result) {
-    block_matrix_operator matrix = {&large->world.world->system.matrix, 1};
+    block_matrix_operator matrix = {&large->world.world->work.system.matrix, 1};
     contact_scene scene = get_contact_scene(&large->world, 1.0 / 30.0);
     scene.scratch = scratch;
     motion_system const system = {.right_hand_side = large->b,
                                   .matrix = matrix.matrix,
-                                  .aggregates = large->world.world->aggregates};
+                                  .aggregates = large->world.world->work.aggregates};
     conjugate_gradients_problem const problem = {.vertex_count = large->size / 3,
                                                  .apply = block_matrix_apply,
                                                  .apply_context = &matrix,
@@ -144,7 +144,7 @@ static void double_precision_takes_over(void **state) {
     assert_true(is_double);
     assert_int_equal(result.end, CONJUGATE_GRADIENTS_CONVERGED);
     assert_true(result.residual <= 1e-9);
-    block_matrix_operator matrix = {&large.world.world->system.matrix, 1};
+    block_matrix_operator matrix = {&large.world.world->work.system.matrix, 1};
     block_matrix_apply(&matrix, large.u, large.residual);
     double off2 = 0.0, b2 = 0.0;
     for (size_t i = 0; i < large.size; i++) {

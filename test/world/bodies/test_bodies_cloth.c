@@ -84,7 +84,7 @@ static double measure_balance(const tulle_world *world, const double *before,
         if (!row->frame.has_body) continue;
         total += vec3_norm(row->solve.impulse);
         for (int k = 0; k < 4; k++)
-            if (row->frame.vertices[k] < world->cloth_vertex_count)
+            if (row->frame.vertices[k] < world->model.cloth_vertex_count)
                 add_impulse(before + 3 * (size_t)row->frame.vertices[k],
                             vec3_scale(row->solve.impulse, row->frame.weights[k]), &linear,
                             &angular);

@@ -65,7 +65,7 @@ static void enough_room_changes_nothing(void **state) {
     (void)state;
     tulle_mesh sheet;
     tulle_world *const world = make_sheet(6e-3, 0.0, &sheet);
-    assert_null(world->rooms);
+    assert_null(world->model.rooms);
     assert_string_equal(tulle_world_last_message(world), "");
     tulle_mesh_destroy(&sheet);
     tulle_world_destroy(world);

@@ -135,8 +135,9 @@ static double measure_least_room(tulle_mesh mesh) {
     small_add_obstacle(world, &mesh);
     start(world);
     double least = INFINITY;
-    for (size_t v = world->cloth_vertex_count; world->rooms && v < world->vertex_count; v++)
-        least = fmin(least, world->rooms[v]);
+    for (size_t v = world->model.cloth_vertex_count;
+         world->model.rooms && v < world->model.vertex_count; v++)
+        least = fmin(least, world->model.rooms[v]);
     tulle_mesh_destroy(&sheet);
     tulle_mesh_destroy(&mesh);
     tulle_world_destroy(world);

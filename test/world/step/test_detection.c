@@ -123,7 +123,7 @@ static tulle_world *make_world(const stage_set *set, tulle_world_def def) {
         assert_int_equal(error.status, TULLE_ERROR_OUT_OF_MEMORY);
         return NULL;
     }
-    world->patch_rules.keeps_all = true;
+    world->work.patch_rules.keeps_all = true;
     tulle_cloth_def cloth = tulle_cloth_def_default();
     cloth.mesh = tulle_mesh_get_view(&set->cloth);
     cloth.velocities = set->velocities;
@@ -170,8 +170,8 @@ static outcome run(const stage_set *set, const choice *of, int threads, int coun
         result.searches += report.pair_searches;
         result.dissolved += report.patches_dissolved;
         result.box_pairs += report.box_pairs;
-        result.straight += broad_phase_is_straight(world->broad);
-        result.both += broad_phase_is_straight(world->broad) && report.patches > 0;
+        result.straight += broad_phase_is_straight(world->work.broad);
+        result.both += broad_phase_is_straight(world->work.broad) && report.patches > 0;
         result.patch_share +=
             (double)report.patch_triangles / (double)set->cloth.triangle_count / count;
         assert_true(report.patches_certified ==

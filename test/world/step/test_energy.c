@@ -28,12 +28,12 @@ static void add_needles(tulle_world *world) {
 
 /* What a step measured on its way is kept, and must be that of the state it came to. */
 static void check_energies(tulle_world *world, const tulle_step_report *report) {
-    const world_motion_state *const now = &world->now;
-    energy_options const options = {.gravity = vec3_load(world->def.gravity, 0),
-                                    .threads = world->threads};
+    const motion_state *const now = &world->now;
+    energy_options const options = {.gravity = vec3_load(world->model.def.gravity, 0),
+                                    .threads = world->work.threads};
     cloth_energies measured;
-    assert_int_equal(compute_energies(world->model, now->positions, now->velocities, options,
-                                      &world->scratch, &measured),
+    assert_int_equal(compute_energies(world->model.cloth_model, now->positions, now->velocities,
+                                      options, &world->work.scratch, &measured),
                      TULLE_OK);
     assert_true(report->kinetic_energy == measured.kinetic);
     assert_true(report->gravity_energy == measured.gravity);

@@ -1,6 +1,6 @@
-/* world/motion.h - scripted rigid motion: keyframes to positions. */
-#ifndef TULLE_WORLD_MOTION_H
-#define TULLE_WORLD_MOTION_H
+/* step/motion.h - scripted rigid motion: keyframes to positions. */
+#ifndef TULLE_STEP_MOTION_H
+#define TULLE_STEP_MOTION_H
 
 #include "base/memory.h"
 #include "math/quaternion.h"

@@ -1,4 +1,4 @@
-/* world/motion.c - scripted rigid motion: keyframes to positions.
+/* step/motion.c - scripted rigid motion: keyframes to positions.
  *
  * Takes keyframes (time, translation, rotation vector) and a time; gives the pose or moved points.
  * Between keys the translation is linear, and the rotation goes at constant speed about one axis,
@@ -6,7 +6,7 @@
  * turn about one axis, the way is the difference of their angles, of any size; else it is the
  * shorter way.
  * Based on: Shoemake, Animating rotation with quaternion curves, 1985 (spherical interpolation). */
-#include "world/motion.h"
+#include "step/motion.h"
 
 #include "base/error.h"
 #include "math/quaternion.h"

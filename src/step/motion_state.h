@@ -1,0 +1,113 @@
+/* step/motion_state.h - what a step replaces: it works on a copy, which takes the place of the
+ * state when it succeeds. */
+#ifndef TULLE_STEP_MOTION_STATE_H
+#define TULLE_STEP_MOTION_STATE_H
+
+#include "contact/rows/contact_store.h"
+#include "dynamics/compute_forces.h"
+#include "math/quaternion.h"
+#include "step/motion.h"
+
+/* How an obstacle with a body moves. */
+typedef enum body_state { BODY_SCRIPTED, BODY_FREE, BODY_SLEEPS } body_state;
+
+/* What a step knows of a body beside its slots (bodies.h). Plain data without padding: saved and
+ * hashed as bytes. */
+typedef struct body_rest {
+    uint32_t state;    /* body_state */
+    uint32_t group;    /* lowest of the bodies with which it fell asleep */
+    double quiet_time; /* [s] it has been slow, or slept since */
+    double force[3];   /* [N] of cloth on it when it fell asleep */
+    double torque[3];  /* [N m] of that force about the body's centre */
+    double impulse[3]; /* [N s] of all its contacts in the last substep before it fell asleep */
+    double moment[3];  /* [N m s] of these impulses about the body's centre */
+} body_rest;
+
+/* What a step knows of the sleep of a cloth (cloth_sleep.h). Plain data without padding: saved and
+ * hashed as bytes. */
+typedef struct cloth_rest {
+    uint64_t is_asleep; /* 0 or 1 */
+    double quiet_time;  /* [s] it has been slow, or slept since */
+    double slept_from;  /* [s] start of the step in which it fell asleep; 0 while awake */
+} cloth_rest;
+
+/* What on_pinch: slow holds back (holds.h). Plain data without padding: saved and hashed as bytes.
+ */
+typedef struct world_hold {
+    uint32_t kind;          /* hold_kind */
+    uint32_t cloth;         /* surface that was pinched */
+    uint32_t obstacles[2];  /* the second may be TULLE_NONE: what is fixed */
+    uint32_t points[2][4];  /* vertices of each obstacle; their weighted mean is the point at which
+                               it is held apart from the other */
+    double weights[2][4];   /* of these vertices in the mean */
+    double normal[3];       /* unit, from the first obstacle to the second */
+    double gap, wanted_gap; /* [m] of the points along the normal that they keep: now, at last */
+    double share;           /* of what the script asks too much, that the first holds back */
+    double lag;             /* [m] farthest vertex from where the script has it, as it catches up */
+    uint32_t wait, waiting; /* steps until it is tried again: all, and those left */
+} world_hold;
+enum { HOLDS_MAX = 16 };
+
+/* A vertex of cloth that an attachment holds (ties.h). Plain data without padding: saved and hashed
+ * as bytes. Of what holds a vertex it has two descriptions: a place over the triangle of `corners`,
+ * or, where these are TULLE_NONE, `point`. */
+typedef struct world_tie {
+    uint32_t number;             /* of the attachment, from 1 */
+    uint32_t order, order_count; /* of the vertex in its def, of how many */
+    uint32_t vertex;             /* in the world's numbering, as corners are */
+    uint32_t corners[3];         /* of a triangle of another surface or of the same cloth */
+    uint32_t reserved;           /* 0 */
+    double weights[3];           /* barycentric coordinates of the vertex' foot */
+    double height;               /* [m] over the triangle */
+    double point[3];             /* [m] */
+    double stiffness;            /* [N/m] INFINITY: rigid */
+    double break_force;          /* [N] */
+    double release_time;         /* [s] */
+    double force[3];             /* [N] on the vertex in the last substep */
+} world_tie;
+
+/* Elastic energies of the cloths, measured once for the same positions. */
+typedef struct known_elastic {
+    elastic_energies energies;
+    bool is_known;
+} known_elastic;
+
+/* What a step replaces; there are two, swapped when a step succeeds. */
+typedef struct motion_state {
+    double *positions;  /* [m] all vertices */
+    double *velocities; /* [m/s] all vertices */
+    /* [m/s] all vertices; null without BDF2, which alone reads them */
+    double *previous_mean;       /* mean velocity u of the last step */
+    double *previous_velocities; /* at the start of the last step */
+    double previous_time_step;   /* [s] of that step; 0: none, or it was shortened */
+    double lost_energy;          /* [J] in the last substep; 0 without bodies */
+    known_elastic elastic;       /* of the cloths at `positions`; not saved */
+    double *plastic;             /* of sliders (hysteresis.h): world->plastic_count */
+    double time;                 /* [s] */
+    uint8_t *is_present;         /* per obstacle */
+    uint8_t *particles;          /* particle_state of particle_count vertices */
+    body_rest *rests;            /* per body */
+    cloth_rest *cloth_rests;     /* cloth_rest_count */
+    double *drive_forces;        /* [N], [N m] 6 per body: of the last substep; not saved */
+    motion_pose *poses;          /* of pose_count obstacles: those driven as a whole */
+    world_hold holds[HOLDS_MAX];
+    size_t hold_count;
+    double *lags;              /* [m] of lag_vertex_count vertices, see felt.h */
+    double *largest_lags;      /* [m] per obstacle; 0: its lags are zero. Not saved */
+    ARRAY(world_tie) ties;     /* by number of attachment, then order */
+    uint32_t attachment_count; /* that the world ever had */
+    contact_store contacts;
+} motion_state;
+
+enum { STATE_VECTORS_MAX = 4 };
+/* The vectors over all vertices that a state has, and how many they are. */
+static inline size_t world_list_vectors(const motion_state *state,
+                                        double *vectors[STATE_VECTORS_MAX]) {
+    vectors[0] = state->positions;
+    vectors[1] = state->velocities;
+    vectors[2] = state->previous_mean;
+    vectors[3] = state->previous_velocities;
+    return state->previous_mean ? 4 : 2;
+}
+
+#endif
