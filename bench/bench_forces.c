@@ -142,7 +142,7 @@ static double time_linearisation(bench_cloth *cloth, const bench_sheet *sheet,
                  .gust_time = 1.0}};
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0, false};
     force_terms terms = {0};
-    cloth_motion state = {.positions = sheet->positions,
+    cloth_start state = {.positions = sheet->positions,
                           .velocities = sheet->velocities,
                           .time_step = STEP,
                           .terms = what->is_later ? &terms : NULL};

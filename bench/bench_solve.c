@@ -98,7 +98,7 @@ static bench_cloth *make_cloth(size_t side, int threads) {
     check(cloth_model_build(&cloth->heap, &def, &cloth->model, &error) == TULLE_OK, "the model");
     check(linear_system_build(&cloth->heap, &cloth->model, false, &cloth->system) == TULLE_OK,
           "the system");
-    cloth_motion const state = {
+    cloth_start const state = {
         .positions = cloth->positions, .velocities = cloth->velocities, .time_step = STEP};
     environment const still = {.gravity = {0.0, 0.0, -9.81},
                                .wind = {.gust_length = 1.0, .gust_time = 1.0}};

@@ -27,7 +27,8 @@ import count_reach  # noqa: E402
 COLUMNS = ["date", "figure", "value", "granted"]
 LIMITS = "tools/limits.csv"
 STARTS = ["world_start"]
-STRUCTS = {"tulle_world": "src/world/world_state.h", "step_context": "src/world/step/step.h", "retry_state": "src/world/step/step.h"}
+STRUCTS = {"tulle_world": "src/world/world_state.h", "step_model": "src/step/step_model.h", "motion_state": "src/step/motion_state.h",
+           "step_work": "src/step/step_work.h", "step_context": "src/world/step/step.h", "retry_state": "src/world/step/step.h"}
 CONTEXT = "world/step/step.h"
 STAGE_7 = ("src/contact/response.h", "src/contact/solve/solve_motion.h", "src/contact/solve/solve_motion.c", "src/world/step/step.h")
 STRUCT = re.compile(r"\bstruct\s+(\w+)\s*\{")
