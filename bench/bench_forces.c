@@ -143,9 +143,9 @@ static double time_linearisation(bench_cloth *cloth, const bench_sheet *sheet,
     force_options const options = {TULLE_INTEGRATOR_IMPLICIT_EULER, 1, 0.0, false};
     force_terms terms = {0};
     cloth_start state = {.positions = sheet->positions,
-                          .velocities = sheet->velocities,
-                          .time_step = STEP,
-                          .terms = what->is_later ? &terms : NULL};
+                         .velocities = sheet->velocities,
+                         .time_step = STEP,
+                         .terms = what->is_later ? &terms : NULL};
     arena_mark const mark = arena_get_mark(&cloth->scratch);
     double start = 0.0;
     for (int pass = 0; pass <= (what->is_later ? 1 : 0); pass++) {

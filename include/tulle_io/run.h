@@ -76,7 +76,7 @@ typedef struct tulle_run_debug {
 } tulle_run_debug;
 
 /* An obstacle that lags behind its frames where it leaves cloth no room (TULLE_ON_PINCH_LAG). Its
- * positions are the felt surface, which cloth meets. */
+ * positions are the lagging surface, which cloth meets. */
 typedef struct tulle_run_lag {
     uint32_t body;            /* index of the bodies */
     uint32_t vertex;          /* the one that lags most */

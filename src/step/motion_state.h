@@ -92,7 +92,7 @@ typedef struct motion_state {
     motion_pose *poses;          /* of pose_count obstacles: those driven as a whole */
     world_hold holds[HOLDS_MAX];
     size_t hold_count;
-    double *lags;              /* [m] of lag_vertex_count vertices, see felt.h */
+    double *lags;              /* [m] of lag_vertex_count vertices, see lag.h */
     double *largest_lags;      /* [m] per obstacle; 0: its lags are zero. Not saved */
     ARRAY(world_tie) ties;     /* by number of attachment, then order */
     uint32_t attachment_count; /* that the world ever had */

@@ -3,7 +3,7 @@
  * A saved state holds everything that decides later steps and is not in the defs: positions,
  * velocities, history of BDF2, clocks, presence of obstacles, contacts with their
  * impulses, ignored pairs, plastic parts where cloth has hysteresis, poses of obstacles that the
- * host drives as a whole, lags of felt surfaces, attachments, and what the host has changed:
+ * host drives as a whole, lags of lagging surfaces, attachments, and what the host has changed:
  * gravity, wind, laws, materials, pins, locks and drives. What the host gave for the next step is
  * input and no state. Obstacles that never move are left out: both states of the world have them
  * from its start on, to the bit (place_obstacles). It also holds the patches: they decide how fast
@@ -12,7 +12,7 @@
 #include "base/hash.h"
 #include "tulle/live.h"
 #include "world/bodies/bodies.h"
-#include "world/felt/felt.h"
+#include "world/lag/lag.h"
 #include "world/pinch/holds.h"
 #include "world/record/record.h"
 #include "world/step/search.h"

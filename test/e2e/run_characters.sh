@@ -40,12 +40,12 @@ rescues = sum(int(r[f"rescue_{kind}"]) for r in reports
 assert contacts > 10000 and 1000 * rescues < contacts, f"{rescues} rescues in {contacts} contacts"
 assert any(int(f["lags"].split(":")[3]) > 20 for f in frames if f["lags"]), "as drawn nothing crosses"
 assert sum(r["pinched"] == "1" for r in reports) < len(reports) * 0.7
-felt, sheet = read_cache("body"), read_cache(cloth)
-speed = max(fastest(felt[i - 1], felt[i]) for i in range(1, len(felt)))
+body, sheet = read_cache("body"), read_cache(cloth)
+speed = max(fastest(body[i - 1], body[i]) for i in range(1, len(body)))
 for i in range(1, len(sheet)):
     if frames[i]["lags"]:
         way = fastest(sheet[i - 1], sheet[i])
-        assert way < 3 * speed, f"frame {i}: cloth goes {way} m, the felt surface {speed} m at most"
+        assert way < 3 * speed, f"frame {i}: cloth goes {way} m, the lagging surface {speed} m at most"
 JUDGE
 
 run() { # SCENE CLOTH COARSE_RESOLUTION LEAST_LAG MOST_LAG

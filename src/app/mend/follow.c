@@ -238,7 +238,7 @@ static double measure_distance_to_trouble(const mend_follow *follow, size_t vert
     return sqrt(nearest);
 }
 
-/* What stands leaves as much room as there is. So bodies stay where they are felt: near cloth that
+/* What stands leaves as much room as there is. So bodies stay where they lag to: near cloth that
  * is away or meets something, with a smooth edge, or wholly. */
 static void hold_bodies(mend_follow *follow, bool is_near) {
     double const edge = follow->near / NEAR_SHARE;

@@ -17,7 +17,7 @@ typedef struct mend_follow {
     double strength;
     tulle_detector *detector;
     double near;               /* a departure under it is none; in the files' unit */
-    double *now;               /* all vertices: the cloth mended, bodies where they are felt */
+    double *now;               /* all vertices: the cloth mended, bodies where they lag to */
     double *given;             /* all vertices, as they are given in the same frame */
     double *departures_before; /* of the cloth in the frame before */
     double *begin, *target, *end, *rounded, *wanted, *last; /* scratch */

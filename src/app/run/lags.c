@@ -42,13 +42,13 @@ static tulle_status measure_lag(const run_session *session, size_t obstacle, dou
         built->world, tulle_object_from_obstacle(built->obstacles[obstacle]),
         TULLE_VALUES_DRAWN_POSITIONS, &target, error);
     if (status != TULLE_OK) return status;
-    const double *const felt = session->positions[body];
+    const double *const lagging = session->positions[body];
     *lag = (tulle_run_lag){.body = (uint32_t)body};
     double largest2 = 0.0;
     for (size_t v = 0; v < vertex_count; v++) {
         double size2 = 0.0;
         for (size_t k = 3 * v; k < 3 * v + 3; k++)
-            size2 += (felt[k] - drawn[k]) * (felt[k] - drawn[k]);
+            size2 += (lagging[k] - drawn[k]) * (lagging[k] - drawn[k]);
         if (!(size2 > largest2)) continue;
         largest2 = size2;
         lag->vertex = (uint32_t)v;

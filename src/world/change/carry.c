@@ -7,7 +7,7 @@
 #include "dynamics/hysteresis.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
-#include "world/felt/felt.h"
+#include "world/lag/lag.h"
 #include "world/sleep/cloth_sleep.h"
 
 #include <math.h>
@@ -101,7 +101,7 @@ static void carry_surface(tulle_world *world, size_t surface, size_t source) {
         now->poses[obstacle] = before->now.poses[old];
 }
 
-/* How far felt surfaces lag. They are numbered by obstacle, among those that may. */
+/* How far lagging surfaces lag. They are numbered by obstacle, among those that may. */
 static void carry_lags(tulle_world *world) {
     const world_change *const change = world->change;
     const tulle_world *const before = change->before;

@@ -9,7 +9,7 @@
  * - slow: those obstacles are held back (see holds.h), and the step is made anew. */
 #include "base/error.h"
 #include "world/bodies/bodies_sleep.h"
-#include "world/felt/felt.h"
+#include "world/lag/lag.h"
 #include "world/pinch/holds.h"
 #include "world/pinch/pinch_sides.h"
 

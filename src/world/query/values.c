@@ -5,7 +5,7 @@
  * straight into the caller's memory; only forces are gathered beforehand. */
 #include "base/error.h"
 #include "dynamics/hysteresis.h"
-#include "world/felt/felt.h"
+#include "world/lag/lag.h"
 
 #include <string.h>
 

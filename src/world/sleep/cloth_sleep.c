@@ -16,7 +16,7 @@
 
 #include "base/error.h"
 #include "world/bodies/bodies_sleep.h"
-#include "world/felt/felt.h"
+#include "world/lag/lag.h"
 #include "world/ties/ties.h"
 
 #include <math.h>

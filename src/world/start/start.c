@@ -9,7 +9,7 @@
 #include "dynamics/hysteresis.h"
 #include "geom/union_find.h"
 #include "world/bodies/bodies.h"
-#include "world/felt/felt.h"
+#include "world/lag/lag.h"
 #include "world/record/record.h"
 #include "world/start/inside.h"
 #include "world/step/search.h"

@@ -7,7 +7,7 @@
 #include "contact/pairs/body_paths.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
-#include "world/felt/felt.h"
+#include "world/lag/lag.h"
 #include "world/pinch/holds.h"
 #include "world/sleep/cloth_sleep.h"
 #include "world/step/search.h"
@@ -95,7 +95,7 @@ tulle_status world_predict_paths(step_context *context) {
     tulle_status status =
         world_script_targets(world, state->time, state->time + advance, context->error);
     if (status != TULLE_OK) return status;
-    world_lead_felt(context);
+    world_lead_lag(context);
     world_hold_targets(context);
     world_lead_ties(context);
     if (context->is_script_frozen)

@@ -31,7 +31,7 @@
  * A step is stuck when a substep is blocked, when four substeps in a row pass next to no time, or
  * when it took 48 substeps (768 with short edges). Refused substeps count too; shorter substeps and
  * turns raise the limit. A step is pinched when it is stuck after the last of the shorter substeps,
- * or at once where what blocks it may lag behind its frames: then it lags more (felt.c), 24 times.
+ * or at once where what blocks it may lag behind its frames: then it lags more (lag.c), 24 times.
  * Else on_pinch decides: `stop` fails the step. `slow` holds back more each time, at last all that
  * follows a script (pinch.c); while anything is held back, a gain of energy refuses no substep. A
  * body that turns too fast for 4,096 substeps fails the step. */
@@ -39,7 +39,7 @@
 #include "world/bodies/bodies_room.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/bodies/bodies_turn.h"
-#include "world/felt/felt.h"
+#include "world/lag/lag.h"
 #include "world/step/step.h"
 
 #include <math.h>

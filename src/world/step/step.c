@@ -16,7 +16,7 @@
 #include "world/bodies/bodies_room.h"
 #include "world/bodies/bodies_sleep.h"
 #include "world/bodies/bodies_turn.h"
-#include "world/felt/felt.h"
+#include "world/lag/lag.h"
 #include "world/pinch/holds.h"
 #include "world/record/record.h"
 #include "world/sleep/cloth_sleep.h"
@@ -151,13 +151,13 @@ static tulle_status run_step(step_context *context) {
         arena_mark const mark = arena_get_mark(&world->work.scratch);
         context->outcome = SUBSTEP_RUNS;
         if (status == TULLE_OK) world_begin_holds(context);
-        if (status == TULLE_OK) status = world_begin_felt(context);
+        if (status == TULLE_OK) status = world_begin_lag(context);
         if (status == TULLE_OK) status = world_begin_carriers(context);
         if (status == TULLE_OK) status = run_substeps(context);
         if (status == TULLE_OK && context->outcome != SUBSTEP_PINCHED) {
             status = world_settle_bodies(context, context->whole_step);
             if (status == TULLE_OK) status = world_settle_cloths(context, context->whole_step);
-            world_end_felt(context);
+            world_end_lag(context);
             if (status == TULLE_OK) status = report_energies(context);
             if (status == TULLE_OK) status = check_overstretch(context);
             if (status == TULLE_OK && world_tears_squeezed(context))

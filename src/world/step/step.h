@@ -141,8 +141,8 @@ typedef struct step_context {
     double hold_left[HOLDS_MAX]; /* [m] that each hold keeps from its script */
     int pinch_level;             /* how much the step holds back already */
     blocked_place torn_place;    /* where the step tears squeezed cloth */
-    double *felt, *drawn; /* [m] all vertices: where felt surfaces are to be at the end of the
-                             step, null: as drawn; where they are drawn (felt.h) */
+    double *lagging, *drawn; /* [m] all vertices: where lagging surfaces are to be at the end of the
+                             step, null: as drawn; where they are drawn (lag.h) */
     still_place still[STILL_PLACES];
     size_t still_count;
     char pinch_message[WORLD_MESSAGE_BYTES / 2]; /* of the pinch found last */

@@ -1,7 +1,7 @@
-/* world/felt/room.h - places where an obstacle that deforms closes on cloth, and the room that the
+/* world/lag/room.h - places where an obstacle that deforms closes on cloth, and the room that the
  * cloth needs there. */
-#ifndef TULLE_WORLD_FELT_ROOM_H
-#define TULLE_WORLD_FELT_ROOM_H
+#ifndef TULLE_WORLD_LAG_ROOM_H
+#define TULLE_WORLD_LAG_ROOM_H
 
 #include "world/step/step.h"
 

@@ -1,13 +1,13 @@
-/* world/felt/room.c - see room.h.
+/* world/lag/room.c - see room.h.
  *
  * In: contacts of cloth with what may lag. From the cloth a ray goes on across it, away from the
  * surface that it touches. What the ray meets first beyond the cloth is the other side. The cloth
  * needs room there by the layers of cloth that the ray passes on its way. */
-#include "world/felt/room.h"
+#include "world/lag/room.h"
 
 #include "detect/queries/surface_queries.h"
 #include "tulle/query.h"
-#include "world/felt/felt.h"
+#include "world/lag/lag.h"
 #include "world/surface_box.h"
 
 #include <math.h>

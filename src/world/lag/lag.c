@@ -1,12 +1,12 @@
-/* world/felt/felt.c - see felt.h.
+/* world/lag/lag.c - see lag.h.
  *
- * At the start of a step the lags shrink, and the felt surface is to end where the drawn one does,
- * plus what is left of its lag. Where cloth would not have its room (room.h), the ends give way,
- * and what is around goes along, so that the felt surface has no steps. */
-#include "world/felt/felt.h"
+ * At the start of a step the lags shrink, and the lagging surface is to end where the drawn one
+ * does, plus what is left of its lag. Where cloth would not have its room (room.h), the ends give
+ * way, and what is around goes along, so that the lagging surface has no steps. */
+#include "world/lag/lag.h"
 
 #include "base/error.h"
-#include "world/felt/room.h"
+#include "world/lag/room.h"
 #include "world/pinch/pinch_sides.h"
 
 #include <math.h>
@@ -108,7 +108,7 @@ static void stand_still(const step_context *context, double *ends) {
     }
 }
 
-/* What was given no place stands still as drawn, not as felt. */
+/* What was given no place stands still as drawn, without its lag. */
 static void draw_what_stands(const tulle_world *world, double *drawn) {
     lag_run run = {0};
     while (next_run(world, &run)) {
@@ -125,10 +125,10 @@ static bool has_run(const tulle_world *world) {
     return next_run(world, &run);
 }
 
-tulle_status world_begin_felt(step_context *context) {
+tulle_status world_begin_lag(step_context *context) {
     tulle_world *const world = context->world;
     size_t const n = 3 * world->model.vertex_count;
-    context->felt = context->drawn = NULL;
+    context->lagging = context->drawn = NULL;
     if (!has_run(world)) return TULLE_OK;
     double const start = world->now.time;
     tulle_status status =
@@ -138,7 +138,7 @@ tulle_status world_begin_felt(step_context *context) {
     double *const ends = ARENA_NEW(&world->work.scratch, double, n);
     if (!drawn || !ends)
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY,
-                         "no memory left for felt surfaces");
+                         "no memory left for lagging surfaces");
     memcpy(drawn, world->work.targets, n * sizeof(double));
     draw_what_stands(world, drawn);
     memcpy(ends, drawn, n * sizeof(double));
@@ -147,30 +147,30 @@ tulle_status world_begin_felt(step_context *context) {
         context, ends, REACH * world->model.contact_distance + 2.0 * measure_ways(world, ends),
         &world->work.places);
     if (status != TULLE_OK)
-        return error_set(context->error, status, "no memory left for felt surfaces");
+        return error_set(context->error, status, "no memory left for lagging surfaces");
     if (!world_make_room(world, &world->work.places, GIVING_RADIUS * world->model.contact_distance,
                          ROOM_TOLERANCE * world->model.contact_distance, ends))
         return error_set(context->error, TULLE_ERROR_OUT_OF_MEMORY,
-                         "no memory left for felt surfaces");
+                         "no memory left for lagging surfaces");
     bool const lags = memcmp(ends, drawn, n * sizeof(double)) != 0;
     stand_still(context, ends);
     context->drawn = drawn;
     /* what lags comes back to where it is drawn, to the bit, also where no script leads it there */
     if (lags || world_has_lags(world, &world->now) || context->still_count > 0)
-        context->felt = ends;
+        context->lagging = ends;
     return TULLE_OK;
 }
 
-void world_lead_felt(step_context *context) {
+void world_lead_lag(step_context *context) {
     tulle_world *const world = context->world;
-    if (!context->felt) return;
+    if (!context->lagging) return;
     double const passed = context->state->time + context->time_step - context->step_start;
     double const share = passed / context->whole_step;
     bool const is_end = share > 1.0 - REST_SHARE;
     lag_run run = {0};
     while (next_run(world, &run)) {
         for (size_t v = run.begin; v < run.end; v++) {
-            vec3 const to = vec3_load(context->felt, v);
+            vec3 const to = vec3_load(context->lagging, v);
             vec3 const from = vec3_load(world->now.positions, v);
             vec3_store(world->work.targets, v, is_end ? to : vec3_lerp(from, to, share));
         }
@@ -203,10 +203,10 @@ void world_measure_lags(const tulle_world *world, motion_state *state) {
     while (next_run(world, &run)) (void)find_largest(&run, state);
 }
 
-void world_end_felt(step_context *context) {
+void world_end_lag(step_context *context) {
     tulle_world *const world = context->world;
     motion_state *const state = context->state;
-    bool const is_off = context->felt || (context->drawn && context->is_script_frozen);
+    bool const is_off = context->lagging || (context->drawn && context->is_script_frozen);
     lag_run run = {0};
     while (context->drawn && next_run(world, &run)) {
         for (size_t v = run.begin; v < run.end; v++) {

@@ -1,5 +1,5 @@
-/* world/felt/make_room.c - see room.h: how felt surfaces give way at places that lack room. */
-#include "world/felt/room.h"
+/* world/lag/make_room.c - see room.h: how lagging surfaces give way at places that lack room. */
+#include "world/lag/room.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
-/* Bodies that pass through themselves with cloth between: the felt surface keeps the cloth's room,
- * the drawn one goes its way, and both are the same again as soon as there is room. */
+/* Bodies that pass through themselves with cloth between: the lagging surface keeps the cloth's
+ * room, the drawn one goes its way, and both are the same again as soon as there is room. */
 #include "support/pins.h"
 #include "support/small_world.h"
 
@@ -219,31 +219,31 @@ static void step_world(const room_world *made, tulle_step_report *report) {
 typedef struct seen {
     size_t begins, ends; /* messages */
     size_t drawn_crossings;
-    double narrowest;                      /* [m] gap of the felt blocks */
-    double last_lag, largest_lag, fastest; /* [m], [m] of a felt vertex in a step */
+    double narrowest;                      /* [m] gap of the lagging blocks */
+    double last_lag, largest_lag, fastest; /* [m], [m] of a lagging vertex in a step */
 } seen;
 
-/* Steps with all that must hold in each; `drawn` and `felt` take the blocks. */
-static void watch_step(const room_world *made, double *drawn, double *felt, double *sheet,
+/* Steps with all that must hold in each; `drawn` and `lagging` take the blocks. */
+static void watch_step(const room_world *made, double *drawn, double *lagging, double *sheet,
                        seen *saw) {
     tulle_step_report report = {0};
     size_t const count = made->blocks.mesh.vertex_count, cloth_count = made->sheet.vertex_count;
-    double *const felt_before = allocate_positions(made);
+    double *const place_before = allocate_positions(made);
     double *const sheet_before = calloc(3 * cloth_count, sizeof(double));
-    memcpy(felt_before, felt, 3 * count * sizeof(double));
+    memcpy(place_before, lagging, 3 * count * sizeof(double));
     memcpy(sheet_before, sheet, 3 * cloth_count * sizeof(double));
     step_world(made, &report);
-    copy_values(made, TULLE_VALUES_POSITIONS, felt);
+    copy_values(made, TULLE_VALUES_POSITIONS, lagging);
     copy_values(made, TULLE_VALUES_DRAWN_POSITIONS, drawn);
     memcpy(sheet, tulle_cloth_get_positions(made->world, made->cloth, NULL),
            3 * cloth_count * sizeof(double));
-    assert_int_equal(count_crossings(made, felt), 0);
+    assert_int_equal(count_crossings(made, lagging), 0);
     saw->drawn_crossings += count_crossings(made, drawn) > 0;
-    saw->narrowest = fmin(saw->narrowest, measure_gap(made, felt));
+    saw->narrowest = fmin(saw->narrowest, measure_gap(made, lagging));
     saw->largest_lag = fmax(saw->largest_lag, report.largest_lag);
     assert_int_equal(report.pinched, report.largest_lag > 0.0 || saw->last_lag > 0.0);
     saw->last_lag = report.largest_lag;
-    assert_true(fabs(measure_fastest(drawn, felt, count) - report.largest_lag) < 1e-15);
+    assert_true(fabs(measure_fastest(drawn, lagging, count) - report.largest_lag) < 1e-15);
     assert_int_equal(report.rescue_impact_zones + report.rescue_component_scalings +
                          report.rescue_global_scalings,
                      0);
@@ -251,11 +251,12 @@ static void watch_step(const room_world *made, double *drawn, double *felt, doub
     saw->begins += strstr(message, "'body' leaves cloth no room near (") != NULL;
     saw->ends += strstr(message, "'body' follows its script again at") != NULL;
     /* neither closing nor coming back throws anything */
-    saw->fastest = fmax(saw->fastest, measure_fastest(felt_before, felt, count));
+    saw->fastest = fmax(saw->fastest, measure_fastest(place_before, lagging, count));
     double const thrown = measure_fastest(sheet_before, sheet, cloth_count);
     if (report.largest_lag > 0.0 && thrown > 3.0 * saw->fastest)
-        fail_msg("%g s: cloth goes %g m, the felt surface %g m", report.time, thrown, saw->fastest);
-    free(felt_before);
+        fail_msg("%g s: cloth goes %g m, the lagging surface %g m", report.time, thrown,
+                 saw->fastest);
+    free(place_before);
     free(sheet_before);
 }
 
@@ -263,13 +264,13 @@ static void cloth_between_parts_keeps_its_room(void **state) {
     (void)state;
     room_world made;
     make_world(&made, make_def(TULLE_ON_PINCH_LAG, 1), BETWEEN, false);
-    double *const drawn = allocate_positions(&made), *const felt = allocate_positions(&made);
+    double *const drawn = allocate_positions(&made), *const lagging = allocate_positions(&made);
     double *const frame = allocate_positions(&made);
     double *const sheet = calloc(3 * made.sheet.vertex_count, sizeof(double));
     seen saw = {.narrowest = 1.0};
-    place_blocks(&made.blocks, 0.0, felt);
+    place_blocks(&made.blocks, 0.0, lagging);
     for (int i = 1; i < FRAMES; i++) {
-        watch_step(&made, drawn, felt, sheet, &saw);
+        watch_step(&made, drawn, lagging, sheet, &saw);
         place_blocks(&made.blocks, (double)i * STEP, frame);
         assert_true(measure_fastest(drawn, frame, made.blocks.mesh.vertex_count) < 1e-15);
     }
@@ -281,9 +282,9 @@ static void cloth_between_parts_keeps_its_room(void **state) {
     assert_true(saw.drawn_crossings > 20);
     assert_int_equal(saw.begins, 1);
     assert_int_equal(saw.ends, 1);
-    assert_memory_equal(felt, frame, 3 * made.blocks.mesh.vertex_count * sizeof(double));
+    assert_memory_equal(lagging, frame, 3 * made.blocks.mesh.vertex_count * sizeof(double));
     free(drawn);
-    free(felt);
+    free(lagging);
     free(frame);
     free(sheet);
     free_world(&made);
@@ -299,17 +300,17 @@ static void two_layers_have_more_room(void **state) {
     add_sheet_at(&made, -0.6 * CONTACT_DISTANCE);
     add_sheet_at(&made, 0.6 * CONTACT_DISTANCE);
     add_body(&made, false);
-    double *const felt = allocate_positions(&made);
+    double *const lagging = allocate_positions(&made);
     double narrowest = 1.0;
     for (int i = 1; i < (int)(HELD / STEP); i++) {
         step_world(&made, NULL);
-        copy_values(&made, TULLE_VALUES_POSITIONS, felt);
-        narrowest = fmin(narrowest, measure_gap(&made, felt));
+        copy_values(&made, TULLE_VALUES_POSITIONS, lagging);
+        narrowest = fmin(narrowest, measure_gap(&made, lagging));
     }
     double const room = 2.7 * CONTACT_DISTANCE;
     if (!(narrowest > 0.8 * room && narrowest < 1.2 * room))
         fail_msg("the blocks come as near as %g m, not %g m", narrowest, room);
-    free(felt);
+    free(lagging);
     free_world(&made);
 }
 
@@ -365,17 +366,17 @@ static void threads_and_saved_states_have_the_same_bits(void **state) {
 }
 
 /* A host gives the frames, and nothing for some steps in the middle: the drawn blocks stand still
- * then, and so do the felt ones. A jump out of the cloth leaves no lag. */
+ * then, and so do the lagging ones. A jump out of the cloth leaves no lag. */
 static void given_positions_lag_alike(void **state) {
     (void)state;
     room_world made;
     make_world(&made, make_def(TULLE_ON_PINCH_LAG, 1), BETWEEN, true);
     assert_int_equal(tulle_world_start(made.world, NULL), TULLE_OK);
-    double *const drawn = allocate_positions(&made), *const felt = allocate_positions(&made);
+    double *const drawn = allocate_positions(&made), *const lagging = allocate_positions(&made);
     double *const frame = allocate_positions(&made);
     double *const sheet = calloc(3 * made.sheet.vertex_count, sizeof(double));
     seen saw = {.narrowest = 1.0};
-    place_blocks(&made.blocks, 0.0, felt);
+    place_blocks(&made.blocks, 0.0, lagging);
     place_blocks(&made.blocks, 0.0, frame);
     int const closed = (int)(CLOSED / STEP) + 1;
     for (int i = 1; i < closed + 10; i++) {
@@ -386,7 +387,7 @@ static void given_positions_lag_alike(void **state) {
                                                                TULLE_TRAVEL_MOVE, NULL),
                              TULLE_OK);
         }
-        watch_step(&made, drawn, felt, sheet, &saw);
+        watch_step(&made, drawn, lagging, sheet, &saw);
         assert_true(measure_fastest(drawn, frame, made.blocks.mesh.vertex_count) < 1e-14);
     }
     assert_true(saw.largest_lag > 0.01 && saw.narrowest > CONTACT_DISTANCE);
@@ -397,11 +398,11 @@ static void given_positions_lag_alike(void **state) {
                      TULLE_OK);
     tulle_step_report report = {0};
     step_world(&made, &report);
-    copy_values(&made, TULLE_VALUES_POSITIONS, felt);
+    copy_values(&made, TULLE_VALUES_POSITIONS, lagging);
     assert_true(report.largest_lag == 0.0);
-    assert_memory_equal(felt, frame, 3 * made.blocks.mesh.vertex_count * sizeof(double));
+    assert_memory_equal(lagging, frame, 3 * made.blocks.mesh.vertex_count * sizeof(double));
     free(drawn);
-    free(felt);
+    free(lagging);
     free(frame);
     free(sheet);
     free_world(&made);
@@ -414,7 +415,7 @@ static void what_is_given_nothing_more_comes_back(void **state) {
     make_world(&made, make_def(TULLE_ON_PINCH_LAG, 1), BETWEEN, true);
     assert_int_equal(tulle_world_start(made.world, NULL), TULLE_OK);
     size_t const count = made.blocks.mesh.vertex_count;
-    double *const frame = allocate_positions(&made), *const felt = allocate_positions(&made);
+    double *const frame = allocate_positions(&made), *const lagging = allocate_positions(&made);
     tulle_step_report report = {0};
     int const closed = (int)(CLOSED / STEP) + 1;
     for (int i = 1; i <= closed + 8; i++) { /* then wide open within eight steps */
@@ -434,12 +435,12 @@ static void what_is_given_nothing_more_comes_back(void **state) {
     for (int i = 0; i < 90 && report.largest_lag > 0.0; i++) step_world(&made, &report);
     assert_true(report.largest_lag == 0.0);
     for (int i = 0; i < 3; i++) {
-        copy_values(&made, TULLE_VALUES_POSITIONS, felt);
-        assert_true(measure_fastest(felt, frame, count) < 1e-14);
+        copy_values(&made, TULLE_VALUES_POSITIONS, lagging);
+        assert_true(measure_fastest(lagging, frame, count) < 1e-14);
         step_world(&made, &report);
     }
     free(frame);
-    free(felt);
+    free(lagging);
     free_world(&made);
 }
 
