@@ -311,7 +311,7 @@ bool count_mesh(const scene_work *work, const tulle_mesh *mesh, scene_place plac
 
 /* [rad] Of a turn that has two ways. */
 static const double HALF_TURN = 3.141592653589793;
-/* As world/motion.c has it: the sine between two axes that are one. */
+/* As step/motion.c has it: the sine between two axes that are one. */
 static const double SAME_AXIS_SINE = 1e-12;
 
 /* Between keyframes about different axes the turn goes the shorter way. Where the angles that were
