@@ -45,8 +45,7 @@ enum {
 static const double SAME_FRAME_SHARE = 1e-3;
 /* A time as near to another, as a part of it, is the same, told as a float. */
 static const double SAME_TIME_SHARE = 1e-6;
-/* A scene that ends before this part of the time between two frames hardly shows the second. */
-static const double MUCH_OF_A_FRAME = 0.1;
+static const double MUCH_OF_A_FRAME = 0.1; /* before it the next frame is hardly shown */
 /* The step from the last frame to the first may be so many times the largest one between frames. */
 static const double SEAM_STEP_RATIO = 2.0;
 
