@@ -11,6 +11,7 @@ appended, never changed. A row that is higher than the one before says in `grant
 What a step reaches is counted by tools/count_reach.py: as a whole, and in a world that has started. Members are those of
 the struct itself. A file sees the context of a step if it includes world/step/step.h. The booleans of stage 7 are the
 members of type bool in the headers and files that steer it (STAGE_7). Lines are raw lines of *.c and *.h.
+Habits are those of tools/count_habits.py.
 """
 import csv
 import datetime
@@ -22,6 +23,7 @@ import tempfile
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import check_sizes  # noqa: E402
+import count_habits  # noqa: E402
 import count_reach  # noqa: E402
 
 COLUMNS = ["date", "figure", "value", "granted"]
@@ -87,6 +89,7 @@ def measure(root):
     figures["lines of src"] = sum(text.count("\n") for text in texts.values())
     for folder in sorted({path.split("/")[1] for path in sources if path.count("/") > 1}):
         figures[f"lines of src/{folder}"] = sum(text.count("\n") for path, text in texts.items() if path.startswith(f"src/{folder}/"))
+    figures.update({f"hindering habits in {area}": number for area, number in count_habits.count(root).items()})
     return figures
 
 
