@@ -25,7 +25,7 @@ import sys
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 AREAS = {"headers": ("include",), "messages": ("src",), "guide": ("README.md", "docs/start", "docs/guide"), "method": ("docs/method",)}
 MOST_WORDS = 29
-VERB = r"(?:is|are|was|were|has|had|have|does|can|may|must|will|would|should|cannot|goes|(?!its\b|this\b|us\b)[a-z]+[^s\W]s)\b"
+VERB = r"(?:is|are|was|were|has|had|have|does|can|may|must|will|would|should|cannot|goes|(?!its\b|this\b|us\b|happens\b)[a-z]+[^s\W]s)\b"
 ASKED = (r"(?:say|says|said|saying|show|shows|see|sees|know|knows|explain|explains|ask|asks|decide|decides|check|checks|find|finds|list|lists|"
          r"describe|describes|choose|chooses|learn|understand|matters?|print|prints|write|writes|report|reports|read|reads|name|names|for)")
 NUMBER = r"(?:\d|two|three|four|five|six|seven|eight|nine|ten|twenty|a hundred|a thousand|a million|half|its limit|the limit|the number)"

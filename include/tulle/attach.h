@@ -1,14 +1,16 @@
 /* tulle/attach.h - attachments: vertices of a cloth that are held at an obstacle, a rigid body,
  * another cloth or points in space, while the world runs.
  *
- * A cape on a skinned character, a towel in a gripper, a button, a cloth in the user's hand. A
- * vertex keeps its place over one triangle of what it is attached to, wherever that triangle goes
- * and however it deforms: barycentric coordinates in its plane and the height over it.
+ * Examples are a cape on a skinned character, a towel in a gripper, a button, a cloth in the user's
+ * hand. An attached vertex follows one triangle of its holder, the obstacle or the cloth that it is
+ * attached to. It keeps its barycentric coordinates in that triangle and its height above it,
+ * wherever the triangle goes and however it deforms.
  *
- * An attachment is part of the state: saved, loaded and in the hash. It acts from the next step on,
- * until it is released, its vertices have broken off, the obstacle leaves the scene for good or one
- * of its sides is removed. The promise holds as everywhere: a vertex that would have to pass
- * through something does not get there. docs/guide/embed.md tells more. */
+ * An attachment is part of the state: saved, loaded and in the hash. It acts from the next step on.
+ * It ends with its release, after all its vertices have broken off, after the obstacle has left the
+ * scene for good, or with the removal of one of its two sides. The promise holds as everywhere: a
+ * vertex that would have to pass through a surface does not reach its place. See
+ * docs/guide/embed.md. */
 #ifndef TULLE_ATTACH_H
 #define TULLE_ATTACH_H
 
@@ -28,62 +30,64 @@ typedef struct tulle_attachment_def {
     tulle_cloth_id cloth;       /* whose vertices are attached */
     const uint32_t *vertices;   /* vertex_count vertices of the cloth, each once */
     size_t vertex_count;        /* length of `vertices` */
-    tulle_obstacle_id obstacle; /* that holds them: an obstacle or a rigid body */
-    tulle_cloth_id other_cloth; /* that holds them; may be `cloth` itself, as for a seam */
-    const double *points;       /* [m] 3 * vertex_count: points in space that hold them */
-    /* vertex_count triangles of what holds them, in its mesh; null: the nearest one of each vertex,
-     * at its own place */
+    tulle_obstacle_id obstacle; /* the holder: an obstacle or a rigid body */
+    tulle_cloth_id other_cloth; /* the holder; may be `cloth` itself, as for a seam */
+    const double *points;       /* [m] 3 * vertex_count: points in space as holders */
+    /* vertex_count triangles of the holder's mesh; null: for each vertex the nearest triangle, at
+     * the place nearest to the vertex */
     const uint32_t *triangles;
-    /* 3 * vertex_count barycentric coordinates of the places in these triangles, each three of them
-     * with sum 1; null where `triangles` are. Vertices are drawn there in the next step, at the
-     * height over the triangle that they have. */
+    /* 3 * vertex_count barycentric coordinates of places in these triangles; each three have the
+     * sum 1. Null if `triangles` is null. The next step pulls the vertices to these places; each
+     * keeps its present height above the triangle. */
     const double *weights;
     /* [m] > 0: vertices farther than this from the nearest triangle are left out; INFINITY, the
-     * default: none. Without meaning where `triangles` or `points` are given. */
+     * default: no vertex is left out. Ignored if `triangles` or `points` are given. */
     double max_distance;
-    /* [N/m] > 0 of the spring that holds each vertex, up to 1e12; INFINITY, the default: rigid. To
-     * obstacles on a script and to points a rigid attachment is exact, as a pin is; to bodies and
-     * cloth it gives by some hundredths of what the cloth beside it stretches. */
+    /* [N/m] > 0 of the spring that holds each vertex, up to 1e12; INFINITY, the default: rigid. A
+     * rigid attachment to points or to an obstacle on a script is exact, as a pin is. A rigid
+     * attachment to a body or to cloth gives a little: a few hundredths of the stretch of the cloth
+     * around it. */
     double stiffness;
-    double break_force;  /* [N] > 0: a vertex held by more breaks off; INFINITY, the default: not */
+    double break_force;  /* [N] > 0: a vertex that needs more breaks off; INFINITY, the default:
+                            never */
     double release_time; /* [s] of the world, when it lets go; INFINITY, the default: never */
 } tulle_attachment_def;
-/* A rigid attachment to nothing yet, that does not break. */
+/* A rigid attachment that does not break; the caller fills in the rest. */
 TULLE_API tulle_attachment_def tulle_attachment_def_default(void);
 
-/* Attaches vertices from the next step on. Costs one pass over the triangles of what holds them for
- * each vertex, unless triangles or points are given. `id` gets the attachment's name. Before the
- * start the def is kept, and what the start does not have is its error. The world must have
- * TULLE_RESPONSE_COUPLED. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a vertex that is
- * not there, is given twice, is held by a pin or rigidly by another attachment, an obstacle that is
- * not in the scene, values out of range, no vertex within max_distance),
- * TULLE_ERROR_OUT_OF_MEMORY; nothing is attached then. */
+/* Attaches vertices from the next step on. Unless triangles or points are given, each vertex costs
+ * one pass over the triangles of the holder. `id` gets the attachment's name. Before the start the
+ * def is only kept; the start then reports its errors. The world must have TULLE_RESPONSE_COUPLED.
+ * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a vertex that is not there, is given
+ * twice, is held by a pin or rigidly by another attachment, an obstacle that is not in the scene,
+ * values out of range, no vertex within max_distance), TULLE_ERROR_OUT_OF_MEMORY; nothing is
+ * attached then. */
 TULLE_API tulle_status tulle_world_attach(tulle_world *world, const tulle_attachment_def *def,
                                           tulle_attachment_id *id, tulle_error *error);
 
 /* Moves the points of an attachment to points: 3 * `point_count` `points` [m], for the vertices of
- * the def in their order, those that broke off included. Rigid ones go there on straight lines
- * during the next step; springs pull there from its start on. The points stay there then. Nothing
- * happens where no vertex is held any more. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a world
- * that has not started, no such attachment, one to no points, another count, numbers that are not
- * finite or above 1e100); nothing has moved then. */
+ * the def in their order, also for vertices that broke off. Rigidly held vertices move there on
+ * straight lines during the next step; springs pull there from its start on. After that the points
+ * stay. Nothing happens if no vertex is held any more. Errors: TULLE_ERROR_INVALID_ARGUMENT (null,
+ * a world that has not started, no such attachment, an attachment without points, another count,
+ * numbers that are not finite or above 1e100); the points are then unchanged. */
 TULLE_API tulle_status tulle_attachment_set_points(tulle_world *world, tulle_attachment_id id,
                                                    const double *points, size_t point_count,
                                                    tulle_error *error);
 
-/* Lets go of all vertices. They keep their velocities. Nothing happens where all have broken off.
- * Error: TULLE_ERROR_INVALID_ARGUMENT (null, an id that the world never gave, a world that has not
+/* Releases all vertices. They keep their velocities. Nothing happens if all have broken off. Error:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, an id that the world never gave, a world that has not
  * started). */
 TULLE_API tulle_status tulle_attachment_release(tulle_world *world, tulle_attachment_id id,
                                                 tulle_error *error);
 
-/* How an attachment stands. */
+/* The state of an attachment. */
 typedef struct tulle_attachment_report {
     size_t held_count;    /* vertices that it holds; 0 once it was released */
     double force[3];      /* [N] on the cloth in the last substep of the last step, all vertices */
     double largest_force; /* [N] on a single vertex */
 } tulle_attachment_report;
-/* Tells how an attachment stands. Forces are 0 before its first step and after
+/* Gives the state of an attachment. Forces are 0 before its first step and after
  * tulle_world_load_state. All zero for null and for an id that the world never gave. */
 TULLE_API tulle_attachment_report tulle_attachment_get_report(const tulle_world *world,
                                                               tulle_attachment_id id);

@@ -10,9 +10,9 @@
  * the call writes there what is wrong and what to do about it.
  *
  * A call that returns a tulle_status refuses a null pointer with TULLE_ERROR_INVALID_ARGUMENT,
- * unless its comment allows null; so it does an array that is null beside a count above 0. A call
- * that returns something else says what null gives. No pointer that is null, no index, no value of
- * an enum and no number makes a call crash; a pointer that is neither null nor valid may. */
+ * unless its comment allows null. It also refuses a null array whose count is above 0. A call that
+ * returns something else says what it gives for null. A call never crashes on a null pointer, an
+ * index, an enum value or a number. It may crash on a pointer that is neither null nor valid. */
 #ifndef TULLE_BASE_H
 #define TULLE_BASE_H
 
@@ -61,8 +61,8 @@ typedef enum tulle_status {
     TULLE_STATUS_COUNT       /* number of the values above; never returned */
 } tulle_status;
 
-/* A short English phrase for a status, also for a number that is none. Never null; the string is
- * static. */
+/* A short English phrase for a status, also for a number that is not a status. Never null; the
+ * string is static. */
 TULLE_API const char *tulle_status_text(tulle_status status);
 
 /* What went wrong. Every call that takes a `tulle_error *` accepts null. A call that succeeds
@@ -76,22 +76,22 @@ typedef struct tulle_error {
     char message[2048];
 } tulle_error;
 
-/* Version of the library that runs: "MAJOR.MINOR.PATCH"; static. That of the headers that a program
- * was built with is TULLE_VERSION_MAJOR and so on. */
+/* Version of the library that runs: "MAJOR.MINOR.PATCH"; static. TULLE_VERSION_MAJOR and so on are
+ * the version of the headers that the program was built with. */
 TULLE_API const char *tulle_version(void);
-/* Refuses a library whose struct `name`, such as "tulle_world_def", has not `size` bytes: other
- * headers than the library was built with, or a binding that declares it otherwise. To be asked
- * before the struct is used, where a library is loaded that may be another one. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (null, no struct of libtulle's headers, another size). */
+/* Checks that the library's struct `name`, such as "tulle_world_def", has `size` bytes. Another
+ * size means that the library was built with other headers, or that a binding declares the struct
+ * wrongly. Call it before the first use of the struct if the loaded library may be another version.
+ * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, no struct of libtulle's headers, another size). */
 TULLE_API tulle_status tulle_check_struct(const char *name, size_t size, tulle_error *error);
 /* The same for a struct as this program has it: TULLE_CHECK_STRUCT(tulle_world_def, &error). */
 #define TULLE_CHECK_STRUCT(type, error) tulle_check_struct(#type, sizeof(type), (error))
 
-/* Where a world or a detector takes its memory. With both functions null it uses malloc and free,
- * and asks Linux for large pages for blocks of 2 MiB and more. A single function is refused with
- * TULLE_ERROR_INVALID_ARGUMENT. The functions may be called from the thread that called the library
- * and from its workers, but never at the same time for one world. The judge always uses malloc,
- * also when a world asks it. */
+/* Where a world or a detector takes its memory. If both functions are null, it uses malloc and
+ * free, and asks Linux for large pages for blocks of 2 MiB and more. If only one is null, the
+ * allocator is refused with TULLE_ERROR_INVALID_ARGUMENT. The functions may be called from the
+ * thread that called the library and from its workers, but never at the same time for one world.
+ * The judge always uses malloc, also when a world calls it. */
 typedef struct tulle_allocator {
     /* returns `byte_count` bytes, or null when there are none; any alignment will do */
     void *(*allocate)(void *context, size_t byte_count);
@@ -103,7 +103,7 @@ typedef struct tulle_allocator {
 
 /* A task that the library gives a host to run: call it with `work` and the index of the task. */
 typedef void (*tulle_task)(void *work, size_t index);
-/* What runs tasks on threads of the host, such as the job system of an engine. */
+/* Runs tasks on threads of the host, such as the job system of an engine. */
 typedef struct tulle_tasks {
     /* Calls task(work, index) once for each index 0 .. count - 1, on any threads, at the same time
      * or one after the other, and returns when all calls have. Tasks do not wait for one another.

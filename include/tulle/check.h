@@ -1,6 +1,6 @@
 /* tulle/check.h - the judge: which pairs of triangles intersect. It decides by exact arithmetic on
  * the doubles that it is given, without a tolerance. It shares no code with collision detection or
- * response. docs/method/judge.md tells how. */
+ * response. See docs/method/judge.md. */
 #ifndef TULLE_CHECK_H
 #define TULLE_CHECK_H
 
@@ -37,15 +37,15 @@ typedef struct tulle_check_result {
 
 /* Finds every intersecting pair of triangles in `bodies`, `body_count` of them.
  *
- * Two triangles that share no vertex number intersect when they have a point in common; touching
- * counts. Two triangles of one body that share vertices by number intersect when they have a common
- * point outside the shared vertex or edge, so neighbours folded flat onto each other count. A
- * triangle without area is judged as the segment or the point that it is.
+ * Two triangles without a shared vertex number intersect if they have a point in common; touching
+ * counts. Two triangles of one body may share vertices by number. They intersect if they have a
+ * common point outside the shared vertex or edge. So neighbours that are folded flat onto each
+ * other intersect. A triangle without area is judged as a segment or a point.
  *
  * `threads`: 1 .. 256, 0 for one per processor; the result does not depend on it. After an error
  * the result is empty. Errors: TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that
- * is not finite), TULLE_ERROR_LIMIT (over 2^26 intersecting pairs, or over 2^31 pairs whose
- * boxes overlap, as in heaps of triangles in one place), TULLE_ERROR_INVALID_ARGUMENT (null,
+ * is not finite), TULLE_ERROR_LIMIT (more than 2^26 intersecting pairs, or more than 2^31 pairs
+ * whose boxes overlap, as in heaps of triangles in one place), TULLE_ERROR_INVALID_ARGUMENT (null,
  * threads out of range; null `bodies` are fine where `body_count` is 0), TULLE_ERROR_OUT_OF_MEMORY.
  */
 TULLE_API tulle_status tulle_check_intersections(const tulle_check_body *bodies, size_t body_count,

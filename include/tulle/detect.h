@@ -2,10 +2,10 @@
  * who have a solver of their own. No world is needed.
  *
  * Vertex i moves along start[i] + t (end[i] - start[i]), t in [0, 1]. The detector looks at every
- * pair of a vertex and a triangle of which it is no corner, and at every pair of edges that share
- * no vertex. Each pair is proven to stay more than its separation apart over the whole motion, or
- * is reported as an event. Nothing is missed, whatever the motion; a few events may be near misses
- * (see tulle_detect_state). Vertices without triangles meet nothing.
+ * pair of a vertex and a triangle that does not contain the vertex, and at every pair of edges
+ * without a common vertex. Each pair is proven to stay more than its separation apart over the
+ * whole motion, or is reported as an event. Nothing is missed, whatever the motion; a few events
+ * may be near misses (see tulle_detect_state). Vertices without triangles meet nothing.
  *
  *     tulle_detect_def def = tulle_detect_def_default();
  *     def.triangles = triangles; def.triangle_count = m; def.vertex_count = n;
@@ -14,14 +14,14 @@
  *     tulle_detect_result result;
  *     if (tulle_detector_find_events(detector, start, end, &result, &error) != TULLE_OK) ...
  *
- * docs/guide/detect.md tells more; examples/detect_two_frames.c is a whole program.
+ * See docs/guide/detect.md; examples/detect_two_frames.c is a whole program.
  *
  * A detector keeps trees and patches between calls, so ask the same one for step after step. One
  * thread at a time may use it. The same events in the same order come out for any number of threads
  * and any vector width.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
- * 2005, section 3. */
+ * 2005, section 3.   */
 #ifndef TULLE_DETECT_H
 #define TULLE_DETECT_H
 
@@ -33,12 +33,12 @@ extern "C" {
 
 /* How pairs are found. All methods find the same events, near misses aside; they differ in time. */
 typedef enum tulle_detect_method {
-    /* one tree for each surface, refitted to the motion; skips what lies within one kept patch */
+    /* one tree for each surface, refitted to the motion; skips pairs within one patch */
     TULLE_DETECT_PATCHES,
     TULLE_DETECT_REFIT, /* one tree for each surface, refitted to the motion; no patches */
-    TULLE_DETECT_BVOX,  /* a backward-voxel tree, built anew at each call; no patches */
+    TULLE_DETECT_BVOX,  /* a backward-voxel tree, built again at each call; no patches */
     /* the paper's: a backward-voxel tree for each patch and one for the isolated triangles, joined
-     * under a root; patches grown anew at each call */
+     * under a root; patches are grown again at each call */
     TULLE_DETECT_PAPER
 } tulle_detect_method;
 
@@ -89,9 +89,9 @@ typedef struct tulle_detect_def {
     /* 1 (default): only patches that are proven not to touch themselves are skipped. 0: every patch
      * is, the paper's own rule, which misses collisions. */
     int has_certificate;
-    /* 1: every call grows patches anew. 0 (default): the second call grows them, since a single one
-     * saves less than they cost, and they are kept and checked again.
-     * TULLE_DETECT_PAPER always grows them. */
+    /* 1: every call grows patches again. 0 (default): patches are grown at the second call, then
+     * kept and checked again. The first call has none, because growing costs more than one call
+     * saves. TULLE_DETECT_PAPER always grows them. */
     int grows_patches_anew;
     int threads;               /* 1 .. 256; 0 (default): one per processor */
     tulle_allocator allocator; /* zeroed: malloc without a limit */
@@ -146,7 +146,7 @@ typedef struct tulle_detect_statistics {
      * the time of impact */
     uint64_t tested_pairs;
     uint64_t leaf_pairs;  /* pairs of leaves of the trees visited */
-    uint64_t patch_count; /* patches in use: certified ones, or all with has_certificate 0 */
+    uint64_t patch_count; /* patches in use: certified patches; all if has_certificate is 0 */
     /* kept patches that held no more and were dissolved whole; not those cut or grown again */
     uint64_t uncertified_count;
     uint64_t patch_triangles;      /* triangles in patches in use */
@@ -168,7 +168,7 @@ typedef struct tulle_detect_statistics {
 /* The answer of a call. */
 typedef struct tulle_detect_result {
     /* sorted by kind, first feature, second feature; a feature is a vertex, a face, or an edge in
-     * the order of its two vertices. Owned by the detector until its next call, also one that
+     * the order of its two vertices. Owned by the detector until its next call, even if that call
      * fails. Equal events have equal bytes. */
     const tulle_detect_event *events;
     size_t event_count;                 /* length of `events` */
@@ -205,9 +205,9 @@ typedef struct tulle_detect_receiver {
 } tulle_detect_receiver;
 /* Hands over all events of the motion from `start` to `end`, [m] 3 * vertex_count each, in batches
  * of at most 1024, without keeping them: result->events is null. They are the events of
- * tulle_detector_find_events, in the same order. A receiver that asks to stop ends the call with
- * TULLE_ERROR_INTERRUPTED; one without a function is refused. A receiver must not call the same
- * detector: finding and streaming are refused with TULLE_ERROR_INVALID_ARGUMENT and leave the
+ * tulle_detector_find_events, in the same order. If the receiver asks to stop, the call ends with
+ * TULLE_ERROR_INTERRUPTED. A receiver without a function is refused. A receiver must not call the
+ * same detector: finding and streaming are refused with TULLE_ERROR_INVALID_ARGUMENT and leave the
  * stream as it is; destroying is undefined. Other errors as of tulle_detector_find_events. */
 TULLE_API tulle_status tulle_detector_stream_events(tulle_detector *detector, const double *start,
                                                     const double *end,
@@ -222,10 +222,10 @@ TULLE_API tulle_status tulle_detector_find_earliest(tulle_detector *detector, co
                                                     const double *end, tulle_detect_result *result,
                                                     tulle_error *error);
 
-/* The patches in use after the last call: a label for each triangle, above 0 for a patch (not every
- * number is used), 0 for an isolated triangle. Borrowed until the next call. Null until patches
- * are in use, for methods without patches, for a null detector, and where the last call failed,
- * unless a receiver stopped it. */
+/* The patches in use after the last call: a label for each triangle. A label above 0 is a patch
+ * (not every number is used); 0 is an isolated triangle. Borrowed until the next call. Null until
+ * patches are in use, for methods without patches and for a null detector. Also null if the last
+ * call failed, unless a receiver stopped it. */
 TULLE_API const uint32_t *tulle_detector_get_patches(const tulle_detector *detector);
 
 #ifdef __cplusplus

@@ -1,17 +1,16 @@
 /* tulle/events.h - what happens in a world, as events that the host polls after its steps: contacts
  * that begin and end, bodies and cloths that fall asleep, pinches.
  *
- * A host watches kinds of events. After each accepted step the world looks for what has begun or
- * ended since the last look, and puts it into a queue in a fixed order: ends and beginnings of
- * contact by pair, then what happened to each object by number, then the world's own, then
- * attachments by id. So the order
- * is the same for any number of threads and on every machine. What is there when watching begins is
- * no event, nor does a step that fails give any.
+ * A host watches kinds of events. After each accepted step the world puts what has begun or ended
+ * since the last look into a queue. The order is fixed: contacts by pair, events of objects by
+ * number, events of the world, attachments by id. So it is the same for any number of threads and
+ * on every machine. Contacts that exist when watching begins give no event. A step that fails gives
+ * none.
  *
- * Events follow from the states alone; the queue is part of none. tulle_world_load_state empties
- * it, and the next step's events are those since the loaded state: a host that rolls back and makes
- * the same steps gets the same events again. Watching changes no bit of a step. It costs a sort of
- * the contacts and, for overstretch, a look at each triangle. */
+ * Events follow from the states alone, and the queue is not part of a state. tulle_world_load_state
+ * empties the queue. The next step then gives the events since the loaded state: a host that rolls
+ * back and makes the same steps gets the same events again. Watching changes no bit of a step. It
+ * costs a sort of the contacts and, for overstretch, a look at each triangle.  */
 #ifndef TULLE_EVENTS_H
 #define TULLE_EVENTS_H
 
@@ -25,14 +24,14 @@ extern "C" {
 typedef enum tulle_event_kind {
     /* contacts of two objects together press with more than the watch's contact_force */
     TULLE_EVENT_CONTACT_BEGIN,
-    TULLE_EVENT_CONTACT_END, /* they do so no more */
+    TULLE_EVENT_CONTACT_END, /* they no longer do */
     TULLE_EVENT_SLEEP,       /* a body or a cloth has fallen asleep */
     TULLE_EVENT_WAKE,        /* it is awake again, also by a call of the host */
     TULLE_EVENT_PINCH_BEGIN, /* on_pinch holds an obstacle back, or others from it, or lets cloth
                                 through it */
-    TULLE_EVENT_PINCH_END,   /* it does so no more */
+    TULLE_EVENT_PINCH_END,   /* the pinch is over */
     TULLE_EVENT_OVERSTRETCH_BEGIN, /* a yarn of a cloth is longer than its material holds */
-    TULLE_EVENT_OVERSTRETCH_END,   /* none is any more */
+    TULLE_EVENT_OVERSTRETCH_END,   /* no yarn is any longer */
     TULLE_EVENT_APPEAR,            /* an obstacle has come into the scene */
     TULLE_EVENT_LEAVE,             /* it has left */
     TULLE_EVENT_UNTANGLED,         /* nothing is left of what intersected from the start */
@@ -45,14 +44,16 @@ typedef enum tulle_event_kind {
 /* An event. Objects are numbered as in tulle_contact; UINT32_MAX stands for none. */
 typedef struct tulle_event {
     tulle_event_kind kind; /* what has happened */
-    /* of a contact the lower number, of an attachment its cloth; else what it happened to. None:
-     * all pins and obstacles (of a pinch), the world (untangled), cloth that was removed */
+    /* of a contact the lower number, of an attachment its cloth; else the object of the event.
+     * UINT32_MAX: all pins and obstacles (of a pinch), the world (untangled), cloth that was
+     * removed */
     uint32_t object_a;
-    uint32_t object_b;   /* of a contact the other one, which may be the same again; else none */
+    /* of a contact the other object, which may equal object_a; else UINT32_MAX */
+    uint32_t object_b;
     uint32_t attachment; /* the id of an attachment that ended; else 0 */
     uint64_t step;       /* index of the step in which it happened, from 0 */
     double time;         /* [s] of the world at the end of that step */
-    double force;        /* [N] what the two press with, where contact begins; else 0 */
+    double force;        /* [N] normal force between the two where contact begins; else 0 */
 } tulle_event;
 
 /* What to watch. Made by tulle_event_watch_default. */
@@ -64,15 +65,15 @@ typedef struct tulle_event_watch {
 /* All kinds, any force above 0, room for 1024 events. */
 TULLE_API tulle_event_watch tulle_event_watch_default(void);
 
-/* Begins to watch, anew if it does already, with an empty queue; null `watch`: watches no more.
+/* Begins to watch, with an empty queue. A later call replaces the watch. A null `watch` ends it.
  * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a world that has not started, a value of the watch),
- * TULLE_ERROR_OUT_OF_MEMORY; what was watched goes on then. */
+ * TULLE_ERROR_OUT_OF_MEMORY; the former watch is then kept. */
 TULLE_API tulle_status tulle_world_watch_events(tulle_world *world, const tulle_event_watch *watch,
                                                 tulle_error *error);
-/* Takes the oldest events out of the queue, at most `capacity`, into `events`; `*count` of them.
- * `*lost`, which may be null, gets the number of events for which the queue had no room since it
- * was last asked for; they were the newest. `events` may be null where `capacity` is 0. Error:
- * TULLE_ERROR_INVALID_ARGUMENT (null, a world that watches nothing). */
+/* Moves the oldest events, at most `capacity`, from the queue to `events`; `*count` gets their
+ * number. `*lost`, which may be null, gets the number of events that were dropped since the last
+ * call because the queue was full; the newest are dropped. `events` may be null where `capacity` is
+ * 0. Error: TULLE_ERROR_INVALID_ARGUMENT (null, a world that watches nothing). */
 TULLE_API tulle_status tulle_world_poll_events(tulle_world *world, tulle_event *events,
                                                size_t capacity, size_t *count, uint64_t *lost,
                                                tulle_error *error);

@@ -1,18 +1,20 @@
-/* tulle/live.h - what a host gives and changes while the world runs: motion step by step, for
- * engines and editors that learn the next pose of a character, a gripper or a hand only before they
- * step; gravity and wind; materials, thickness and pins of cloth; its sleep; starts amid a motion.
+/* tulle/live.h - what a host gives and changes while the world runs: poses of obstacles and pins
+ * for the next step, gravity and wind, materials, thickness and pins of cloth, its sleep, starts in
+ * the middle of a motion. Engines and editors need it: they know the next pose of a character, a
+ * gripper or a hand only just before a step.
  *
- * Each step goes on from where things are to what was given for its end. Within the step rigid
- * obstacles move as between two keyframes, all else on straight lines. Friction and impacts see the
- * velocity of that motion, as on a script. What is given nothing stands still: an obstacle at its
- * last pose, pins where they are. What deforms lags behind what is given where that leaves cloth no
- * room (TULLE_ON_PINCH_LAG).
+ * A step moves things from their present places to the given places. Rigid obstacles move as
+ * between two keyframes, all else on straight lines. Friction and impacts see the velocity of that
+ * motion, as on a script. Without a given pose an obstacle stands still at its last one, and pins
+ * stay where they are. An obstacle that deforms lags behind its given positions where they leave
+ * cloth no room (TULLE_ON_PINCH_LAG).
  *
- * What was given is for one step. That step uses it up, also when it fails, and so does
- * tulle_world_load_state when it succeeds. (A call that is refused for its time step is no step.) A
- * saved state holds where things are, not what they are to do next; to roll back, load a state and
- * give the same again. Poses and targets are refused before the start, and where something was
- * given already. examples/live_character.c is a whole program; docs/guide/embed.md tells more. */
+ * Poses and targets are for one step. The step uses them up, even if it fails. A
+ * tulle_world_load_state that succeeds discards them. (A call that is refused for its time step
+ * does not count as a step.) A saved state holds where things are, not where they are to go; to
+ * roll back, load a state and give the same poses again. Poses and targets are refused before the
+ * start, and a second time for the same step. examples/live_character.c is a whole program; see
+ * docs/guide/embed.md. */
 #ifndef TULLE_LIVE_H
 #define TULLE_LIVE_H
 
@@ -24,145 +26,151 @@ extern "C" {
 
 /* ---- motion ---- */
 
-/* How an obstacle gets to what is given. */
+/* How an obstacle gets to its given pose. */
 typedef enum tulle_travel {
     /* it moves there during the step, and pushes cloth before it */
     TULLE_TRAVEL_MOVE,
     /* It jumps there before the step, and stands still during it. Cloth in between feels nothing.
-     * What the obstacle lands in is treated as by one that appears: the step is refused with
-     * TULLE_ERROR_INTERSECTING_START, and nothing has jumped, unless start_intersections is
-     * `ignore`. Jumps cost one judgement of the whole world by tulle_check_intersections. */
+     * If the obstacle would land in cloth, the step is refused with TULLE_ERROR_INTERSECTING_START
+     * and nothing jumps, unless start_intersections is `ignore`; this is as for an obstacle that
+     * appears. A step with jumps costs one judgement of the whole world by
+     * tulle_check_intersections. */
     TULLE_TRAVEL_JUMP
 } tulle_travel;
 
-/* Tells where an obstacle of TULLE_DRIVE_RIGID is at the end of the next step: vertex x of its mesh
- * at translation [m] + R (x - pivot) + pivot, with the unit quaternion `rotation` (w, x, y, z) as R
- * and the pivot of the obstacle's `motion`. Turns take the shorter way. Costs the same for any
- * mesh. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not started, an
- * obstacle that is not driven so or was given a pose already, numbers that are not finite or above
- * 1e100, a length of the quaternion that differs from 1 by over 1e-6); nothing is given then. */
+/* Sets the pose of an obstacle of TULLE_DRIVE_RIGID at the end of the next step. Vertex x of its
+ * mesh is then at translation [m] + R (x - pivot) + pivot. R is the unit quaternion `rotation` (w,
+ * x, y, z); the pivot is that in the obstacle's `motion`. Turns take the shorter way. The cost does
+ * not depend on the mesh. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has
+ * not started, an obstacle with another drive or with a pose already given, numbers that are not
+ * finite or above 1e100, a length of the quaternion that differs from 1 by more than 1e-6). After
+ * an error no pose is given. */
 TULLE_API tulle_status tulle_obstacle_set_next_transform(tulle_world *world, tulle_obstacle_id id,
                                                          const double translation[3],
                                                          const double rotation[4],
                                                          tulle_travel travel, tulle_error *error);
-/* Tells where the vertices of an obstacle of TULLE_DRIVE_DEFORMING are at the end of the next step:
- * 3 * `vertex_count` `positions` [m], copied, for all vertices of its mesh in their order. Errors
- * as of tulle_obstacle_set_next_transform, and for another count. */
+/* Sets the positions of an obstacle of TULLE_DRIVE_DEFORMING at the end of the next step: 3 *
+ * `vertex_count` `positions` [m], copied, for all vertices of its mesh in their order. Errors as of
+ * tulle_obstacle_set_next_transform, and for another count. */
 TULLE_API tulle_status tulle_obstacle_set_next_positions(tulle_world *world, tulle_obstacle_id id,
                                                          const double *positions,
                                                          size_t vertex_count, tulle_travel travel,
                                                          tulle_error *error);
 
-/* Tells where the vertices of a pin are at the end of the next step: 3 * `vertex_count` `positions`
- * [m], copied, in the order of tulle_pin.vertices. `pin` is the number of the pin in its cloth's
- * def; it must have no keyframes. Of two pins that hold a vertex the later one counts. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not started, a pin that is not
- * there, follows keyframes, has let go or was given targets already, another count, numbers that
- * are not finite or above 1e100); nothing is given then. */
+/* Sets the positions of the vertices of a pin at the end of the next step: 3 * `vertex_count`
+ * `positions` [m], copied, in the order of tulle_pin.vertices. `pin` is the number of the pin in
+ * its cloth's def; it must have no keyframes. If two pins hold a vertex, the later pin counts.
+ * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not started, a pin that
+ * is not there, follows keyframes, has let go or was given targets already, another count, numbers
+ * that are not finite or above 1e100). After an error no target is given. */
 TULLE_API tulle_status tulle_cloth_set_pin_targets(tulle_world *world, tulle_cloth_id id,
                                                    size_t pin, const double *positions,
                                                    size_t vertex_count, tulle_error *error);
 
 /* ---- settings ---- */
 
-/* Changes `gravity` [m/s^2], -1e6 .. 1e6 along each axis, from the next step on; before the start
- * as if the def had it. Bodies wake. It is part of the state from then on: saved, put back by
- * tulle_world_load_state, and in the hash unless it is as at the start. Costs nothing where it
- * stays as it is. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a number out of range); gravity is as
- * before then. */
+/* Changes `gravity` [m/s^2], -1e6 .. 1e6 along each axis, from the next step on. Before the start
+ * it replaces the gravity of the def. Bodies wake. From then on gravity is part of the state:
+ * saved, restored by tulle_world_load_state, and in the hash unless it equals the gravity at the
+ * start. Setting the present gravity costs nothing. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a
+ * number out of range); gravity then stays as it was. */
 TULLE_API tulle_status tulle_world_set_gravity(tulle_world *world, const double gravity[3],
                                                tulle_error *error);
 /* Changes `wind`, as tulle_world_set_gravity does gravity; ranges as of tulle_wind. Bodies wake
- * when cloth presses on them otherwise. Gusts go on by the time of the world: the same seed gives
- * the same gust at the same time, whenever it was set. */
+ * when cloth presses on them differently. Gusts follow the time of the world: the same seed gives
+ * the same gust at the same time, whenever the wind was set. */
 TULLE_API tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind,
                                             tulle_error *error);
 
 /* Changes what a cloth is made of, from the next step on: weight, stiffness, bending and damping.
- * What contact takes from a material stays: friction, its direction and restitution are laws of
- * pairs. Costs what the start of the cloth took; nothing where the material stays as it is. It is
- * part of the state, as gravity is. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world
- * that has not started, values out of range, hysteresis that comes or goes),
- * TULLE_ERROR_OUT_OF_MEMORY; the cloth is as before then. */
+ * The values for contact stay: friction, its direction and restitution are laws of pairs. A change
+ * costs as much as the start of the cloth; setting the present material costs nothing. The material
+ * is part of the state, as gravity is. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a
+ * world that has not started, values out of range, hysteresis in only one of the old and the new
+ * material), TULLE_ERROR_OUT_OF_MEMORY; the cloth then stays as it was. */
 TULLE_API tulle_status tulle_cloth_set_material(tulle_world *world, tulle_cloth_id id,
                                                 const tulle_material *material, tulle_error *error);
 /* Changes the distance [m] at which contact of a cloth acts, from the next step on: from twice the
  * minimum gap up to the largest contact distance of the start. Between two cloths the mean of both
- * counts. What is nearer is pushed out, no faster than 5 cm/s. It is part of the state. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (a stale id, a world that has not started, out of range),
- * TULLE_ERROR_OUT_OF_MEMORY; the thickness is as before then. */
+ * counts. Surfaces that are nearer are pushed apart, no faster than 5 cm/s. The thickness is part
+ * of the state. Errors: TULLE_ERROR_INVALID_ARGUMENT (a stale id, a world that has not started, out
+ * of range), TULLE_ERROR_OUT_OF_MEMORY; the thickness then stays as it was. */
 TULLE_API tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id,
                                                  double thickness, tulle_error *error);
-/* Lets go of a pin for good, from the next step on; nothing happens where it has let go. `pin` is
- * its number in the cloth's def. It is part of the state. Cloth bends again where a pin clamped it;
- * that costs what the start of the cloth took. What is to be held and let go again and again is an
- * attachment (tulle/attach.h). Errors: TULLE_ERROR_INVALID_ARGUMENT (a stale id, a world that has
- * not started, a pin that is not there), TULLE_ERROR_OUT_OF_MEMORY; the pin holds on then. */
+/* Releases a pin for good, from the next step on. Nothing happens if it is released already. `pin`
+ * is its number in the cloth's def. The release is part of the state. Cloth bends again where the
+ * pin clamped it; that costs as much as the start of the cloth. To hold and release vertices
+ * repeatedly, use attachments (tulle/attach.h). Errors: TULLE_ERROR_INVALID_ARGUMENT (a stale id, a
+ * world that has not started, no such pin), TULLE_ERROR_OUT_OF_MEMORY; the pin then still holds. */
 TULLE_API tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_id id, size_t pin,
                                                tulle_error *error);
 
 /* ---- sleep ---- */
 
-/* Cloth falls asleep where the world's def has a sleep_speed, once it has been slow for sleep_time:
- * no vertex faster than sleep_speed, and its centre of mass not faster than a tenth of that; the
- * same holds for all cloth that touches or is tied to it, directly or over others, and no body that
- * is awake does. A sleeping cloth stands still to the bit and is an obstacle for what moves. A step
- * of a world in which all sleeps costs next to nothing; tulle_world_get_contacts then goes on to
- * give the contacts of the last step in which something was awake, beside which contacts of a
- * sleeper with what stands or sleeps are not listed, nor in the forces of its vertices. It wakes
- *   - when something on a script or given moves within its box, widened by the separation distance,
- *     or a contact with cloth or a body that is awake presses on it;
- *   - when a pin or an attachment that holds it moves or lets go, or one is made;
- *   - with what it touches: at once, or in the next step where a call of the host woke that;
+/* If the world's def has a sleep_speed, cloth falls asleep after it has been slow for sleep_time.
+ * Slow means that no vertex is faster than sleep_speed and that the centre of mass is not faster
+ * than a tenth of it. All cloth that touches it or is tied to it, directly or through other cloth,
+ * must be slow, too; and no body that is awake may touch it. A sleeping cloth keeps its exact
+ * position and acts as an obstacle. A step of a world in which everything sleeps costs next to
+ * nothing; tulle_world_get_contacts then still gives the contacts of the last step in which
+ * something was awake. In other steps the contacts between a sleeping cloth and things that stand
+ * or sleep are not listed, nor are they in the forces on its vertices. A cloth wakes
+ *   - when something that a script or the host moves comes into its box, widened by the separation
+ *     distance, or when cloth or a body that is awake presses on it;
+ *   - when a pin or an attachment that holds it moves, lets go or is made;
+ *   - when a neighbour that it touches wakes: at once, or in the next step if a call of the host
+ *     woke the neighbour;
  *   - when an obstacle appears or leaves by its times (appear_time, disappear_time), when gravity,
- * wind, a material, a law or a thickness changes, and by tulle_cloth_wake. While wind has gusts,
- * none falls asleep. sleep_speed of 1 mm/s and sleep_time of 0.5 s suit most scenes: what is left
- * then swings by less than a millimetre. Sleep is part of the state. */
+ *     wind, a material, a law or a thickness changes, and by tulle_cloth_wake.
+ *
+ * While wind has gusts, no cloth falls asleep. A sleep_speed of 1 mm/s and a sleep_time of 0.5 s
+ * suit most scenes: the remaining swing is then less than a millimetre. Sleep is part of the state.
+ */
 
 /* 1 while a cloth sleeps; 0 for a stale id and for a null world. */
 TULLE_API int tulle_cloth_is_asleep(const tulle_world *world, tulle_cloth_id id);
-/* Wakes a cloth; what touches it follows in the next step. The time for which it must be slow
- * begins anew. Error: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not
+/* Wakes a cloth. Objects that touch it wake in the next step. The time for which it must be slow
+ * starts again from 0. Error: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not
  * started). */
 TULLE_API tulle_status tulle_cloth_wake(tulle_world *world, tulle_cloth_id id, tulle_error *error);
 
-/* ---- starts amid a motion ---- */
+/* ---- starts in the middle of a motion ---- */
 
-/* Where what moves in a world is at a time, as a frame of another run has it. */
+/* The state of motion at a time, for example a frame of another run. */
 typedef struct tulle_moment {
     double time;              /* [s] >= 0 */
-    uint64_t step_count;      /* steps that led there; tulle_world_get_step_count goes on from it */
+    uint64_t step_count;      /* steps made before; tulle_world_get_step_count counts on from it */
     const double *positions;  /* [m] 3 * vertex_count: of all cloths in the order of adding */
     const double *velocities; /* [m/s] 3 * vertex_count, in the same order */
     size_t vertex_count;      /* of all cloths together */
-    const tulle_transform *bodies; /* position, rotation and velocities of each rigid body, in the
-                                    * order of adding; the rest of it is not read; null: there is
-                                    * none */
-    size_t body_count;             /* of all rigid bodies of the world */
+    /* position, rotation and velocities of each rigid body, in the order of adding; the other
+     * members are not read; null: no body */
+    const tulle_transform *bodies;
+    size_t body_count; /* of all rigid bodies of the world */
 } tulle_moment;
-/* Starts the world as tulle_world_start does, but at a later time: cloth and rigid bodies are where
- * `moment` has them, obstacles are where their scripts have them then, as bodies before their start
- * time and such as are absent, and that is judged. What holds at the start
- * holds still: rest shapes, pins by their motion, and attachments, which hold the places that they
- * take where the defs have the objects. Nothing else is carried over: contacts begin anew, so
- * friction knows no rest; hysteresis is that of cloth that was brought there from its rest shape;
- * all is awake; nothing has broken. Pins without keyframes hold vertices where `moment` has them.
- * Errors as of tulle_world_start; TULLE_ERROR_INVALID_ARGUMENT also for null, numbers that are not
- * finite, another vertex_count or body_count, a rotation that is no unit quaternion to 1e-6, and a
- * world that has started. The world can be started in another way then. */
+/* Starts the world as tulle_world_start does, but at a later time. Cloth and rigid bodies are where
+ * `moment` has them. Obstacles are where their scripts have them at that time; so are bodies before
+ * their start time and bodies that are absent. This state is judged as a start. Rest shapes come
+ * from the defs, and pins follow their motion. Attachments hold the places that follow from the
+ * objects' places in the defs. Pins without keyframes hold vertices where `moment` has them.
+ * Nothing else is carried over: contacts are new, so none sticks yet; hysteresis is that of cloth
+ * brought there from its rest shape; everything is awake; nothing has broken. Errors as of
+ * tulle_world_start; TULLE_ERROR_INVALID_ARGUMENT also for null, numbers that are not finite,
+ * another vertex_count or body_count, a quaternion whose length differs from 1 by more than 1e-6,
+ * and a world that has started. After an error the world can still be started. */
 TULLE_API tulle_status tulle_world_start_at(tulle_world *world, const tulle_moment *moment,
                                             tulle_error *error);
 
 /* ---- rollback ---- */
 
 /* [bytes] Size of the state as tulle_world_save_state_into would save it now. It changes from step
- * to step with the contacts; a buffer of twice the size after some contact is enough as a rule. 0
+ * to step with the contacts. As a rule, twice the size after some contact is enough for a buffer. 0
  * for null and before the start. Takes a microsecond or less. */
 TULLE_API size_t tulle_world_get_state_size(const tulle_world *world);
-/* Saves the state into `bytes`, memory of the caller of `capacity` bytes and of any alignment, and
- * tells in `byte_count` how many it took. The bytes are those of tulle_world_save_state;
- * tulle_world_load_state takes both. Nothing is allocated. What never changes is left out: a static
- * obstacle costs nothing. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, not started, capacity below
+/* Saves the state into `bytes`, memory of the caller of `capacity` bytes and of any alignment.
+ * `byte_count` gets how many bytes were written. They equal the bytes of tulle_world_save_state;
+ * tulle_world_load_state takes both. Nothing is allocated. Obstacles that never move are left out.
+ * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, not started, capacity below
  * tulle_world_get_state_size); nothing is written then. */
 TULLE_API tulle_status tulle_world_save_state_into(const tulle_world *world, void *bytes,
                                                    size_t capacity, size_t *byte_count,
