@@ -1,16 +1,16 @@
 /* tulle/events.h - what happens in a world, as events that the host polls after its steps: contacts
  * that begin and end, bodies and cloths that fall asleep, pinches.
  *
- * A host watches kinds of events. After each accepted step the world puts what has begun or ended
- * since the last look into a queue. The order is fixed: contacts by pair, events of objects by
- * number, events of the world, attachments by id. So it is the same for any number of threads and
- * on every machine. Contacts that exist when watching begins give no event. A step that fails gives
- * none.
+ * A host watches kinds of events. After each accepted step the world finds the things that began or
+ * ended since it last looked, and puts events into a queue. The order is fixed: contacts by pair,
+ * events of objects by number, events of the world, attachments by id. So it is the same for any
+ * number of threads and on every machine. Contacts that exist when watching begins give no event. A
+ * step that fails gives none.
  *
  * Events follow from the states alone, and the queue is not part of a state. tulle_world_load_state
  * empties the queue. The next step then gives the events since the loaded state: a host that rolls
  * back and makes the same steps gets the same events again. Watching changes no bit of a step. It
- * costs a sort of the contacts and, for overstretch, a look at each triangle.  */
+ * costs a sort of the contacts and, for overstretch, a look at each triangle.    */
 #ifndef TULLE_EVENTS_H
 #define TULLE_EVENTS_H
 

@@ -115,8 +115,9 @@ TULLE_API tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_i
  * nothing; tulle_world_get_contacts then still gives the contacts of the last step in which
  * something was awake. In other steps the contacts between a sleeping cloth and things that stand
  * or sleep are not listed, nor are they in the forces on its vertices. A cloth wakes
- *   - when something that a script or the host moves comes into its box, widened by the separation
- *     distance, or when cloth or a body that is awake presses on it;
+ *   - when an obstacle on a script or driven by the host moves within the separation distance of
+ *     its box;
+ * - when cloth or a body that is awake presses on it;
  *   - when a pin or an attachment that holds it moves, lets go or is made;
  *   - when a neighbour that it touches wakes: at once, or in the next step if a call of the host
  *     woke the neighbour;
@@ -153,8 +154,8 @@ typedef struct tulle_moment {
  * their start time and bodies that are absent. This state is judged as a start. Rest shapes come
  * from the defs, and pins follow their motion. Attachments hold the places that follow from the
  * objects' places in the defs. Pins without keyframes hold vertices where `moment` has them.
- * Nothing else is carried over: contacts are new, so none sticks yet; hysteresis is that of cloth
- * brought there from its rest shape; everything is awake; nothing has broken. Errors as of
+ * Nothing else is carried over: contacts are new, so none sticks yet; hysteresis is as if the cloth
+ * had moved there from its rest shape; everything is awake; nothing has broken. Errors as of
  * tulle_world_start; TULLE_ERROR_INVALID_ARGUMENT also for null, numbers that are not finite,
  * another vertex_count or body_count, a quaternion whose length differs from 1 by more than 1e-6,
  * and a world that has started. After an error the world can still be started. */

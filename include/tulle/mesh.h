@@ -46,13 +46,13 @@ typedef enum tulle_mesh_role {
 /* Refuses a mesh that cannot be simulated. The message names the first fault, with its index and
  * coordinates, and how many there are. All meshes: no triangles, NaN or infinite coordinates,
  * indices out of range, a triangle that uses a vertex twice, duplicate triangles. All but deforming
- * obstacles: triangles without area or needle-thin ones (height under 1e-9 of the longest edge).
- * Cloth: edges with more than two triangles, neighbours with opposite orientation, vertices whose
- * triangles do not form one fan, unreferenced vertices, triangles lower than four steps of float at
- * half the mesh's size. The distance from the origin does not matter here: the start of a world
- * judges cloth at its place. Errors: TULLE_ERROR_INVALID_MESH, TULLE_ERROR_INVALID_ARGUMENT (an
- * array of the view is null, no such role), TULLE_ERROR_LIMIT (more than 2^31 - 1 vertices or
- * triangles), TULLE_ERROR_OUT_OF_MEMORY. */
+ * obstacles: triangles that have no area or are needle-thin (height under 1e-9 of the longest
+ * edge). Cloth: edges with more than two triangles, neighbours with opposite orientation,
+ * unreferenced vertices; vertices whose triangles do not form one fan; triangles lower than four
+ * steps of float at half the mesh's size. The distance from the origin does not matter here: the
+ * start of a world judges cloth at its place. Errors: TULLE_ERROR_INVALID_MESH,
+ * TULLE_ERROR_INVALID_ARGUMENT (an array of the view is null, no such role), TULLE_ERROR_LIMIT
+ * (more than 2^31 - 1 vertices or triangles), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_mesh_validate(tulle_mesh_view mesh, tulle_mesh_role role,
                                            tulle_error *error);
 

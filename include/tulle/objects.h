@@ -1,36 +1,36 @@
-/* tulle/objects.h - objects come and go: what happens when cloth, obstacles and bodies are added to
- * a world that runs, and removed from one.
+/* tulle/objects.h - adding cloth, obstacles and bodies to a world that runs, and removing them.
  *
- * tulle_world_add_cloth and tulle_world_add_obstacle add to a world that has started, too. What is
- * added is as in its def, at the time of the world: velocities are those that it has now,
- * keyframes, frames, pins and times of appearing count from the start of the world. Whom it
- * collides with is asked of the pair filter (tulle/query.h), for pairs with it alone; its category
- * is 1 and its mask all. Where it lies in or around something start_intersections decides, as at
- * the start: it is refused with TULLE_ERROR_INTERSECTING_START, ignored until it has come apart, or
- * untangled, which may move all cloth. tulle_world_get_intersections then gives the pairs that it
- * was refused for, and calls it by the number behind the last object.
+ * tulle_world_add_cloth and tulle_world_add_obstacle also work after the start. The new object is
+ * as in its def, at the time of the world: its velocities are its velocities now; keyframes,
+ * frames, pins and times of appearing count from the start of the world. The pair filter
+ * (tulle/query.h) is asked for each pair with the new object. Its category is 1, its mask all. If
+ * the new object intersects another one, start_intersections decides, as at the start. Either it is
+ * refused with TULLE_ERROR_INTERSECTING_START, or the pairs are ignored until they come apart, or
+ * the cloth is untangled, which may move all cloth. After a refusal, tulle_world_get_intersections
+ * gives the pairs; the new object has the number behind the last object.
  *
- * All that stays keeps its state to the bit: positions, velocities, contacts, attachments, bodies
- * that sleep, ignored pairs, what on_pinch holds back, settings, user data, what is watched and
- * what was given for the next step. Distances that the world derives are those that it would have
- * with these objects from its start on; a thickness that no longer lies within their limits goes to
- * the nearest one that does. Room that the contact distance leaves (tulle_world_def) is kept, and
- * looked for about what is added as it is then, not as it would have been at the start: where there
- * is such room, a state loads in a world with other rooms, and the steps that follow may differ.
- * What has gone takes along its contacts, its attachments and those to it, its laws, and its events
- * that were not polled; bodies that touched it wake. The next step tells of attachments that have
- * ended, where they are watched.
+ * The state of all other objects stays bit for bit: positions, velocities, contacts, attachments,
+ * sleeping bodies, ignored pairs, obstacles that on_pinch holds back, settings, user data, watches,
+ * and poses given for the next step. The world derives its distances as if these objects had been
+ * there from its start on. A thickness outside the new limits becomes the nearest value inside
+ * them. The contact distance leaves room where surfaces start close together (tulle_world_def).
+ * That room is kept. For a new object it is measured when the object is added, not at the start of
+ * the world. So a world with the same objects, added at other times, may have other rooms. A state
+ * still loads there, but the steps that follow may differ. Removing an object also removes its
+ * contacts, its laws, all attachments from and to it, and its unread events. Bodies that touched it
+ * wake. The next step gives the events of attachments that ended, if they are watched.
  *
- * A call costs what tulle_world_start costs with the objects that there are then, and for its time
- * twice the memory. After an error - those of the start, and TULLE_ERROR_INVALID_ARGUMENT - the
- * world is as it was; only tulle_world_get_intersections may differ. A saved state loads where the
- * same objects are in the same order, however they came; else it is refused. Arrays that the world
- * has handed out are gone, and tulle_world_get_contacts gives none until the next step.
+ * A call costs as much as tulle_world_start with the new set of objects. While it runs, it needs
+ * twice the memory. It has the errors of the start and TULLE_ERROR_INVALID_ARGUMENT. After an error
+ * the world is as it was; only tulle_world_get_intersections may differ. A saved state loads into
+ * any world that has the same objects in the same order; otherwise it is refused. Arrays that the
+ * world handed out before the call are invalid, and tulle_world_get_contacts gives none until the
+ * next step.
  *
- * Ids: that of what was removed is stale for ever. What comes later may get its index, with the
- * next generation. The numbers by which tulle_contact, tulle_event and tulle_intersection call
- * objects are places in the order of adding, so they move up when an object before them goes;
- * tulle_world_get_object gives the id. docs/guide/embed.md tells more. */
+ * The id of a removed object stays stale for ever. A later object may get the same index with the
+ * next generation. tulle_contact, tulle_event and tulle_intersection number objects by their place
+ * in the order of adding. When an object is removed, the numbers of later objects decrease by 1.
+ * tulle_world_get_object gives the id for a number. See docs/guide/embed.md.     */
 #ifndef TULLE_OBJECTS_H
 #define TULLE_OBJECTS_H
 
@@ -41,13 +41,12 @@ extern "C" {
 #endif
 
 /* Removes a cloth, before the start or later. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale
- * id, distances that do not fit what stays), TULLE_ERROR_OUT_OF_MEMORY; the world is as it was
- * then.
- */
+ * id, distances that do not fit the other objects), TULLE_ERROR_OUT_OF_MEMORY; the world is then as
+ * it was. */
 TULLE_API tulle_status tulle_world_remove_cloth(tulle_world *world, tulle_cloth_id id,
                                                 tulle_error *error);
 /* Removes an obstacle or a rigid body, as tulle_world_remove_cloth does a cloth. Its frame reader
- * is called no more. */
+ * is not called again. */
 TULLE_API tulle_status tulle_world_remove_obstacle(tulle_world *world, tulle_obstacle_id id,
                                                    tulle_error *error);
 

@@ -1,5 +1,6 @@
 /* tulle/shapes.h - generated meshes: cloth in many cuts, and obstacles. All are oriented manifolds,
- * solids are closed. docs/guide/shapes.md tells which fields each shape uses and their defaults. */
+ * solids are closed. docs/guide/shapes.md lists the fields that each shape uses and their defaults.
+ */
 #ifndef TULLE_SHAPES_H
 #define TULLE_SHAPES_H
 
@@ -39,9 +40,9 @@ typedef enum tulle_shape {
     TULLE_SHAPE_COUNT           /* number of the shapes above */
 } tulle_shape;
 
-/* A shape to make. Made by tulle_shape_def_default. Fields that a shape does not use are 0; other
- * values are refused. A length or a resolution of 0 is derived from the others where that is said.
- * Box and sphere have one resolution; resolution[1] may repeat it. */
+/* A shape to make. Made by tulle_shape_def_default. Fields that a shape does not use must be 0. A
+ * length or a resolution of 0 is derived from other fields where the comment says so. Box and
+ * sphere have one resolution; resolution[1] may repeat it. */
 typedef struct tulle_shape_def {
     uint32_t cookie;     /* set by tulle_shape_def_default, checked on use */
     tulle_shape shape;   /* which one */
@@ -63,17 +64,17 @@ typedef struct tulle_shape_def {
     int is_irregular;
     uint64_t seed; /* of irregular cloth and of bumps; equal defs give equal meshes */
 } tulle_shape_def;
-/* The default of a shape, with every length in place that the shape uses. tulle_shape_generate
- * refuses that of a shape that is none. */
+/* The default of a shape: all lengths that it uses are set. tulle_shape_generate refuses the
+ * default of an unknown shape. */
 TULLE_API tulle_shape_def tulle_shape_def_default(tulle_shape shape);
 /* The name of a shape, as "bumpy-ground"; static. Null out of range. */
 TULLE_API const char *tulle_shape_name(tulle_shape shape);
 /* 1 if the shape is meant as cloth; 0 out of range. */
 TULLE_API int tulle_shape_is_cloth(tulle_shape shape);
 
-/* Makes the mesh; release it with tulle_mesh_destroy. Errors: TULLE_ERROR_INVALID_ARGUMENT (null;
- * or names the field, and which fields the shape takes), TULLE_ERROR_LIMIT (over 10,000,000
- * vertices; names how many were asked for), TULLE_ERROR_OUT_OF_MEMORY. */
+/* Makes the mesh; release it with tulle_mesh_destroy. Errors: TULLE_ERROR_INVALID_ARGUMENT (null; a
+ * wrong field: the message names it and the fields that the shape takes), TULLE_ERROR_LIMIT (more
+ * than 10,000,000 vertices; the message says how many), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_shape_generate(const tulle_shape_def *def, tulle_mesh *mesh,
                                             tulle_error *error);
 

@@ -1,15 +1,15 @@
 /* tulle/world.h - the simulated world: cloth, obstacles, rigid bodies and time.
  *
  * A host makes a world, adds cloths and obstacles, and calls tulle_world_step again and again.
- * examples/hello_cloth.c is a whole program; docs/method/index.md tells what a step does.
+ * examples/hello_cloth.c is a whole program; docs/method/index.md explains a step.
  *
  * The promise: no accepted state holds an intersection of cloth with itself, with other cloth or
  * with an obstacle, and nothing passes through a surface on the way there. Pairs that the caller
- * told the world to ignore are left out. A step that cannot keep the promise returns an error and
- * leaves the world as it was.
+ * chose to ignore are excluded. A step that cannot keep the promise returns an error and leaves the
+ * world as it was.
  *
  * A world may be used by one thread at a time, different worlds by different threads at once
- * (tulle/threads.h). Results do not depend on threads. */
+ * (tulle/threads.h). Results do not depend on threads.   */
 #ifndef TULLE_WORLD_H
 #define TULLE_WORLD_H
 
@@ -27,13 +27,13 @@ typedef struct tulle_world tulle_world;
 
 /* Names a cloth of a world. {0, 0} names none. */
 typedef struct tulle_cloth_id {
-    uint32_t index;      /* in the order of adding, from 0; that of a removed one is given again */
-    uint32_t generation; /* counts from 1 whose index it is (tulle/objects.h) */
+    uint32_t index;      /* in the order of adding, from 0; indices of removed cloths are reused */
+    uint32_t generation; /* from 1; grows with each reuse of the index (tulle/objects.h) */
 } tulle_cloth_id;
 /* Names an obstacle or a rigid body of a world. {0, 0} names none. */
 typedef struct tulle_obstacle_id {
     uint32_t index;      /* as of a cloth */
-    uint32_t generation; /* the same */
+    uint32_t generation; /* as of a cloth */
 } tulle_obstacle_id;
 
 /* How a step integrates motion over time. */
@@ -44,9 +44,9 @@ typedef enum tulle_integrator {
 } tulle_integrator;
 
 /* How a world finds the pairs of features that come near each other. The choices differ in time.
- * With a certificate every choice keeps the promise. All then lead to the same states, bit for bit,
- * unless two features of one patch approach by over 14 contact distances within a step (350 with
- * the distances derived by default; docs/method/update_patches.md). */
+ * With a certificate every choice keeps the promise. All of them then lead to the same states, bit
+ * for bit. The only exception: two features of one patch approach each other by more than 14
+ * contact distances in one step (350 with the default distances; docs/method/update_patches.md). */
 typedef struct tulle_world_detection {
     tulle_detect_method method; /* trees, with patches or without */
     tulle_detect_cone cone;     /* bound on the normals of a moving triangle, for patches */
@@ -57,7 +57,7 @@ typedef struct tulle_world_detection {
      * 0: it skips the inside of every patch, as the paper does. This is an exception to the
      * promise, which then holds only for pairs that do not lie within one patch. */
     int has_certificate;
-    /* 1: every search grows patches anew. 0: patches are kept from step to step and checked again.
+    /* 1: every search grows patches again. 0: patches are kept from step to step and checked again.
      * TULLE_DETECT_PAPER always grows them. */
     int grows_patches_anew;
 } tulle_world_detection;
@@ -77,16 +77,18 @@ typedef enum tulle_motion_space {
     TULLE_MOTION_SPACE_POLYHEDRAL /* the whole intersection of the half-spaces, which move along */
 } tulle_motion_space;
 
-/* How far the solves of a step go that cost much; the promise is the same. Cheap solves, as of
- * small cloth at rest, are as exact, and so are all by TULLE_RESPONSE_PAPER, and beside rigid
- * bodies those of small, very stiff or tied cloth. A late end is at so many times cg_tolerance as
- * follows, at most 0.01 and a tenth (with bodies a hundredth) of the net impulse. */
+/* How exactly costly solves of a step are solved. The promise does not depend on it. Cheap solves,
+ * such as small cloth at rest, are always exact. So are all solves of TULLE_RESPONSE_PAPER, and in
+ * scenes with rigid bodies the solves of small, very stiff or tied cloth. A costly solve may end
+ * early, at a multiple of cg_tolerance: at most 0.01, and at most a tenth (with bodies a hundredth)
+ * of the net impulse. */
 typedef enum tulle_quality {
-    /* a solve may end late, at 100 times, after 16 iterations (10 of cloth of 1,000 vertices and
-     * more), and impulses need hardly settle: friction and impacts are rough */
+    /* a solve may end at 100 times cg_tolerance after 16 iterations (10 for cloth of 1,000 vertices
+     * and more), and impulses need hardly settle: friction and impacts are rough */
     TULLE_QUALITY_DRAFT,
-    /* a solve may end late, at 30 times, after 48 iterations (32); then impulses settle to 4.5
-     * times. Very stiff cloth is solved nearly as by the next one */
+    /* a solve may end at 30 times cg_tolerance after 48 iterations (32 for cloth of 1,000 vertices
+     * and more); impulses then settle to 4.5 times their bound. Very stiff cloth is solved nearly
+     * as with TULLE_QUALITY_EXACT */
     TULLE_QUALITY_NORMAL,
     /* a solve ends at cg_tolerance, and impulses are found until they settle */
     TULLE_QUALITY_EXACT
@@ -111,7 +113,7 @@ typedef enum tulle_start_intersections {
     /* the start fails; also when cloth lies wholly inside a closed obstacle that faces outwards, or
      * an obstacle inside another of which one is a rigid body */
     TULLE_START_REFUSE,
-    TULLE_START_IGNORE, /* a pair counts once it has come apart: an exception to the promise */
+    TULLE_START_IGNORE, /* a pair is ignored until it comes apart: an exception to the promise */
     /* cloth is moved before the first step until nothing intersects; an obstacle that appears in
      * cloth later is refused */
     TULLE_START_UNTANGLE
@@ -119,8 +121,8 @@ typedef enum tulle_start_intersections {
 /* What happens when obstacles close on cloth and leave it no room. */
 typedef enum tulle_on_pinch {
     TULLE_ON_PINCH_STOP, /* the step fails, before the cloth tears; the state stays */
-    TULLE_ON_PINCH_SLOW, /* as LAG; what is rigid is held apart until it asks for more room */
-    TULLE_ON_PINCH_LAG   /* what deforms lags behind its frames there; what is rigid: STOP */
+    TULLE_ON_PINCH_SLOW, /* as LAG; rigid obstacles wait, held apart, until they move apart again */
+    TULLE_ON_PINCH_LAG   /* obstacles that deform lag behind their frames; a rigid obstacle: STOP */
 } tulle_on_pinch;
 
 /* Wind: a mean velocity plus gusts. The same seed, time and place give the same gust on every
@@ -142,15 +144,16 @@ typedef struct tulle_world_def {
     double gravity[3]; /* [m/s^2]; default (0, 0, -9.81) */
     tulle_wind wind;   /* default: air at rest */
     /* [m] distance within which contact acts (delta_c), 0 .. 1; 0: derived from the meshes, or from
-     * the thickness where a cloth has one. Derived from meshes it leaves the room of the start, or
-     * of what is added, down to four minimum gaps, unless the start unravels or ignores. */
+     * the thickness of cloth that has one. The derived distance shrinks where surfaces start close
+     * together, or where an object is added, down to four minimum gaps; not with
+     * TULLE_START_UNTANGLE and TULLE_START_IGNORE. */
     double contact_distance;
     /* [m] distance within which pairs are looked for (delta_s). At least the contact distance of
-     * every pair of objects, else the start fails; 0: 1.5 of it. */
+     * every pair of objects, else the start fails; 0: 1.5 times the contact distance. */
     double separation_distance;
-    /* [m] no accepted state undercuts this gap (xi); at most half of every contact distance;
-     * 0: derived. Two exceptions: vertices and edges of one cloth that rest nearer keep a quarter
-     * of their rest distance; pairs that start nearer come no nearer. */
+    /* [m] smallest gap in any accepted state (xi); at most half of every contact distance; 0:
+     * derived. Two exceptions: vertices and edges of one cloth whose rest distance is smaller keep
+     * a quarter of it; pairs that start nearer do not come nearer. */
     double minimum_gap;
     tulle_integrator integrator;         /* default TULLE_INTEGRATOR_IMPLICIT_EULER */
     tulle_world_detection detection;     /* default: certified patches that are kept */
@@ -168,8 +171,8 @@ typedef struct tulle_world_def {
     /* the coefficient of cloths that slide on one another, 0 .. friction_cloth_cloth; negative: the
      * static one */
     double dynamic_friction_cloth_cloth;
-    double sleep_speed; /* [m/s] 0 .. 1000: cloth so slow sleeps (tulle/live.h); default 0: never */
-    double sleep_time;  /* [s] > 0: once it was so for so long; default 0.5 */
+    double sleep_speed; /* [m/s] 0 .. 1000: slower cloth sleeps (tulle/live.h); default 0: never */
+    double sleep_time;  /* [s] > 0: time for which it must be slow; default 0.5 */
     tulle_start_intersections start_intersections; /* default TULLE_START_REFUSE */
     int untangle_limit;        /* rounds of untangling, 1 .. 1e6; then the start is refused */
     tulle_on_pinch on_pinch;   /* default TULLE_ON_PINCH_LAG */
@@ -193,8 +196,8 @@ typedef struct tulle_springs {
     double stretch_stiffness; /* [N/m] force per width and strain, > 0 */
     double bend_stiffness;    /* [N m] bending rigidity of a plate, >= 0 */
     /* strain s at which cloth pulls twice as hard as stretch_stiffness says; 1e-3 .. 1e6. The
-     * factor is 1 + (strain / s)^2 up to 3 s; beyond, the force goes on with the slope there. 0:
-     * never harder, as with TULLE_RESPONSE_PAPER. */
+     * factor is 1 + (strain / s)^2 up to a strain of 3 s; beyond it the force grows with the slope
+     * at 3 s. 0: the factor is always 1, as with TULLE_RESPONSE_PAPER. */
     double stiffening_strain;
 } tulle_springs;
 /* A fabric in SI values, which do not depend on the mesh. The warp lies along the cloth's grain,
@@ -203,9 +206,9 @@ typedef struct tulle_material {
     double area_density; /* [kg/m^2] > 0 */
     tulle_curve warp;    /* along the yarns of the warp */
     tulle_curve weft;    /* along the yarns of the weft */
-    /* by the angle [rad] by which the yarns turn against each other, where it is small: the strain
-     * is the product of both yarns' stretched unit lengths. Its stiffness squared is at most the
-     * product of the yarns'. */
+    /* The shear strain is the scalar product of the stretched unit lengths of both yarns; if it is
+     * small, it is the angle [rad] by which the yarns turn against each other. The square of its
+     * stiffness is at most the product of the yarns' stiffnesses. */
     tulle_curve shear;
     /* how much cloth narrows where it is pulled: Poisson's ratio, the geometric mean of both
      * directions', -0.9 .. 0.9 */
@@ -216,7 +219,7 @@ typedef struct tulle_material {
     /* [N] width of the loop of moment per width over curvature along the warp, 2HB of KES; 0: none.
      * At most 1e6 1/m times bend_warp. */
     double bend_hysteresis_warp;
-    double bend_hysteresis_weft; /* [N] the same along the weft, beside bend_weft */
+    double bend_hysteresis_weft; /* [N] the same along the weft; at most 1e6 1/m times bend_weft */
     /* [N/m] width of the loop of force per length over the angle of shear, 2HG of KES; 0: none. At
      * most twice the stiffness of shear. */
     double shear_hysteresis;
@@ -224,8 +227,8 @@ typedef struct tulle_material {
     double stretch_damping; /* [s] damping coefficient per stiffness, >= 0 */
     double bend_damping;    /* [s] damping coefficient per stiffness, >= 0 */
     double air_damping;     /* [1/s] viscous damping per mass, >= 0 */
-    /* static Coulomb coefficient against obstacles, 0 .. 10: what holds a contact that does not
-     * slide. The geometric mean of both sides counts. */
+    /* static Coulomb coefficient against obstacles, 0 .. 10, of contacts that do not slide. The
+     * geometric mean of both sides counts. */
     double friction;
     double dynamic_friction; /* of contacts that slide, 0 .. friction; negative: the static one */
     /* part of an impact's speed with which the cloth rebounds, 0 .. 1. The geometric mean of both
@@ -236,8 +239,8 @@ typedef struct tulle_material {
      */
     double friction_across;
 } tulle_material;
-/* Fills `material` with the preset `name`, one of those that tulle_material_preset_name lists.
- * Error: TULLE_ERROR_INVALID_ARGUMENT for another name and for null. */
+/* Fills `material` with the preset `name`. tulle_material_preset_name lists the names. Error:
+ * TULLE_ERROR_INVALID_ARGUMENT for another name and for null. */
 TULLE_API tulle_status tulle_material_preset(const char *name, tulle_material *material);
 /* Name of the preset number `index`, from 0; static. Null past the last one. */
 TULLE_API const char *tulle_material_preset_name(size_t index);
@@ -277,9 +280,9 @@ typedef struct tulle_motion {
     int is_eased;               /* 1: starts and stops gently at each keyframe (3 s^2 - 2 s^3) */
 } tulle_motion;
 
-/* A group of pinned vertices of a cloth: they are held, or follow a motion. What one pin that never
- * lets go holds, and no other pin, is clamped: woven cloth does not bend there, and bends from the
- * pin's edge on. A single row of vertices is a hinge. Made by tulle_pin_default. */
+/* A group of pinned vertices of a cloth: they are held, or follow a motion. A pin that never lets
+ * go clamps the vertices that no other pin holds: woven cloth does not bend there, and bends from
+ * the pin's edge on. A single row of vertices is a hinge. Made by tulle_pin_default. */
 typedef struct tulle_pin {
     uint32_t cookie;          /* set by tulle_pin_default, checked on use */
     const uint32_t *vertices; /* vertex_count vertex numbers of the cloth, copied */
@@ -287,7 +290,7 @@ typedef struct tulle_pin {
     tulle_motion motion;      /* key_count 0: held, or where tulle_cloth_set_pin_targets says */
     double release_time;      /* [s] when the pin lets go; INFINITY, the default: never */
 } tulle_pin;
-/* A pin that holds for ever; the caller fills in the vertices. */
+/* A pin that is never released; the caller fills in the vertices. */
 TULLE_API tulle_pin tulle_pin_default(void);
 
 /* A fold that cloth has at rest, along an edge of its mesh. */
@@ -303,14 +306,15 @@ typedef struct tulle_cloth_def {
     const char *name;             /* for messages; may be null */
     tulle_mesh_view mesh;         /* start positions; an oriented manifold */
     const double *rest_positions; /* [m] 3 * vertex_count; null: the start is the rest shape */
-    /* [m] 9 * triangle_count: the corners of each triangle at rest, where triangles do not fit
-     * together in one shape, as patterns of garments and what shrinks. Lengths are then those of
-     * these triangles, each of which may lie anywhere; folds stay those of rest_positions. Null:
-     * triangles of rest_positions */
+    /* [m] 9 * triangle_count: the corners of each triangle at rest. They are for rest shapes whose
+     * triangles do not fit together, such as patterns of garments and cloth that shrinks. They give
+     * the rest lengths, and each triangle may lie anywhere; rest_positions still give the folds.
+     * Null: triangles of rest_positions */
     const double *rest_corners;
     int has_flat_rest; /* 1: at rest nothing is folded, whatever rest_positions say */
-    /* crease_count folds that go before all that; of two of one edge the last counts, along the
-     * border they mean nothing. What lies along no edge fails the start. */
+    /* crease_count folds, which replace the folds of the rest shape. Of two folds of one edge the
+     * last counts; folds along the border are ignored. A fold that is not along an edge makes the
+     * start fail. */
     const tulle_crease *creases;
     size_t crease_count;     /* length of `creases` */
     tulle_material material; /* default: the preset cotton */
@@ -324,7 +328,7 @@ typedef struct tulle_cloth_def {
     /* triangle_count factors on all stiffness and hysteresis of the material, 0.01 .. 100: a stiff
      * collar, a soft hem. Null: 1 everywhere */
     const double *stiffness_factors;
-    /* what tulle_world_set_material_law calls the surface, at most 79 bytes; null: nothing */
+    /* name of the surface for tulle_world_set_material_law, at most 79 bytes; null: none */
     const char *contact_material;
     double thickness;         /* [m] 0: the world's contact distance decides */
     const tulle_pin *pins;    /* pin_count groups; null without any */
@@ -341,9 +345,10 @@ TULLE_API tulle_cloth_def tulle_cloth_def_default(void);
 typedef tulle_status (*tulle_frame_reader)(void *context, uint32_t frame, double *positions,
                                            tulle_error *error);
 
-/* What makes an obstacle a rigid body, which answers contact. Its mesh must face outwards, and be
- * closed unless area_density is given. It collides with cloth, with all obstacles and with other
- * bodies. It needs TULLE_RESPONSE_COUPLED. Exactly one of mass, density and area_density is > 0.
+/* The values of an obstacle that is a rigid body, which answers contact. Its mesh must face
+ * outwards, and be closed unless area_density is given. It collides with cloth, with all obstacles
+ * and with other bodies. It needs TULLE_RESPONSE_COUPLED. Exactly one of mass, density and
+ * area_density is > 0.
  *
  * A body falls asleep when no point of it, nor of any body that touches it directly or over others,
  * was faster than sleep_speed for sleep_time. A sleeping body stands still and costs little. It
@@ -352,17 +357,17 @@ typedef tulle_status (*tulle_frame_reader)(void *context, uint32_t frame, double
  *   - cloth presses on it so differently that it would gain sleep_speed within a step;
  *   - something on a script moves near it;
  *   - an obstacle appears or leaves;
- *   - tulle_obstacle_add_impulse or tulle_obstacle_wake is called. */
+ *   - tulle_obstacle_add_impulse or tulle_obstacle_wake is called.  */
 typedef struct tulle_body {
-    int is_dynamic;             /* 0: the obstacle is no body, and nothing else here counts */
+    int is_dynamic;             /* 0: the obstacle is not a body; all other members are ignored */
     double mass;                /* [kg] spread evenly over the volume */
     double density;             /* [kg/m^3] of the volume */
     double area_density;        /* [kg/m^2] of the surface: a shell */
     double velocity[3];         /* [m/s] of the centre of mass, when it comes into the world */
-    double angular_velocity[3]; /* [rad/s] the same */
+    double angular_velocity[3]; /* [rad/s] when it comes into the world */
     double linear_damping;      /* [1/s] >= 0 */
     double angular_damping;     /* [1/s] >= 0 */
-    double start_time; /* [s] the body follows `motion`, which begins before; goes on as it moved */
+    double start_time;  /* [s] until then the body follows `motion`; then it keeps its velocity */
     double sleep_speed; /* [m/s] 0: never sleeps */
     double sleep_time;  /* [s] > 0 where sleep_speed is */
 } tulle_body;
@@ -384,12 +389,12 @@ typedef struct tulle_obstacle_def {
     double dynamic_friction; /* of contacts that slide, 0 .. friction; negative: the static one */
     double restitution;      /* 0 .. 1; as of tulle_material */
     double friction_across;  /* factor on friction across the grain; as of tulle_material */
-    /* direction in `mesh`, as of tulle_cloth_def. It goes with what moves and deforms the mesh.
-     * Where the surface is at right angles to it, friction has no direction. */
+    /* direction in `mesh`, as of tulle_cloth_def. It follows the motion and the deformation of the
+     * mesh. Where the surface is at right angles to it, friction has no direction. */
     double grain[3];
     const char *contact_material; /* as of tulle_cloth_def */
     tulle_motion motion;          /* rigid keyframes; key_count 0: static */
-    tulle_drive drive;            /* not beside keyframes, a sequence or a body */
+    tulle_drive drive;            /* not together with keyframes, a sequence or a body */
     /* null: no sequence. Else vertices follow the frames, linearly in between. */
     tulle_frame_reader read_frame;
     void *frame_context; /* handed to read_frame; lives as long as the obstacle */
@@ -415,8 +420,9 @@ TULLE_API tulle_status tulle_world_create(const tulle_world_def *def, tulle_worl
 TULLE_API void tulle_world_destroy(tulle_world *world);
 
 /* Adds a cloth and gives its id; null `id` is fine. After the start: tulle/objects.h. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (null, also an array beside a count above 0; a value of the def),
- * TULLE_ERROR_INVALID_MESH (tulle_mesh_validate), TULLE_ERROR_OUT_OF_MEMORY, those of a start. */
+ * TULLE_ERROR_INVALID_ARGUMENT (null, also an array whose count is above 0; a value of the def),
+ * TULLE_ERROR_INVALID_MESH (tulle_mesh_validate), TULLE_ERROR_OUT_OF_MEMORY, and after the start
+ * the errors of a start. */
 TULLE_API tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *def,
                                              tulle_cloth_id *id, tulle_error *error);
 /* Adds an obstacle or a rigid body and gives its id; null `id` is fine. After the start and errors:
@@ -424,16 +430,18 @@ TULLE_API tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_clo
 TULLE_API tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_def *def,
                                                 tulle_obstacle_id *id, tulle_error *error);
 
-/* Friction and restitution of a pair, in place of what the materials say; a grain's factor across
- * it still counts. A dynamic_friction left at 0 lets what slides slide freely: say -1. */
+/* Friction and restitution of a pair, in place of the values of the materials; friction_across of a
+ * grain still counts. Beware: a dynamic_friction of 0 means no friction while sliding; -1 means the
+ * static value. */
 typedef struct tulle_contact_law {
     double static_friction;  /* Coulomb coefficient of contacts that do not slide, 0 .. 10 */
-    double dynamic_friction; /* of contacts that slide, 0 .. static_friction; negative: the same */
+    double dynamic_friction; /* of contacts that slide, 0 .. static_friction; negative:
+                                static_friction */
     double restitution;      /* part of an impact's speed that comes back, 0 .. 1 */
 } tulle_contact_law;
-/* Sets the law of two cloths; a later call for the same pair replaces an earlier one. After the
- * start it holds from the next step on, is part of the state, and wakes bodies if it changes.
- * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, the same cloth twice, a value),
+/* Sets the law of two cloths; a later call for the same pair replaces it. After the start it holds
+ * from the next step on, is part of the state, and wakes bodies if it changes. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, the same cloth twice, a value),
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_set_cloth_cloth_law(tulle_world *world, tulle_cloth_id a,
                                                        tulle_cloth_id b,
@@ -452,10 +460,10 @@ TULLE_API tulle_status tulle_world_set_obstacle_obstacle_law(tulle_world *world,
                                                              const tulle_contact_law *law,
                                                              tulle_error *error);
 /* Sets the law of all pairs of surfaces of which one has the contact material `a` and the other
- * `b`. With the same name twice it holds for a cloth on itself, too. A law of two objects goes
- * before it. Each name must be that of an object that was added, or of a preset (see
- * tulle_material_preset_name). Only before the start; errors as of
- * tulle_world_set_cloth_cloth_law. */
+ * `b`. If `a` equals `b`, it holds for a cloth on itself, too. A law of two objects takes
+ * precedence. Each name must be the contact material of an added object, or a preset (see
+ * tulle_material_preset_name). Only before the start; errors as of tulle_world_set_cloth_cloth_law.
+ */
 TULLE_API tulle_status tulle_world_set_material_law(tulle_world *world, const char *a,
                                                     const char *b, const tulle_contact_law *law,
                                                     tulle_error *error);
@@ -472,35 +480,36 @@ typedef struct tulle_intersection {
 } tulle_intersection;
 
 /* Prepares the first step: derives distances, builds trees, judges the start. The first step calls
- * it if the caller did not. Errors: TULLE_ERROR_INTERSECTING_START (the message says of the deepest
- * pairs how deep and where, tulle_world_get_intersections gives all), TULLE_ERROR_INVALID_ARGUMENT
- * (null, distances that do not fit), TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_INTERRUPTED, what a
- * frame reader returns. */
+ * it if the caller did not. Errors: TULLE_ERROR_INTERSECTING_START (the message gives depth and
+ * place of the deepest pairs, tulle_world_get_intersections gives all),
+ * TULLE_ERROR_INVALID_ARGUMENT (null, distances that do not fit), TULLE_ERROR_OUT_OF_MEMORY,
+ * TULLE_ERROR_INTERRUPTED, what a frame reader returns. */
 TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error);
-/* Asks a host whether to stop; `context` is what tulle_world_set_stop_request was given. Not 0 ends
- * tulle_world_start or tulle_world_step with TULLE_ERROR_INTERRUPTED: the world is as it was before
- * the call and can go on to the same bits. The thread that called the world asks: before each round
- * of untangling, and some thousand times a second within a step. The function should be quick. Of
- * the world it may call tulle_world_get_untangle_report and tulle_world_get_step_progress only. */
+/* Asks the host whether to stop; `context` comes from tulle_world_set_stop_request. Any value but 0
+ * ends tulle_world_start or tulle_world_step with TULLE_ERROR_INTERRUPTED. The world is then as it
+ * was before the call; a repeated call gives the same bits as without the interruption. The thread
+ * that called the world asks: before each round of untangling, and some thousand times a second
+ * within a step. The function should be quick. It may call only tulle_world_get_untangle_report and
+ * tulle_world_get_step_progress. */
 typedef int (*tulle_stop_request)(void *context);
-/* Sets the function that is asked, and the `context` that it gets. A null `is_stopped` asks no
- * more. Nothing happens where the world is null. */
+/* Sets the function that is asked, and the `context` that it gets. With a null `is_stopped` nothing
+ * is asked any more. A null world is fine. */
 TULLE_API void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
                                             void *context);
-/* The pairs of triangles for which the last start, or the last step in which an obstacle appeared,
- * failed; `*count` of them. Null `count` is fine. For a null world null and 0. Owned by the world,
- * until its next start or step. */
+/* The intersecting pairs of triangles of the last failure: of a start, or of a step in which an
+ * obstacle appeared. `*count` gets their number; null `count` is fine. For a null world null and 0.
+ * Owned by the world, until its next start or step. */
 TULLE_API const tulle_intersection *tulle_world_get_intersections(const tulle_world *world,
                                                                   size_t *count);
 /* How deep the triangles of a pair lie in each other, and where. */
 typedef struct tulle_overlap {
     double depth;       /* [m] length of the shortest move of one triangle that parts the two */
-    double position[3]; /* [m] the middle of where they cross */
+    double position[3]; /* [m] the middle of their intersection */
 } tulle_overlap;
-/* The overlaps of the pairs of tulle_world_get_intersections, in the same order, after a start or a
- * step failed for them: the deepest pair comes first. `*count` is then the number of the pairs,
- * else 0 (and the result null), as for a null world. Null `count` is fine. Owned by the world,
- * until its next start or step. */
+/* The overlaps of the pairs of tulle_world_get_intersections, in the same order: the deepest pair
+ * comes first. They exist after a start or a step that failed because of these pairs; otherwise,
+ * and for a null world, the result is null and `*count` is 0. Null `count` is fine. Owned by the
+ * world, until its next start or step. */
 TULLE_API const tulle_overlap *tulle_world_get_overlaps(const tulle_world *world, size_t *count);
 
 /* What untangling did at the start. All zero when it had nothing to do. */
@@ -532,16 +541,17 @@ typedef struct tulle_step_report {
     double total_seconds;                    /* [s] wall clock; at least the sum of the stages */
     uint32_t solve_count;                    /* solves of the linear system */
     uint32_t cg_iterations; /* iterations of conjugate gradients, over all solves */
-    double cg_residual; /* largest relative preconditioned residual of solves that none follows */
-    int cg_converged;   /* 0: a solve stopped at its limit of iterations */
-    uint64_t box_pairs; /* pairs of features whose swept boxes met, over all searches */
+    double
+        cg_residual;  /* largest relative preconditioned residual of the last solves of a substep */
+    int cg_converged; /* 0: a solve stopped at its limit of iterations */
+    uint64_t box_pairs;      /* pairs of features whose swept boxes met, over all searches */
     uint64_t tested_pairs;   /* pairs that the cheapest tests of a path did not prove apart */
     uint64_t turning_pairs;  /* of the tested pairs: proven apart by a plane that turns with them */
     uint64_t contacts;       /* contacts of the last substep, impacts included */
-    uint64_t new_contacts;   /* of the contacts: those that the step before did not have */
-    uint64_t stick_contacts; /* of the contacts: those that friction holds */
-    uint64_t slip_contacts;  /* of the contacts: those that slide */
-    uint64_t hard_contacts;  /* of the contacts: those in the matrix of the solve */
+    uint64_t new_contacts;   /* of the contacts: not in the step before */
+    uint64_t stick_contacts; /* of the contacts: held by friction */
+    uint64_t slip_contacts;  /* of the contacts: sliding */
+    uint64_t hard_contacts;  /* of the contacts: in the matrix of the solve */
     uint32_t impact_rounds;  /* rounds in which impacts were resolved */
     uint64_t rescue_impact_zones;       /* rescue 3: impact zones projected */
     uint64_t rescue_component_scalings; /* rescue 4: groups whose displacement was shortened */
@@ -556,8 +566,8 @@ typedef struct tulle_step_report {
     double elastic_energy; /* [J] of stretching and bending */
     double max_stretch;    /* largest length over rest length: of a yarn, of an edge with springs */
     uint64_t overstretched; /* triangles of woven cloth with a yarn beyond its limit */
-    /* 1: a pinch between obstacles was found (see tulle_world_last_message), or an earlier one
-     * still holds them back or lets cloth through */
+    /* 1: a pinch between obstacles was found (see tulle_world_last_message), or obstacles still
+     * wait because of one */
     int pinched;
     uint32_t pair_searches;     /* searches for pairs; 1 in a quiet step */
     uint64_t patches;           /* patches in use at the end of the step; 0 for methods without */
@@ -569,16 +579,17 @@ typedef struct tulle_step_report {
 
 /* Moves the world on by `time_step` [s], 0 < time_step <= 1. `report` and `error` may be null.
  * After an error the world is as it was; only tulle_world_last_message and
- * tulle_world_get_intersections may differ, and what tulle/live.h was given is gone. Errors:
+ * tulle_world_get_intersections may differ, and poses and targets given for the step (tulle/live.h)
+ * are discarded. Errors:
  *
- * - those of tulle_world_start, when the caller has not called that;
+ * - the errors of tulle_world_start, if the caller has not called it;
  * - TULLE_ERROR_INVALID_ARGUMENT (null, a time step out of range), TULLE_ERROR_OUT_OF_MEMORY;
  * - TULLE_ERROR_INTERSECTING_START, when an obstacle appears in or around cloth;
  * - TULLE_ERROR_PINCHED, when obstacles leave cloth no room;
- * - TULLE_ERROR_STEP_FAILED, when forces lead to numbers that are not finite, when
- *   TULLE_RESPONSE_PAPER tears cloth, or when a body turns further than 4096 substeps follow;
- * - TULLE_ERROR_LIMIT, too many candidate pairs even where the step is cut 4,096-fold;
- * - TULLE_ERROR_INTERRUPTED, by a stop request; and what a frame reader returns. */
+ * - TULLE_ERROR_STEP_FAILED: forces lead to numbers that are not finite, TULLE_RESPONSE_PAPER tears
+ *   cloth, or a body turns too far for 4096 substeps;
+ * - TULLE_ERROR_LIMIT, too many candidate pairs even in 4,096 substeps;
+ * - TULLE_ERROR_INTERRUPTED, by a stop request; and what a frame reader returns.      */
 TULLE_API tulle_status tulle_world_step(tulle_world *world, double time_step,
                                         tulle_step_report *report, tulle_error *error);
 
@@ -587,8 +598,9 @@ typedef struct tulle_step_progress {
     int is_under_way; /* 0: no step is being made, and all else is 0 */
     uint64_t step;    /* index of the step, from 0 */
     uint32_t substep; /* number of the substep, from 1 */
-    double share; /* of the step's time that has passed, 0 .. 1; less where a pinch begins anew */
-    uint32_t solve_count; /* solves so far; a step that stands still goes on as they grow */
+    double share;     /* of the step's time that has passed, 0 .. 1; falls when a pinch restarts the
+                         step */
+    uint32_t solve_count; /* solves so far; they grow also while `share` stands still */
 } tulle_step_progress;
 /* How far the step that is under way has come. All zero for null. */
 TULLE_API tulle_step_progress tulle_world_get_step_progress(const tulle_world *world);
@@ -609,9 +621,9 @@ TULLE_API tulle_world_detection tulle_world_get_detection(const tulle_world *wor
  * `motion_space` may be null. */
 TULLE_API tulle_response tulle_world_get_response(const tulle_world *world,
                                                   tulle_motion_space *motion_space);
-/* What the last step has to say: for example that a pinch begins or ends, or that an obstacle
- * appears in cloth and is ignored; what the start has to say before the first step. Empty if
- * nothing, and for null. Owned by the world, until its next step. */
+/* The message of the last step: for example that a pinch begins or ends, or that an obstacle
+ * appears in cloth and is ignored. Before the first step: the message of the start. Empty if there
+ * is none, and for null. Owned by the world, until its next step. */
 TULLE_API const char *tulle_world_last_message(const tulle_world *world);
 
 /* Positions of a cloth: 3 * `*vertex_count` doubles [m]. Borrowed until the next step. For a stale
@@ -626,9 +638,9 @@ TULLE_API const double *tulle_cloth_get_velocities(const tulle_world *world, tul
  * stale id and a null world null and 0; null `vertex_count` is fine. */
 TULLE_API const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obstacle_id id,
                                                      size_t *vertex_count);
-/* Velocities of an obstacle: 3 * `*vertex_count` doubles [m/s]; of one on a script the mean over
- * the last step. Borrowed until the next step. Null before the start; for a stale id and a null
- * world null and 0; null `vertex_count` is fine. */
+/* Velocities of an obstacle: 3 * `*vertex_count` doubles [m/s]. An obstacle on a script has the
+ * mean over the last step. Borrowed until the next step. Null before the start; for a stale id and
+ * a null world null and 0; null `vertex_count` is fine. */
 TULLE_API const double *tulle_obstacle_get_velocities(const tulle_world *world,
                                                       tulle_obstacle_id id, size_t *vertex_count);
 /* 1 while the obstacle is in the scene; 0 for a stale id and a null world. */
@@ -647,7 +659,7 @@ typedef struct tulle_transform {
     double inertia[9];          /* [kg m^2] about the centre of mass, in the world's axes */
 } tulle_transform;
 /* Fills `transform` of a body. Error: TULLE_ERROR_INVALID_ARGUMENT for null, for a stale id, for an
- * obstacle that is no body, and before the start. */
+ * obstacle that is not a rigid body, and before the start. */
 TULLE_API tulle_status tulle_obstacle_get_transform(const tulle_world *world, tulle_obstacle_id id,
                                                     tulle_transform *transform, tulle_error *error);
 /* Changes the velocities of a body at once by `impulse` [N s] at `point` [m] of the world. The body
@@ -656,20 +668,22 @@ TULLE_API tulle_status tulle_obstacle_get_transform(const tulle_world *world, tu
 TULLE_API tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id,
                                                   const double point[3], const double impulse[3],
                                                   tulle_error *error);
-/* What contact gave an obstacle in the last substep of the last accepted step: `impulse` [N s] is
- * the sum over its contacts, `angular_impulse` [N m s] that of their moments about a body's centre
- * of mass, else about the origin. Divided by the substep they are the mean force and torque. What
- * rebounds add (restitution) is left out, and what two obstacles give each other that are no
- * bodies. What sleeps counts as in the step in which it fell asleep. After a load only that counts,
- * until the next step. Error: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, not started). */
+/* Gives the impulse of contact on an obstacle in the last substep of the last accepted step.
+ * `impulse` [N s] is the sum over its contacts. `angular_impulse` [N m s] is the sum of their
+ * moments, about a body's centre of mass or else about the origin. Divided by the substep they are
+ * the mean force and torque. Restitution adds nothing to it. Contacts between two obstacles that
+ * are not bodies are left out. Contacts of sleeping objects count with their values when they fell
+ * asleep. After a load only these count, until the next step. Error: TULLE_ERROR_INVALID_ARGUMENT
+ * (null, a stale id, not started). */
 TULLE_API tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world,
                                                           tulle_obstacle_id id, double impulse[3],
                                                           double angular_impulse[3],
                                                           tulle_error *error);
-/* 1 while a body sleeps; 0 for a stale id, for what is no body, and for a null world. */
+/* 1 while a body sleeps; 0 for a stale id, for an obstacle that is not a body, and for a null
+ * world. */
 TULLE_API int tulle_obstacle_is_asleep(const tulle_world *world, tulle_obstacle_id id);
-/* Wakes a body and those that fell asleep with it. The time that a body must be slow before it
- * sleeps begins anew. Errors as of tulle_obstacle_get_transform. */
+/* Wakes a body and those that fell asleep with it. The time for which the body must be slow starts
+ * again from 0. Errors as of tulle_obstacle_get_transform. */
 TULLE_API tulle_status tulle_obstacle_wake(tulle_world *world, tulle_obstacle_id id,
                                            tulle_error *error);
 
@@ -688,18 +702,18 @@ typedef enum tulle_contact_state {
 } tulle_contact_state;
 
 /* A contact of the last accepted step: a pair of features that the solve of the step held apart.
- * Place, normal, weights and gap are those of the closest points at the end of the step. An object
- * is numbered as in tulle_intersection. */
+ * Place, normal, weights and gap belong to the closest points at the end of the step. An object is
+ * numbered as in tulle_intersection. */
 typedef struct tulle_contact {
     uint32_t object_a;         /* object of the first feature */
     uint32_t object_b;         /* object of the second feature; may be the first one again */
     uint32_t vertices[4];      /* each within its own object */
     tulle_contact_kind kind;   /* vertex and face, or edge and edge */
     tulle_contact_state state; /* open, stick or slip */
-    int is_new;  /* 1: was no contact in the step before; `state` holds all the same */
-    int is_hard; /* 1: part of the matrix of the solve, as nearly all with a load */
-    /* position on a minus position on b = sum of weights[i] * vertex i; those of a add up to 1,
-     * those of b to -1 */
+    int is_new;  /* 1: not a contact in the step before; `state` is valid in any case */
+    int is_hard; /* 1: part of the matrix of the solve, as nearly all contacts with a load are */
+    /* position on a minus position on b = sum of weights[i] * vertex i; weights on a add up to 1,
+     * weights on b to -1 */
     double weights[4];
     double position[3]; /* [m] middle between the two closest points */
     double normal[3];   /* unit, from b to a */
@@ -707,17 +721,17 @@ typedef struct tulle_contact {
     double impulse[3];  /* [N s] on a, over the last substep; the opposite acts on b */
 } tulle_contact;
 
-/* Gives the contacts of the last accepted step, those of impacts included: `*count` of them, as
- * tulle_step_report counts them. A pair may be there twice, from the solve and from an impact. They
- * are owned by the world, until its next step or load, even one that fails. There are none before
- * the first step, nor after tulle_world_load_state until the next step. The first call after a step
- * makes the array; the state hash does not depend on it. Errors: TULLE_ERROR_INVALID_ARGUMENT
- * (null), TULLE_ERROR_OUT_OF_MEMORY. */
+/* Gives the contacts of the last accepted step, impacts included: `*count` of them, as
+ * tulle_step_report counts them. A pair may appear twice, from the solve and from an impact. The
+ * world owns them, until its next step or load, even if that fails. There are none before the first
+ * step, nor between tulle_world_load_state and the next step. The first call after a step makes the
+ * array; the state hash does not depend on it. Errors: TULLE_ERROR_INVALID_ARGUMENT (null),
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_contact **contacts,
                                                 size_t *count, tulle_error *error);
 
-/* What of the cloth is longest beside its rest length: with springs an edge; of woven cloth a yarn,
- * and the edge of its triangle that lies most along it. */
+/* The place where cloth is stretched most. With springs it is an edge. Of woven cloth it is a yarn;
+ * given is the edge of its triangle that lies most along the yarn. */
 typedef struct tulle_stretch {
     double stretch;       /* length over rest length; 0: there is no cloth */
     uint32_t cloth;       /* place of the cloth in the order of adding */
@@ -727,45 +741,46 @@ typedef struct tulle_stretch {
 /* Finds the largest stretch of the world as it is. All zero before the start and for null. */
 TULLE_API tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world);
 
-/* How fine the mesh of a cloth is beside the folds that its fabric makes. A strip whose edges are
- * as long as half its bending length hangs over within some 4 % as fabric does; one with edges as
- * long as the bending length a fifth too low. Where cloth curves in two directions at once, as a
- * table cloth does, a third is wanted: coarser cells hold it up. */
+/* How fine the mesh of a cloth is compared with the folds of its fabric. A hanging strip bends as
+ * fabric does, within some 4 %, if its edges are half as long as the bending length. With edges as
+ * long as the bending length it hangs a fifth too low. Where cloth curves in two directions at
+ * once, as a table cloth does, edges should be a third of the bending length: coarser cells hold it
+ * up. */
 typedef struct tulle_fineness {
     double mean_edge; /* [m] mean length of the edges between rest positions; 0: not known */
-    /* [m] (B / (area density * gravity))^(1/3) with the least rigidity B of warp and weft; 0:
-     * nothing bends it or nothing pulls. Source: Peirce 1930. */
+    /* [m] (B / (area density * gravity))^(1/3), B: the smaller bending rigidity of warp and weft;
+     * 0: B or gravity is 0. Source: Peirce 1930. */
     double bending_length;
 } tulle_fineness;
-/* Tells the fineness of a cloth. All zero before the start, for null and for a stale id. */
+/* Gives the fineness of a cloth. All zero before the start, for null and for a stale id. */
 TULLE_API tulle_fineness tulle_cloth_get_fineness(const tulle_world *world, tulle_cloth_id id);
 
-/* Tells what the world's integrator takes from a motion by itself, beside all damping of materials:
- * the damping ratio (1: critical) of a free motion without contact that has this `period` [s] and
- * is solved in steps of `time_step` [s]. It is about pi time_step / period for implicit Euler. 0
- * for null, and unless both are finite and > 0. */
+/* Gives the numerical damping of the world's integrator, without the damping of materials: the
+ * damping ratio (1: critical) of a free motion with this `period` [s], solved in steps of
+ * `time_step` [s]. For implicit Euler it is about pi time_step / period. 0 for null, and unless
+ * both are finite and > 0. */
 TULLE_API double tulle_world_get_numerical_damping(const tulle_world *world, double time_step,
                                                    double period);
 
-/* Which patches to give. A zeroed struct asks for those of the shape as it is. */
+/* Which patches to give. A zeroed struct asks for patches of the present shape. */
 typedef struct tulle_patch_options {
-    double time_step; /* [s] length of the coming step, 0 .. 1; 0: patches of the shape as it is */
+    double time_step; /* [s] length of the coming step, 0 .. 1; 0: patches of the present shape */
     double max_angle; /* [rad] alpha_max, > 0 and < pi/2; 0: pi/3 */
     /* 1: the patches that the last step used, whatever the other options say; none before the first
      * step and for methods without patches */
     int is_in_use;
 } tulle_patch_options;
 /* Finds the patches of a cloth: triangles connected over edges whose normals all stay within
- * max_angle of one axis while every vertex moves on by time_step with its present velocity. They
- * explain what detection by patches skips: the pairs within one patch. Only cones are tested here;
- * a step uses those patches for which it finds a certificate (is_in_use).
+ * max_angle of one axis. Each vertex moves for time_step with its present velocity. Detection by
+ * patches skips the pairs within one patch; these are the patches. Only cones are tested here. A
+ * step uses only patches for which it finds a certificate (is_in_use).
  *
  * `labels` gets a number for each triangle: 1 .. `*patch_count`, or 0 for an isolated triangle,
  * whose own normal turns too far. The world must have started; it does not change. Errors:
  * TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, not started, options),
  * TULLE_ERROR_OUT_OF_MEMORY.
  *
- * Based on: Wong & Baciu 2005, 3.1 to 3.3, the (zeta, alpha, I)-surfaces. */
+ * Based on: Wong & Baciu 2005, 3.1 to 3.3, the (zeta, alpha, I)-surfaces.  */
 TULLE_API tulle_status tulle_cloth_get_patches(tulle_world *world, tulle_cloth_id id,
                                                const tulle_patch_options *options, uint32_t *labels,
                                                size_t *patch_count, tulle_error *error);
@@ -773,8 +788,8 @@ TULLE_API tulle_status tulle_cloth_get_patches(tulle_world *world, tulle_cloth_i
 /* ---- saving and loading ---- */
 
 /* Hash of everything that decides the future: positions, velocities, contacts with their impulses,
- * time, state of motions. Equal states have equal hashes on every machine. Worlds that have not
- * started all have the same, and so has null. */
+ * time, state of motions. Equal states have equal hashes on every machine. All worlds that have not
+ * started have the same hash, which is also the hash for null. */
 TULLE_API uint64_t tulle_world_get_state_hash(const tulle_world *world);
 
 /* Gives the state as one block: `*bytes`, of `*byte_count` bytes, made by the world's allocator.
@@ -785,12 +800,12 @@ TULLE_API tulle_status tulle_world_save_state(const tulle_world *world, void **b
 /* Frees `bytes`, a block of `byte_count` bytes from tulle_world_save_state of the same world. Null
  * `bytes` are fine; for a null world nothing happens. */
 TULLE_API void tulle_world_free_state(const tulle_world *world, void *bytes, size_t byte_count);
-/* Puts a saved state in place: `bytes`, `byte_count` of them. The world must have been made from
- * the same defs (this is checked). In a world that has not started it takes the place of the start,
- * which then is not judged. A call that fails leaves the world as it was; only
- * tulle_world_get_intersections may give none any more. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (null, another world), TULLE_ERROR_PARSE (bytes cut short or
- * changed, another version of the format, values that no world has), TULLE_ERROR_OUT_OF_MEMORY. */
+/* Loads a saved state: `bytes`, `byte_count` of them. The world must have been made from the same
+ * defs (this is checked). In a world that has not started, the load replaces the start, and
+ * intersections at the start are not judged. A call that fails leaves the world as it was, but
+ * tulle_world_get_intersections may give no pairs any more. Errors: TULLE_ERROR_INVALID_ARGUMENT
+ * (null, another world), TULLE_ERROR_PARSE (bytes cut short or changed, another version of the
+ * format, values that no world has), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_load_state(tulle_world *world, const void *bytes,
                                               size_t byte_count, tulle_error *error);
 

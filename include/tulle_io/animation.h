@@ -1,9 +1,9 @@
-/* tulle_io/animation.h - surfaces over time in one file: glTF, USD, MDD and NPZ are written;
- * glTF, USD and NPZ are read; Alembic both, by builds with it (TULLE_ALEMBIC).
- * docs/guide/formats.md describes what each of them holds.
+/* tulle_io/animation.h - surfaces over time in one file. glTF, USD and NPZ are written and read,
+ * MDD is written. Builds with TULLE_ALEMBIC also write and read Alembic. docs/guide/formats.md
+ * describes what each format holds.
  *
  * A writer asks for frames one by one, as often as it needs them, and keeps one at a time. So its
- * memory does not grow with their positions. A file appears whole or not at all. */
+ * memory does not grow with their positions. A file appears whole or not at all.  */
 #ifndef TULLE_IO_ANIMATION_H
 #define TULLE_IO_ANIMATION_H
 
@@ -22,22 +22,22 @@ typedef enum tulle_animation_motion {
 
 /* A surface of an animation. */
 typedef struct tulle_animation_surface {
-    const char *name;         /* UTF-8, not empty */
-    tulle_mesh_view mesh;     /* positions count where it is rigid alone: those of the pose without
-                                 translation and rotation; else they may be null */
-    const double *corner_uvs; /* 6 * triangle_count, NaN where there are none, as of
-                                 tulle_mesh_source; null: none */
+    const char *name;     /* UTF-8, not empty */
+    tulle_mesh_view mesh; /* positions are used only if it is rigid: its shape without translation
+                             and rotation; else they may be null */
+    const double *corner_uvs;      /* 6 * triangle_count, NaN where there are none, as in
+                                      tulle_mesh_source; null: none */
     tulle_animation_motion motion; /* how it moves */
-    size_t prototype; /* index of the first surface with the same mesh, not after itself: its own
-                         index where it has a mesh of its own. Only rigid surfaces have another than
-                         their own, and 0 counts as surface 0. Another mesh there is refused */
+    size_t prototype; /* index of the first surface with the same mesh; its own index if no earlier
+                         surface has this mesh. Only rigid surfaces may name another surface. 0
+                         means surface 0. If that surface has another mesh, the call is refused */
     double color[3];  /* red, green, blue, linear, 0 to 1 */
 } tulle_animation_surface;
 
-/* Gives frame number `frame` of the animation, from 0, of surface number `surface`: `values` are
- * 3 * vertex_count positions, finite, or, where it is rigid, its pose: translation x, y, z and a
- * unit quaternion w, x, y, z. `context` is that of the def. May be asked for the same frame again.
- * An error ends the writing and is what the call returns; `error` may be null. */
+/* Gives frame number `frame`, from 0, of surface number `surface`. `values` gets 3 * vertex_count
+ * finite positions or, for a rigid surface, its pose: translation x, y, z and a unit quaternion w,
+ * x, y, z. `context` comes from the def. The same frame may be asked for again. An error ends the
+ * writing, which returns it; `error` may be null. */
 typedef tulle_status (*tulle_animation_reader)(void *context, size_t surface, uint32_t frame,
                                                double *values, tulle_error *error);
 
@@ -56,9 +56,9 @@ typedef struct tulle_animation_def {
     tulle_animation_reader read; /* gives the frames */
     /* 1 where a surface is in the scene at a frame; null: all are always. Said by USD */
     int (*is_present)(void *context, size_t surface, uint32_t frame);
-    /* NPZ: the name of an array that has one more number of each vertex and frame: frames x
-     * vertices, as float as the positions; of letters, digits and _, up to 64, none of the other
-     * arrays' names. Null: there is none */
+    /* NPZ: the name of a further array with one number for each frame and vertex, of the same type
+     * as the positions. The name has up to 64 letters, digits and _, and differs from the names of
+     * the other arrays. Null: no such array */
     const char *vertex_array;
     tulle_animation_reader read_vertex_array; /* gives its numbers, vertex_count, finite */
     void *context;                            /* of the functions */
@@ -66,17 +66,17 @@ typedef struct tulle_animation_def {
 /* Metres, z up, 24 frames a second, without surfaces, frames, vertex array or functions. */
 TULLE_API tulle_animation_def tulle_animation_def_default(void);
 
-/* Writes an animation to the file `path`: .glb or .gltf with a .bin beside it (glTF 2.0), .usda,
- * .mdd (one surface), .npz or .abc, by its extension. One frame is written as meshes that stand
- * still. Positions are rounded to float, but for those of NPZ with is_double. That they are then
- * clean is not judged: where a gap is smaller than a float step at the largest coordinate (0.06 um
- * at 1 m, 0.06 mm at 1 km), surfaces may pass through each other. tulle_detector_find_earliest
- * from the exact positions to the rounded ones tells whether they do.
- * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a value out of range, a motion that the format
- * does not have), TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that is not finite
- * or that float cannot hold), TULLE_ERROR_LIMIT (more than the format can count),
- * TULLE_ERROR_UNSUPPORTED (another extension), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL,
- * TULLE_ERROR_OUT_OF_MEMORY, and those of the reader. */
+/* Writes an animation to the file `path`. The extension chooses the format: .glb or .gltf with a
+ * .bin next to it (glTF 2.0), .usda, .mdd (one surface), .npz or .abc. A single frame is written as
+ * static meshes. Positions are rounded to float, except in NPZ with is_double. The rounded
+ * positions are not judged: if a gap is smaller than a float step at the largest coordinate (0.06
+ * um at 1 m, 0.06 mm at 1 km), surfaces may pass through each other. To find out, call
+ * tulle_detector_find_earliest from the exact to the rounded positions. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, a value out of range, a motion that the format does not
+ * have), TULLE_ERROR_INVALID_MESH (an index out of range, a coordinate that is not finite or that
+ * float cannot hold), TULLE_ERROR_LIMIT (more than the format can count), TULLE_ERROR_UNSUPPORTED
+ * (another extension), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_OUT_OF_MEMORY, and errors
+ * of the reader. */
 TULLE_API tulle_status tulle_animation_write(const char *path, const tulle_animation_def *def,
                                              tulle_error *error);
 
@@ -90,25 +90,25 @@ typedef struct tulle_animation_info {
     size_t vertex_count;        /* of all surfaces together, at least 1 */
     size_t triangle_count;      /* of all surfaces together */
     uint32_t frame_count;       /* at least 1 */
-    uint32_t added_frame_count; /* of these, not at keys: see tulle_animation_open */
+    uint32_t added_frame_count; /* of these, added between keys: see tulle_animation_open */
     int has_times;     /* 1: frames have times; 0: the file has none, and they are 1/24 s apart */
     double start_time; /* [s] of the file's time line, startTimeCode of USD; 0: it does not say */
     int is_y_up;       /* 1: y points up; 0: z */
     double meters_per_unit; /* [m] > 0, a unit of the positions */
-    char note[1024];        /* what was passed over; or empty */
+    char note[1024];        /* parts of the file that were ignored; or empty */
 } tulle_animation_info;
 
-/* Opens the file `path`, .glb or .gltf (glTF 2.0), .usda, .npz or .abc, makes `*animation`, which
- * is null after an error, and fills `info`, which may be null. Of the scene all surfaces are read,
- * one behind the other, as one mesh in the scene's coordinates. Frames are all times of keys of the
- * first animation, of samples of what is shown, or of the archive's frames; there is one where
- * nothing moves. Where something turns, or goes along a cubic spline, frames are added evenly
- * between two keys, so that vertices that go along lines from frame to frame stay within a
- * thousandth of a surface's size of their paths; before a key at which a step of glTF changes a
- * value, one is added a float earlier, with what is held until then. Of glTF morph targets,
- * transforms of nodes and skins move vertices, of USD points and transforms. Errors:
+/* Opens the file `path`, .glb or .gltf (glTF 2.0), .usda, .npz or .abc. It makes `*animation`,
+ * which is null after an error, and fills `info`, which may be null. All surfaces of the scene are
+ * read in order, as one mesh in the scene's coordinates. Vertices are moved by morph targets, node
+ * transforms and skins of glTF, and by points and transforms of USD. The frames are at the key
+ * times of the first animation (glTF), at the time samples of the visible surfaces (USD, Alembic),
+ * or as in the archive (NPZ). A file without motion has one frame. Where something turns or follows
+ * a cubic spline, frames are added evenly between two keys. So a vertex that moves in straight
+ * lines from frame to frame stays near its path, within a thousandth of its surface's size. At a
+ * step of glTF a frame is added just before the key, with the old value. Errors:
  * TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_UNSUPPORTED
- * (another extension of the name; an extension of glTF that is needed; USD in its binary form),
+ * (another file extension; a required glTF extension that is not known; binary USD),
  * TULLE_ERROR_LIMIT, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_animation_open(const char *path, tulle_animation **animation,
                                             tulle_animation_info *info, tulle_error *error);

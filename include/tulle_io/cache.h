@@ -19,7 +19,7 @@ typedef struct tulle_pc2_info {
     double start_frame;    /* number of the first frame; 0 of MDD */
     double frame_step;     /* frames from one to the next; 1 of MDD */
 } tulle_pc2_info;
-/* Opens the file `path`, MDD where that ends in .mdd and PC2 otherwise, makes `*cache`, which is
+/* Opens the file `path`: MDD if the name ends in .mdd, otherwise PC2. It makes `*cache`, which is
  * null after an error, and fills `info`, which may be null. Errors: TULLE_ERROR_INVALID_ARGUMENT
  * (null), TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info *info,
@@ -41,7 +41,7 @@ typedef struct tulle_pc2_writer tulle_pc2_writer;
 /* Opens the PC2 file `path` for frames of `vertex_count` vertices and makes `*writer`, which is
  * null after an error. `resume_frame_count` > 0 keeps that many frames of an existing file and
  * drops the rest; 0 starts a new file. Errors: TULLE_ERROR_INVALID_ARGUMENT (null; no vertices, or
- * over 2^31 - 1), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_PARSE,
+ * more than 2^31 - 1), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL, TULLE_ERROR_PARSE,
  * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_pc2_writer_open(const char *path, uint32_t vertex_count,
                                              uint32_t resume_frame_count, tulle_pc2_writer **writer,
@@ -49,7 +49,7 @@ TULLE_API tulle_status tulle_pc2_writer_open(const char *path, uint32_t vertex_c
 /* Appends a frame: `positions`, 3 * vertex_count doubles [m], rounded to the nearest floats. The
  * file is valid after each append: data is written first and flushed to disk, then the frame count
  * in the header. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a coordinate that float cannot hold),
- * TULLE_ERROR_LIMIT (over 2^31 - 1 frames), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL. */
+ * TULLE_ERROR_LIMIT (more than 2^31 - 1 frames), TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL. */
 TULLE_API tulle_status tulle_pc2_writer_append(tulle_pc2_writer *writer, const double *positions,
                                                tulle_error *error);
 /* Leaves flushing to disk to tulle_pc2_writer_close, for all appends that follow. This is faster. A

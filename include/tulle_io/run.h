@@ -1,8 +1,8 @@
-/* tulle_io/run.h - the directory that a run leaves: a writer that appends frame by frame, and a
- * reader. docs/guide/run_directory.md describes every file in it.
+/* tulle_io/run.h - the directory of a run: a writer that appends frame by frame, and a reader.
+ * docs/guide/run_directory.md describes every file in it.
  *
- * A run that is killed at any moment leaves a directory that can be read up to its last whole
- * frame, and can go on from its last checkpoint. */
+ * If a run is killed at any moment, its directory can be read up to the last whole frame, and the
+ * run can be resumed from its last checkpoint. */
 #ifndef TULLE_IO_RUN_H
 #define TULLE_IO_RUN_H
 
@@ -15,9 +15,9 @@ extern "C" {
 
 /* How far a run has come. */
 typedef enum tulle_run_state {
-    TULLE_RUN_RUNNING,     /* still going on, or killed */
+    TULLE_RUN_RUNNING,     /* still running, or killed */
     TULLE_RUN_FINISHED,    /* all frames are written */
-    TULLE_RUN_INTERRUPTED, /* stopped on request; can go on */
+    TULLE_RUN_INTERRUPTED, /* stopped on request; can be resumed */
     TULLE_RUN_FAILED       /* ended by an error */
 } tulle_run_state;
 /* "running", "finished", "interrupted" or "failed"; static. Null out of range. */
@@ -30,13 +30,13 @@ typedef struct tulle_run_body {
     tulle_mesh_view mesh; /* start positions, written as an OBJ file */
     int is_obstacle;      /* 0: cloth */
     int is_static;        /* 1: never moves, has no point cache */
-    int is_dynamic;       /* 1: a rigid body, an obstacle that meets other obstacles too */
+    int is_dynamic;       /* 1: a rigid body, an obstacle that collides with other obstacles too */
 } tulle_run_body;
 
 /* ---- writing ---- */
 
-/* A run to write. Made by tulle_run_def_default. "For the record" marks what is only written down
- * in run.json. */
+/* A run to write. Made by tulle_run_def_default. "For the record" marks values that are only
+ * written to run.json. */
 typedef struct tulle_run_def {
     uint32_t cookie;          /* set by tulle_run_def_default, checked on use */
     const char *directory;    /* made when missing; its parent must exist */
@@ -62,12 +62,12 @@ typedef struct tulle_run_def {
 /* A run without a directory, bodies or frames; the caller fills them in. */
 TULLE_API tulle_run_def tulle_run_def_default(void);
 
-/* What explains a frame beyond positions: velocities, contacts and patches. Bodies are in the order
- * of the run, cloths first, then obstacles, as tulle_contact names objects. */
+/* Further data of a frame: velocities, contacts and patches. Bodies are in the order of the run,
+ * cloths first, then obstacles, as tulle_contact numbers objects. */
 typedef struct tulle_run_debug {
     const double *const *velocities; /* [m/s] of each body, 3 * vertex_count; null for static
                                         bodies. Stored as float */
-    /* What follows is passed over, and null or 0 when read, where velocities alone are kept. */
+    /* If only velocities are kept, the rest is not written, and is null or 0 when read. */
     const tulle_contact *contacts;       /* real numbers are stored as float */
     size_t contact_count;                /* length of `contacts` */
     const uint32_t *const *patch_labels; /* of each cloth, triangle_count labels as from
@@ -79,7 +79,7 @@ typedef struct tulle_run_debug {
  * positions are the lagging surface, which cloth meets. */
 typedef struct tulle_run_lag {
     uint32_t body;            /* index of the bodies */
-    uint32_t vertex;          /* the one that lags most */
+    uint32_t vertex;          /* the vertex that lags most */
     double lag;               /* [m] of that vertex, > 0 */
     uint64_t drawn_crossings; /* pairs of triangles of cloth and of the surface as its frames have
                                  it */
@@ -90,7 +90,7 @@ typedef struct tulle_run_frame {
     double time;         /* [s] */
     uint64_t step;       /* steps done */
     uint64_t state_hash; /* of the world, see tulle_world_get_state_hash */
-    /* [m] of each body, 3 * vertex_count; null is allowed for static ones */
+    /* [m] of each body, 3 * vertex_count; null is allowed for static bodies */
     const double *const *positions;
     /* [m/s] of each body, 3 * vertex_count, or null; the whole may be null; for VTP files */
     const double *const *velocities;
@@ -103,7 +103,7 @@ typedef struct tulle_run_frame {
     size_t lag_count;                  /* at most one for each body */
 } tulle_run_frame;
 
-/* State of the world between two steps, to go on from. */
+/* State of the world between two steps, from which a run can be resumed. */
 typedef struct tulle_run_checkpoint {
     void *bytes;          /* from tulle_world_save_state */
     size_t byte_count;    /* length of `bytes` */
@@ -125,42 +125,40 @@ typedef enum tulle_run_existing {
 } tulle_run_existing;
 
 /* Makes the directory with everything but frames, and `*writer`, which is null after an error. The
- * writer keeps the directory locked. An error removes again what was made. Errors:
+ * writer keeps the directory locked. After an error the new files are removed again. Errors:
  * TULLE_ERROR_INVALID_ARGUMENT (null, also an array of a mesh; a value of the def; the directory is
  * not empty), TULLE_ERROR_IO (also: another process writes there, or a file of the run would be a
- * symbolic link), TULLE_ERROR_DISK_FULL,
- * TULLE_ERROR_OUT_OF_MEMORY. */
+ * symbolic link), TULLE_ERROR_DISK_FULL, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_existing existing,
                                         tulle_run_writer **writer, tulle_error *error);
-/* Goes on with a run that was cut short, or that has finished and is to become longer. Compares all
- * files with their checksums up to the newest checkpoint; damage leads to the checkpoint before, or
- * is refused with the file and the frame, and nothing is changed. Meshes and scene.yaml are made
- * again from `def`. Then cuts all files back to the checkpoint, gives that, and makes `*writer`,
- * which is null after an error. Release the checkpoint with tulle_run_free_checkpoint. `def` must
- * describe the same scene and bodies. Where the directory is missing or empty, or the run was
- * killed before its first checkpoint, the run starts anew, as by tulle_run_create, and
- * checkpoint->bytes is null. A run with more frames than def->frame_count wants stays as it is; a
- * note says so. Errors as of tulle_run_create, and TULLE_ERROR_PARSE (also: a file is damaged or
- * missing). */
+/* Resumes a run that was cut short, or a finished run that is to become longer. `def` must describe
+ * the same scene and bodies. All files are compared with their checksums up to the newest
+ * checkpoint. If a file is damaged, the checkpoint before it is used. If that is not possible, the
+ * call is refused, the message names the file and the frame, and nothing is changed. Meshes and
+ * scene.yaml are made again from `def`. All files are then cut back to the checkpoint, which is
+ * given back; release it with tulle_run_free_checkpoint. `*writer` is null after an error. If the
+ * directory is missing or empty, or the run was killed before its first checkpoint, the run starts
+ * from the beginning, as by tulle_run_create, and checkpoint->bytes is null. A run with more frames
+ * than def->frame_count wants stays as it is; a note says so. Errors as of tulle_run_create, and
+ * TULLE_ERROR_PARSE (also: a file is damaged or missing). */
 TULLE_API tulle_status tulle_run_resume(const tulle_run_def *def, tulle_run_writer **writer,
                                         tulle_run_checkpoint *checkpoint, tulle_error *error);
-/* What tulle_run_resume found damaged and made good, a line for each, without a line end after the
- * last; empty: nothing. Lives as long as the writer. */
+/* The damage that tulle_run_resume found and repaired, a line for each, without a line end after
+ * the last; empty: none. Lives as long as the writer. */
 TULLE_API const char *tulle_run_get_notes(const tulle_run_writer *writer);
-/* 1 if `directory` holds a run with a checkpoint, usable or not. Then tulle_run_resume goes on from
- * it or fails. 0 for null. */
+/* 1 if `directory` holds a run with a checkpoint, usable or not. tulle_run_resume then uses it or
+ * fails. 0 for null. */
 TULLE_API int tulle_run_has_checkpoint(const char *directory);
 /* Frees the bytes of a checkpoint from tulle_run_resume, and zeroes it. Null is fine. */
 TULLE_API void tulle_run_free_checkpoint(tulle_run_checkpoint *checkpoint);
 
-/* Appends a frame. After an error, such as a full disk, the frames before it are still whole.
- * Point caches hold floats. A frame is refused where rounding to float would lead a surface through
- * another or itself, though nothing intersects before: TULLE_ERROR_LIMIT, which names the vertex.
+/* Appends a frame. After an error, such as a full disk, the frames before it are still whole. Point
+ * caches hold floats. Nothing intersects before rounding. If rounding to float would lead a surface
+ * through another or itself, the frame is refused: TULLE_ERROR_LIMIT, which names the vertex.
  * Errors: TULLE_ERROR_INVALID_ARGUMENT (null, also an array that the frame needs; a coordinate that
  * float cannot hold), TULLE_ERROR_LIMIT, TULLE_ERROR_IO, TULLE_ERROR_DISK_FULL,
- * TULLE_ERROR_OUT_OF_MEMORY. TULLE_ERROR_IO also where the directory was moved, removed or
- * replaced: then no frame and no checkpoint is written, and tulle_run_close leaves run.json as it
- * is. */
+ * TULLE_ERROR_OUT_OF_MEMORY. TULLE_ERROR_IO also if the directory was moved, removed or replaced:
+ * then no frame and no checkpoint is written, and tulle_run_close does not change run.json. */
 TULLE_API tulle_status tulle_run_write_frame(tulle_run_writer *writer, const tulle_run_frame *frame,
                                              tulle_error *error);
 /* Appends a line to report.csv. Errors: TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_IO,
@@ -175,7 +173,7 @@ TULLE_API tulle_status tulle_run_write_checkpoint(tulle_run_writer *writer,
                                                   tulle_error *error);
 /* Number of frames in the directory, the start counted; 0 for null. */
 TULLE_API uint32_t tulle_run_get_frame_count(const tulle_run_writer *writer);
-/* How the steps of a run went: what a user should know beside the result. A zeroed struct is one of
+/* How the steps of a run went: facts that a user should know about the result. A zeroed struct has
  * no steps. */
 typedef struct tulle_run_outcome {
     uint64_t steps;               /* steps made */
@@ -184,7 +182,7 @@ typedef struct tulle_run_outcome {
     double worst_residual_time;   /* [s] of that step's end */
     double largest_stretch;       /* largest edge length over rest length, at the end of a step */
     double largest_stretch_time;  /* [s] of that step's end */
-    int has_stretch_place;        /* 0: where it was is not known */
+    int has_stretch_place;        /* 0: the place of the largest stretch is not known */
     uint32_t stretch_body;        /* the cloth, an index of the bodies; where has_stretch_place */
     uint32_t stretch_vertices[2]; /* ends of the edge in that cloth; where has_stretch_place */
     double stretch_position[3];   /* [m] middle of the edge; where has_stretch_place */
@@ -193,30 +191,29 @@ typedef struct tulle_run_outcome {
     uint64_t rescues;             /* of all kinds and steps, see tulle_step_report */
     uint64_t pinched_steps;       /* steps in which cloth was pinched between obstacles */
     uint64_t overstretched_steps; /* steps in which a yarn was beyond the limit of its material */
-    uint64_t most_overstretched;  /* most triangles at which it was, at the end of a step */
+    uint64_t most_overstretched;  /* most triangles with such a yarn, at the end of a step */
     double largest_lag;           /* [m] by which an obstacle lagged behind its frames */
     double largest_lag_time;      /* [s] of that step's end */
 } tulle_run_outcome;
-/* Adds a step by its report. Without a place: see tulle_run_outcome_place. Nothing happens where
- * one of the two is null. */
+/* Adds a step by its report, without the place of the stretch: see tulle_run_outcome_place. Nothing
+ * happens if one of the two is null. */
 TULLE_API void tulle_run_outcome_add(tulle_run_outcome *outcome, const tulle_step_report *report);
-/* Gives the largest stretch its place, where `stretch` was found after the step that had it: the
- * last one that was added. `body`: the cloth's index among the bodies of the run. Nothing happens
- * where a pointer is null. */
+/* Adds the place of the largest stretch. Call it right after adding the step that has this stretch.
+ * `body`: the cloth's index among the bodies of the run. Nothing happens if a pointer is null. */
 TULLE_API void tulle_run_outcome_place(tulle_run_outcome *outcome, const tulle_stretch *stretch,
                                        uint32_t body);
-/* Says in words what did not go well, a line for each, without a line end after the last; a single
- * line where nothing did. `body_name` is that of stretch_body; null: not known. `failure` says why
- * the run could not go on; null: it did. At most `size` bytes of `text` are written, with the
- * terminating zero; none where `text` is null or `size` is 0. A null outcome gives an empty text.
- */
+/* Describes in words what went wrong, a line for each, without a line end after the last; if
+ * nothing did, in a single line. `body_name` is the name of stretch_body; null: not known.
+ * `failure` says why the run ended early; null: it did not. At most `size` bytes of `text` are
+ * written, with the terminating zero; none where `text` is null or `size` is 0. A null outcome
+ * gives an empty text. */
 TULLE_API void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *body_name,
                                           const char *failure, char *text, size_t size);
 /* The outcome that the run had on record when tulle_run_resume took it over; null: none. Lives as
  * long as the writer. */
 TULLE_API const tulle_run_outcome *tulle_run_get_former_outcome(const tulle_run_writer *writer);
-/* Records the outcome so far; tulle_run_close writes it to run.json. Nothing happens where one of
- * the two is null. */
+/* Records the outcome so far; tulle_run_close writes it to run.json. Nothing happens if one of the
+ * two is null. */
 TULLE_API void tulle_run_set_outcome(tulle_run_writer *writer, const tulle_run_outcome *outcome);
 
 /* Records how the run ended, with `message` (may be null), and releases the writer, also when it
@@ -262,9 +259,9 @@ typedef struct tulle_run_info {
     tulle_motion_space motion_space;        /* of TULLE_RESPONSE_PAPER */
     const tulle_run_outcome *outcome;       /* how its steps went; null: not recorded */
     int has_debug;                          /* 1: the run records tulle_run_debug of its frames */
-    int has_velocities;                     /* 1: the same, or of it velocities alone */
-    uint64_t debug_byte_count;              /* [bytes] of debug.bin; 0 without */
-    int has_checksums;                      /* 0: of an older version, so nothing can be verified */
+    int has_velocities;        /* 1: the run records velocities, alone or with the rest */
+    uint64_t debug_byte_count; /* [bytes] of debug.bin; 0 without */
+    int has_checksums;         /* 0: of an older version, so nothing can be verified */
 } tulle_run_info;
 
 /* A run directory that is read. Made by tulle_run_reader_open, released by tulle_run_reader_close.
@@ -273,13 +270,12 @@ typedef struct tulle_run_reader tulle_run_reader;
 
 /* 1 if `path` is a directory with a run.json; 0 for null. */
 TULLE_API int tulle_run_is_directory(const char *path);
-/* Opens `directory` and makes `*reader`, which is null after an error. A run that goes on or was
- * killed is read up to its last whole frame. What is read here and later is compared with its
- * checksum: TULLE_ERROR_PARSE says which file and frame are damaged. Another process may write the
- * run meanwhile. Where it takes away what is read later, the error is TULLE_ERROR_IO and says so;
- * open the run again then. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (null, a path that is too long), TULLE_ERROR_IO, TULLE_ERROR_PARSE,
- * TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
+/* Opens `directory` and makes `*reader`, which is null after an error. A run that still runs or was
+ * killed is read up to its last whole frame. Everything that is read, now and later, is compared
+ * with its checksum: TULLE_ERROR_PARSE says which file and frame are damaged. Another process may
+ * write the run meanwhile. If it removes data that is read later, the error is TULLE_ERROR_IO and
+ * says so; then open the run again. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a path that is too
+ * long), TULLE_ERROR_IO, TULLE_ERROR_PARSE, TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_LIMIT. */
 TULLE_API tulle_status tulle_run_reader_open(const char *directory, tulle_run_reader **reader,
                                              tulle_error *error);
 /* A file of a run that is not as the run wrote it. */
@@ -325,18 +321,16 @@ TULLE_API tulle_status tulle_run_reader_read_positions(tulle_run_reader *reader,
                                                        size_t body, double *positions,
                                                        tulle_error *error);
 /* Fills `transforms`, one for each body that is_dynamic in the order of bodies, at frame number
- * `frame`; `inertia` is zero, for runs do not keep it. Errors: TULLE_ERROR_UNSUPPORTED (a run of an
- * older version, which does not tell), and as of tulle_run_reader_get_mesh. */
+ * `frame`; `inertia` is zero, because runs do not keep it. Errors: TULLE_ERROR_UNSUPPORTED (a run
+ * of an older version, which does not have them), and as of tulle_run_reader_get_mesh. */
 TULLE_API tulle_status tulle_run_reader_read_transforms(tulle_run_reader *reader, uint32_t frame,
                                                         tulle_transform *transforms,
                                                         tulle_error *error);
-/* Gives what explains frame number `frame`. `*debug` lives until the next call or until the reader
- * is closed; it is null when the writer knew nothing of the frame. Errors:
+/* Gives the further data of frame number `frame`. `*debug` lives until the next call or until the
+ * reader is closed. It is null if the writer had no such data for the frame. Errors:
  * TULLE_ERROR_INVALID_ARGUMENT (null, no such frame, or a run that keeps no velocities),
- * TULLE_ERROR_IO,
- * TULLE_ERROR_PARSE (cut short or changed: names debug.bin and the byte),
- * TULLE_ERROR_OUT_OF_MEMORY.
- */
+ * TULLE_ERROR_IO, TULLE_ERROR_PARSE (cut short or changed: names debug.bin and the byte),
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uint32_t frame,
                                                    const tulle_run_debug **debug,
                                                    tulle_error *error);

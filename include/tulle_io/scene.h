@@ -17,7 +17,7 @@ extern "C" {
 /* A loaded scene. Made by tulle_scene_load, released by tulle_scene_destroy. */
 typedef struct tulle_scene tulle_scene;
 
-/* Most problems that one load keeps; further ones are only counted. */
+/* Most problems that one load keeps; further problems are only counted. */
 #define TULLE_SCENE_PROBLEMS_MAX 20
 
 /* All that is wrong with a scene, in the order of the file's text where a place is known. The
@@ -44,9 +44,9 @@ TULLE_API tulle_status tulle_scene_load(const char *path, const char *const *ove
 /* Releases a scene; null is fine. Destroy the worlds built from it first: they read its frames. */
 TULLE_API void tulle_scene_destroy(tulle_scene *loaded);
 
-/* How many notes there are about a loaded scene. A note is a sentence on what the user should know:
- * statements of a mesh file that were passed over, triangles of an obstacle that were dropped. 0
- * for null. */
+/* How many notes there are about a loaded scene. A note is a sentence that the user should know,
+ * for example on parts of a mesh file that were ignored, or triangles of an obstacle that were
+ * dropped. 0 for null. */
 TULLE_API size_t tulle_scene_get_note_count(const tulle_scene *loaded);
 /* Note `index`, below the count; else null, as for a null scene. Owned by the scene. */
 TULLE_API const char *tulle_scene_get_note(const tulle_scene *loaded, size_t index);
@@ -67,9 +67,9 @@ TULLE_API tulle_start_intersections tulle_scene_get_start_intersections(const tu
 
 /* Number of cloths; they are in the order of the file. 0 for null. */
 TULLE_API size_t tulle_scene_get_cloth_count(const tulle_scene *loaded);
-/* Name of cloth `index`, below the count. Names of objects are unique and have letters and
- * digits of any script in UTF-8, '-', '_', '.' and blanks within only, at most 64 bytes. Null out
- * of range and for a null scene. */
+/* Name of cloth `index`, below the count. Names of objects are unique. They have at most 64 bytes
+ * of UTF-8: letters and digits of any script, '-', '_', '.', and blanks that are neither first nor
+ * last. Null out of range and for a null scene. */
 TULLE_API const char *tulle_scene_get_cloth_name(const tulle_scene *loaded, size_t index);
 /* Mesh of cloth `index` at the start, borrowed from the scene; empty out of range and for null. */
 TULLE_API tulle_mesh_view tulle_scene_get_cloth_mesh(const tulle_scene *loaded, size_t index);
@@ -90,8 +90,8 @@ TULLE_API int tulle_scene_is_obstacle_moving(const tulle_scene *loaded, size_t i
 TULLE_API int tulle_scene_is_obstacle_dynamic(const tulle_scene *loaded, size_t index);
 
 /* The whole scene as YAML text in SI units, with every default filled in. Numbers have the fewest
- * digits that read back to the same double, in every locale. The text loads again to the same scene
- * when it lies beside the scene file. Null for null. */
+ * digits that read back to the same double, in every locale. The text loads to the same scene again
+ * if it lies in the same directory as the scene file. Null for null. */
 TULLE_API const char *tulle_scene_get_canonical_text(const tulle_scene *loaded);
 /* Hash of the canonical text, all meshes and the contents of all mesh sequences. It leaves out the
  * number of frames, so a run may be made longer. 0 for null. */
@@ -108,9 +108,9 @@ typedef struct tulle_scene_world {
 } tulle_scene_world;
 /* Makes a world of a scene into `*result`; does not start it. It runs on `threads` threads, 0: one
  * for each processor, and takes memory from `allocator`, null: malloc. The worlds of a scene may
- * step in different threads. Errors name the place of the object in the scene file, with the
- * statuses of tulle_world_create and of what adds objects to a world; null scenes and results are
- * refused with TULLE_ERROR_INVALID_ARGUMENT. */
+ * step in different threads. Errors name the place of the object in the scene file. They have the
+ * statuses of tulle_world_create, tulle_world_add_cloth and tulle_world_add_obstacle; null scenes
+ * and results are refused with TULLE_ERROR_INVALID_ARGUMENT. */
 TULLE_API tulle_status tulle_scene_build_world(tulle_scene *loaded, int threads,
                                                const tulle_allocator *allocator,
                                                tulle_scene_world *result, tulle_error *error);

@@ -9,15 +9,15 @@ extern "C" {
 #endif
 
 /* Settings of a Loop subdivision. Made by tulle_subdivision_def_default. docs/method/subdivision.md
- * tells the rules. */
+ * has the rules. */
 typedef struct tulle_subdivision_def {
     uint32_t cookie; /* set by tulle_subdivision_def_default, checked on use */
     int levels;      /* 1 .. TULLE_SUBDIVISION_LEVELS_MAX; each makes four triangles of one */
     /* [rad] > 0: edges whose two triangles' normals differ by more are creases, which stay sharp;
      * default INFINITY: only the edges below */
     double crease_angle;
-    /* [rad] > 0: where a border or a crease turns by more, its vertex is a corner, which stays
-     * where it is; default 75 degrees (a square's corners stay, a regular pentagon is rounded);
+    /* [rad] > 0: a vertex at which a border or a crease turns by more is a corner, which stays in
+     * its place; default 75 degrees (a square's corners stay, a regular pentagon is rounded);
      * INFINITY: borders are rounded everywhere */
     double corner_angle;
     const uint32_t *crease_edges; /* further creases: 2 * crease_edge_count vertices of the mesh */
@@ -40,14 +40,14 @@ TULLE_API tulle_subdivision_def tulle_subdivision_def_default(void);
 typedef struct tulle_subdivision tulle_subdivision;
 
 /* Makes the operator; release with tulle_subdivision_destroy. The angles of the def are measured in
- * mesh.positions (give the rest shape of cloth, so that folds are no creases). Always sharp are
- * borders, edges of three or more triangles, and edges whose two triangles have opposite
- * orientation; always corners are vertices of three or more sharp edges, or in which several fans
- * meet. Vertices without triangles stay where they are. Errors: TULLE_ERROR_INVALID_ARGUMENT (null,
- * a def field out of range, a crease edge that no triangle has), TULLE_ERROR_INVALID_MESH (indices
- * out of range, coordinates not finite, a triangle that uses a vertex twice), TULLE_ERROR_LIMIT
- * (result over TULLE_SUBDIVISION_TRIANGLES_MAX triangles or 2^31 - 1 vertices),
- * TULLE_ERROR_OUT_OF_MEMORY; *subdivision is then null. */
+ * mesh.positions (give the rest shape of cloth, so that its folds do not count as creases).
+ * Borders, edges of three or more triangles, and edges whose two triangles have opposite
+ * orientation are always sharp. Vertices of three or more sharp edges, and vertices where several
+ * fans meet, are always corners. Vertices without triangles stay where they are. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, a def field out of range, a crease edge that no triangle
+ * has), TULLE_ERROR_INVALID_MESH (indices out of range, coordinates not finite, a triangle that
+ * uses a vertex twice), TULLE_ERROR_LIMIT (more than TULLE_SUBDIVISION_TRIANGLES_MAX triangles or
+ * 2^31 - 1 vertices in the result), TULLE_ERROR_OUT_OF_MEMORY; *subdivision is then null. */
 TULLE_API tulle_status tulle_subdivision_create(tulle_mesh_view mesh,
                                                 const tulle_subdivision_def *def,
                                                 tulle_subdivision **subdivision,
@@ -59,8 +59,8 @@ TULLE_API void tulle_subdivision_destroy(tulle_subdivision *subdivision); /* nul
 TULLE_API size_t tulle_subdivision_get_vertex_count(const tulle_subdivision *subdivision);
 /* Number of triangles of the result; 0 for null. */
 TULLE_API size_t tulle_subdivision_get_triangle_count(const tulle_subdivision *subdivision);
-/* Triangles of the result: 3 * triangle_count vertex indices, oriented as those of the mesh; owned
- * by the operator. Null for null. */
+/* Triangles of the result: 3 * triangle_count vertex indices, oriented as in the mesh; owned by the
+ * operator. Null for null. */
 TULLE_API const uint32_t *tulle_subdivision_get_triangles(const tulle_subdivision *subdivision);
 /* The triangle of the mesh that a triangle of the result is a part of; TULLE_NONE out of range and
  * for null. */
