@@ -540,10 +540,9 @@ typedef struct tulle_step_report {
     double stage_seconds[TULLE_STAGE_COUNT]; /* [s] wall clock, without stages inside the stage */
     double total_seconds;                    /* [s] wall clock; at least the sum of the stages */
     uint32_t solve_count;                    /* solves of the linear system */
-    uint32_t cg_iterations; /* iterations of conjugate gradients, over all solves */
-    double
-        cg_residual;  /* largest relative preconditioned residual of the last solves of a substep */
-    int cg_converged; /* 0: a solve stopped at its limit of iterations */
+    uint32_t cg_iterations;  /* iterations of conjugate gradients, over all solves */
+    double cg_residual;      /* largest relative preconditioned residual of the last solves */
+    int cg_converged;        /* 0: a solve stopped at its limit of iterations */
     uint64_t box_pairs;      /* pairs of features whose swept boxes met, over all searches */
     uint64_t tested_pairs;   /* pairs that the cheapest tests of a path did not prove apart */
     uint64_t turning_pairs;  /* of the tested pairs: proven apart by a plane that turns with them */
