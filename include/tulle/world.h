@@ -44,9 +44,8 @@ typedef enum tulle_integrator {
 } tulle_integrator;
 
 /* How a world finds the pairs of features that come near each other. The choices differ in time.
- * With a certificate every choice keeps the promise. All of them then lead to the same states, bit
- * for bit. The only exception: two features of one patch approach each other by more than 14
- * contact distances in one step (350 with the default distances; docs/method/update_patches.md). */
+ * With a certificate every choice keeps the promise, and all lead to the same states, bit for bit,
+ * but for extreme speeds (docs/method/update_patches.md). */
 typedef struct tulle_world_detection {
     tulle_detect_method method; /* trees, with patches or without */
     tulle_detect_cone cone;     /* bound on the normals of a moving triangle, for patches */
@@ -78,17 +77,12 @@ typedef enum tulle_motion_space {
 } tulle_motion_space;
 
 /* How exactly costly solves of a step are solved. The promise does not depend on it. Cheap solves,
- * such as small cloth at rest, are always exact. So are all solves of TULLE_RESPONSE_PAPER, and in
- * scenes with rigid bodies the solves of small, very stiff or tied cloth. A costly solve may end
- * early, at a multiple of cg_tolerance: at most 0.01, and at most a tenth (with bodies a hundredth)
- * of the net impulse. */
+ * such as small cloth at rest, are always exact; so are all solves of TULLE_RESPONSE_PAPER.
+ * docs/method/linear_solve.md has the bounds. */
 typedef enum tulle_quality {
-    /* a solve may end at 100 times cg_tolerance after 16 iterations (10 for cloth of 1,000 vertices
-     * and more), and impulses need hardly settle: friction and impacts are rough */
+    /* a long solve may end at 100 times cg_tolerance; friction and impacts are rough */
     TULLE_QUALITY_DRAFT,
-    /* a solve may end at 30 times cg_tolerance after 48 iterations (32 for cloth of 1,000 vertices
-     * and more); impulses then settle to 4.5 times their bound. Very stiff cloth is solved nearly
-     * as with TULLE_QUALITY_EXACT */
+    /* a long solve may end at 30 times cg_tolerance; very stiff cloth is solved nearly exactly */
     TULLE_QUALITY_NORMAL,
     /* a solve ends at cg_tolerance, and impulses are found until they settle */
     TULLE_QUALITY_EXACT
@@ -144,9 +138,8 @@ typedef struct tulle_world_def {
     double gravity[3]; /* [m/s^2]; default (0, 0, -9.81) */
     tulle_wind wind;   /* default: air at rest */
     /* [m] distance within which contact acts (delta_c), 0 .. 1; 0: derived from the meshes, or from
-     * the thickness of cloth that has one. The derived distance shrinks where surfaces start close
-     * together, or where an object is added, down to four minimum gaps; not with
-     * TULLE_START_UNTANGLE and TULLE_START_IGNORE. */
+     * the thickness of cloth that has one. Without intersections at the start, the derived one
+     * leaves surfaces that begin close together their room, down to four minimum gaps. */
     double contact_distance;
     /* [m] distance within which pairs are looked for (delta_s). At least the contact distance of
      * every pair of objects, else the start fails; 0: 1.5 times the contact distance. */
@@ -206,9 +199,8 @@ typedef struct tulle_material {
     double area_density; /* [kg/m^2] > 0 */
     tulle_curve warp;    /* along the yarns of the warp */
     tulle_curve weft;    /* along the yarns of the weft */
-    /* The shear strain is the scalar product of the stretched unit lengths of both yarns; if it is
-     * small, it is the angle [rad] by which the yarns turn against each other. The square of its
-     * stiffness is at most the product of the yarns' stiffnesses. */
+    /* shear strain: the scalar product of both yarns' stretched unit lengths, for small angles the
+     * angle [rad] of shear. The square of its stiffness is at most the product of the yarns'. */
     tulle_curve shear;
     /* how much cloth narrows where it is pulled: Poisson's ratio, the geometric mean of both
      * directions', -0.9 .. 0.9 */
@@ -306,15 +298,13 @@ typedef struct tulle_cloth_def {
     const char *name;             /* for messages; may be null */
     tulle_mesh_view mesh;         /* start positions; an oriented manifold */
     const double *rest_positions; /* [m] 3 * vertex_count; null: the start is the rest shape */
-    /* [m] 9 * triangle_count: the corners of each triangle at rest. They are for rest shapes whose
-     * triangles do not fit together, such as patterns of garments and cloth that shrinks. They give
-     * the rest lengths, and each triangle may lie anywhere; rest_positions still give the folds.
-     * Null: triangles of rest_positions */
+    /* [m] 9 * triangle_count: the corners of each triangle at rest, wherever it lies, for rest
+     * shapes whose triangles do not fit together, as in sewn garments. They give lengths;
+     * rest_positions still give folds. Null: triangles of rest_positions */
     const double *rest_corners;
     int has_flat_rest; /* 1: at rest nothing is folded, whatever rest_positions say */
-    /* crease_count folds, which replace the folds of the rest shape. Of two folds of one edge the
-     * last counts; folds along the border are ignored. A fold that is not along an edge makes the
-     * start fail. */
+    /* crease_count folds, in place of those at rest. Of two for one edge the last counts; folds
+     * along the border are ignored. A fold off the edges makes the start fail. */
     const tulle_crease *creases;
     size_t crease_count;     /* length of `creases` */
     tulle_material material; /* default: the preset cotton */
@@ -357,7 +347,7 @@ typedef tulle_status (*tulle_frame_reader)(void *context, uint32_t frame, double
  *   - cloth presses on it so differently that it would gain sleep_speed within a step;
  *   - something on a script moves near it;
  *   - an obstacle appears or leaves;
- *   - tulle_obstacle_add_impulse or tulle_obstacle_wake is called.  */
+ *   - tulle_obstacle_add_impulse or tulle_obstacle_wake is called.   */
 typedef struct tulle_body {
     int is_dynamic;             /* 0: the obstacle is not a body; all other members are ignored */
     double mass;                /* [kg] spread evenly over the volume */
@@ -487,18 +477,17 @@ typedef struct tulle_intersection {
 TULLE_API tulle_status tulle_world_start(tulle_world *world, tulle_error *error);
 /* Asks the host whether to stop; `context` comes from tulle_world_set_stop_request. Any value but 0
  * ends tulle_world_start or tulle_world_step with TULLE_ERROR_INTERRUPTED. The world is then as it
- * was before the call; a repeated call gives the same bits as without the interruption. The thread
- * that called the world asks: before each round of untangling, and some thousand times a second
- * within a step. The function should be quick. It may call only tulle_world_get_untangle_report and
- * tulle_world_get_step_progress. */
+ * was before the call, which may be repeated. The thread that called the world asks before each
+ * round of untangling, and some thousand times a second within a step. It may call only
+ * tulle_world_get_untangle_report and tulle_world_get_step_progress. */
 typedef int (*tulle_stop_request)(void *context);
 /* Sets the function that is asked, and the `context` that it gets. With a null `is_stopped` nothing
  * is asked any more. A null world is fine. */
 TULLE_API void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
                                             void *context);
-/* The intersecting pairs of triangles of the last failure: of a start, or of a step in which an
- * obstacle appeared. `*count` gets their number; null `count` is fine. For a null world null and 0.
- * Owned by the world, until its next start or step. */
+/* The `*count` intersecting pairs of the last start, or step with a new obstacle, that failed. Null
+ * `count` is fine. For a null world null and 0. Owned by the world, until its next start or step.
+ */
 TULLE_API const tulle_intersection *tulle_world_get_intersections(const tulle_world *world,
                                                                   size_t *count);
 /* How deep the triangles of a pair lie in each other, and where. */
@@ -506,10 +495,9 @@ typedef struct tulle_overlap {
     double depth;       /* [m] length of the shortest move of one triangle that parts the two */
     double position[3]; /* [m] the middle of their intersection */
 } tulle_overlap;
-/* The overlaps of the pairs of tulle_world_get_intersections, in the same order: the deepest pair
- * comes first. They exist after a start or a step that failed because of these pairs; otherwise,
- * and for a null world, the result is null and `*count` is 0. Null `count` is fine. Owned by the
- * world, until its next start or step. */
+/* The overlaps of the pairs of tulle_world_get_intersections, in the same order, the deepest pair
+ * first. Null and `*count` 0 if no start or step failed because of them, and for a null world. Null
+ * `count` is fine. Owned by the world, until its next start or step. */
 TULLE_API const tulle_overlap *tulle_world_get_overlaps(const tulle_world *world, size_t *count);
 
 /* What untangling did at the start. All zero when it had nothing to do. */
@@ -671,9 +659,9 @@ TULLE_API tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obst
  * `impulse` [N s] is the sum over its contacts. `angular_impulse` [N m s] is the sum of their
  * moments, about a body's centre of mass or else about the origin. Divided by the substep they are
  * the mean force and torque. Restitution adds nothing to it. Contacts between two obstacles that
- * are not bodies are left out. Contacts of sleeping objects count with their values when they fell
- * asleep. After a load only these count, until the next step. Error: TULLE_ERROR_INVALID_ARGUMENT
- * (null, a stale id, not started). */
+ * are not bodies are left out. Contacts of sleeping objects keep their last values. After a load
+ * only these count, until the next step. Error: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, not
+ * started). */
 TULLE_API tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world,
                                                           tulle_obstacle_id id, double impulse[3],
                                                           double angular_impulse[3],
@@ -723,14 +711,13 @@ typedef struct tulle_contact {
 /* Gives the contacts of the last accepted step, impacts included: `*count` of them, as
  * tulle_step_report counts them. A pair may appear twice, from the solve and from an impact. The
  * world owns them, until its next step or load, even if that fails. There are none before the first
- * step, nor between tulle_world_load_state and the next step. The first call after a step makes the
- * array; the state hash does not depend on it. Errors: TULLE_ERROR_INVALID_ARGUMENT (null),
- * TULLE_ERROR_OUT_OF_MEMORY. */
+ * step, nor between a load and the next step. The first call after a step makes the array. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null), TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_world_get_contacts(tulle_world *world, const tulle_contact **contacts,
                                                 size_t *count, tulle_error *error);
 
-/* The place where cloth is stretched most. With springs it is an edge. Of woven cloth it is a yarn;
- * given is the edge of its triangle that lies most along the yarn. */
+/* The place where cloth is stretched most: an edge of springs, or the edge of a woven triangle that
+ * lies most along the yarn. */
 typedef struct tulle_stretch {
     double stretch;       /* length over rest length; 0: there is no cloth */
     uint32_t cloth;       /* place of the cloth in the order of adding */
@@ -740,11 +727,9 @@ typedef struct tulle_stretch {
 /* Finds the largest stretch of the world as it is. All zero before the start and for null. */
 TULLE_API tulle_stretch tulle_world_find_largest_stretch(const tulle_world *world);
 
-/* How fine the mesh of a cloth is compared with the folds of its fabric. A hanging strip bends as
- * fabric does, within some 4 %, if its edges are half as long as the bending length. With edges as
- * long as the bending length it hangs a fifth too low. Where cloth curves in two directions at
- * once, as a table cloth does, edges should be a third of the bending length: coarser cells hold it
- * up. */
+/* How fine the mesh of a cloth is compared with the folds of its fabric. Edges should be at most
+ * half the bending length; where cloth curves in two directions at once, as a table cloth does, a
+ * third. Coarser cells hold cloth up. */
 typedef struct tulle_fineness {
     double mean_edge; /* [m] mean length of the edges between rest positions; 0: not known */
     /* [m] (B / (area density * gravity))^(1/3), B: the smaller bending rigidity of warp and weft;
@@ -770,25 +755,25 @@ typedef struct tulle_patch_options {
     int is_in_use;
 } tulle_patch_options;
 /* Finds the patches of a cloth: triangles connected over edges whose normals all stay within
- * max_angle of one axis. Each vertex moves for time_step with its present velocity. Detection by
- * patches skips the pairs within one patch; these are the patches. Only cones are tested here. A
- * step uses only patches for which it finds a certificate (is_in_use).
+ * max_angle of one axis, while each vertex moves for time_step with its present velocity. Detection
+ * skips the pairs within one patch if it also finds a certificate for it (is_in_use); only cones
+ * are tested here.
  *
  * `labels` gets a number for each triangle: 1 .. `*patch_count`, or 0 for an isolated triangle,
  * whose own normal turns too far. The world must have started; it does not change. Errors:
  * TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, not started, options),
  * TULLE_ERROR_OUT_OF_MEMORY.
  *
- * Based on: Wong & Baciu 2005, 3.1 to 3.3, the (zeta, alpha, I)-surfaces.  */
+ * Based on: Wong & Baciu 2005, 3.1 to 3.3, the (zeta, alpha, I)-surfaces.   */
 TULLE_API tulle_status tulle_cloth_get_patches(tulle_world *world, tulle_cloth_id id,
                                                const tulle_patch_options *options, uint32_t *labels,
                                                size_t *patch_count, tulle_error *error);
 
 /* ---- saving and loading ---- */
 
-/* Hash of everything that decides the future: positions, velocities, contacts with their impulses,
- * time, state of motions. Equal states have equal hashes on every machine. All worlds that have not
- * started have the same hash, which is also the hash for null. */
+/* Hash of everything that decides the next steps: positions, velocities, contacts with their
+ * impulses, time, state of motions. Equal states have equal hashes on every machine. All worlds
+ * that have not started have the same hash, which is also the hash for null. */
 TULLE_API uint64_t tulle_world_get_state_hash(const tulle_world *world);
 
 /* Gives the state as one block: `*bytes`, of `*byte_count` bytes, made by the world's allocator.
