@@ -17,13 +17,15 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+GARMENT = ROOT / "bench/garment.py"
 HEAD = ["scene", "size", "threads", "kind", "name", "value", "minimum", "spread"]
 
 # Name: steps that are timed, fewer where they take long.
-SIZES = {"0.1k": 30, "0.4k": 4, "1k": 30, "2k": 8, "9.8k": 8, "40k": 4, "160k": 2, "1m": 1}
-PARTICLES = {"0.1k": 100, "0.4k": 400, "1k": 1024, "2k": 2000, "9.8k": 9800, "40k": 40000, "160k": 160000, "1m": 1000000}
+SIZES = {"0.1k": 30, "0.4k": 4, "1k": 30, "2k": 8, "2.5k": 8, "9.8k": 8, "10k": 8, "40k": 4, "160k": 2, "1m": 1}
+PARTICLES = {"0.1k": 100, "0.4k": 400, "1k": 1024, "2k": 2000, "2.5k": 2540, "9.8k": 9800, "10k": 10102, "40k": 40000,
+             "160k": 160000, "1m": 1000000}
 APART = {"0.4k", "1m", "landing"}  # not among "all"
-SMALL = {"0.1k", "0.4k", "1k", "2k"}  # small enough to count their instructions
+SMALL = {"0.1k", "0.4k", "1k", "2k", "2.5k"}  # small enough to count their instructions
 USUAL = ("0.4k", "2k", "9.8k", "40k", "160k")
 
 
@@ -47,7 +49,7 @@ SQUARE = usual(resolutions("20, 20", "45, 45", "99, 99", "200, 200", "400, 400")
 # size. Materials and obstacles stay as the file has them; only the mesh of the cloth gets finer. A net keeps its holes, which
 # decide what slips through: it gets finer strands and, as far as that alone does not give the number, more or fewer holes. A
 # million particles would simulate for hours until contact is in full swing: `landing` is `sphere` when the cloth has just met it.
-# `small` is cloth as games and robots have it, in sizes of its own.
+# `small` is cloth as games and robots have it, in sizes of its own, as `garment`, whose files bench/garment.py makes, has them.
 SCENES = {
     "small": ("bench/small", 30, dict(zip(("0.1k", "1k"), resolutions("10, 10", "32, 32"), strict=True))),
     "needles": ("needles", 45, SQUARE),
@@ -58,6 +60,7 @@ SCENES = {
     "boxes": ("boxes", 45, SQUARE),
     "hammock": ("hammock", 72, usual(resolutions("27, 15", "59, 34", "132, 74", "267, 150", "535, 299"))),
     "example_one": ("paper/example_one", 72, usual(resolutions("25, 16", "55, 37", "121, 81", "245, 163", "489, 327"))),
+    "garment": (None, 104, {size: [f"cloth[0].mesh.file=dress_{size}.obj"] for size in ("2.5k", "10k")}),
     "landing": ("sphere", 12, {**SQUARE, "1m": resolutions("1000, 1000")[0]}),
 }
 
@@ -178,14 +181,28 @@ class Bench:
         key = hashlib.sha256()
         for part in (self.fingerprint.encode(), file.read_bytes(), "\n".join(changes).encode()):
             key.update(part + b"\0")
+        if not SCENES[scene][0]:
+            key.update(GARMENT.read_bytes())
         return Path(self.options.inputs) / f"{scene}-{size}-{SCENES[scene][1]}-{key.hexdigest()[:16]}.state"
 
+    def find_scene(self, scene):
+        """The file of a scene. Files of a garment are made where they are not there; their folder's name tells by what."""
+        if SCENES[scene][0]:
+            file = Path(self.options.scenes) / f"{SCENES[scene][0]}.yaml"
+            if not file.is_file():
+                raise Failed(f"--scenes: {file} is not there")
+            return file
+        folder = Path(self.options.inputs) / f"{scene}-{hashlib.sha256(GARMENT.read_bytes()).hexdigest()[:16]}"
+        if not (folder / "garment.yaml").is_file():
+            say(f"makes the meshes of {scene}, half a minute")
+            if subprocess.run([sys.executable, str(GARMENT), str(folder)], check=False).returncode != 0:
+                raise Failed(f"{GARMENT} made no {folder}", 3)
+        return folder / "garment.yaml"
+
     def measure_case(self, scene, size):
-        name, skip, sizes = SCENES[scene]
+        _, skip, sizes = SCENES[scene]
         changes = sizes[size]
-        file = Path(self.options.scenes) / f"{name}.yaml"
-        if not file.is_file():
-            raise Failed(f"--scenes: {file} is not there")
+        file = self.find_scene(scene)
         state = self.name_input(scene, size, file, changes)
         if self.options.renew:
             state.unlink(missing_ok=True)
@@ -311,12 +328,12 @@ def print_scaling(rows):
 def read_options(words):
     reader = argparse.ArgumentParser(prog="bench.py", description=__doc__.split("\n\n")[0], add_help=True)
     reader.add_argument("scenes_", metavar="SCENE", nargs="+", help=", ".join(SCENES) + ", or all but landing")
-    reader.add_argument("-p", "--particles", help=f"sizes: {', '.join(SIZES)}, all (default: 0.1k,1k,2k,9.8k; a scene is made in those that it has)")
+    reader.add_argument("-p", "--particles", help=f"sizes: {', '.join(SIZES)}, all (default: 0.1k,1k,2k,2.5k,9.8k,10k; a scene is made in those that it has)")
     reader.add_argument("-t", "--threads", help="numbers of threads (default: 1,2)")
     reader.add_argument("-r", "--repeat", type=int, help="how often the steps of a case are made (default: 7)")
     reader.add_argument("--seconds", type=int, default=60, help="no further repeat of a case after that many, but three")
     reader.add_argument("--quick", action="store_true", help="size 0.4k on one thread, twice: to see that it works")
-    reader.add_argument("--instructions", action="store_true", help="also count the instructions of sizes up to 2k, by valgrind")
+    reader.add_argument("--instructions", action="store_true", help="also count the instructions of sizes up to 2.5k, by valgrind")
     reader.add_argument("--csv", metavar="FILE", help="write all measures to FILE")
     reader.add_argument("--compare", metavar="FILE", help="compare with FILE; exit code 1 if anything got worse")
     reader.add_argument("--from", dest="from_", metavar="FILE", action="append", default=[],
@@ -327,7 +344,7 @@ def read_options(words):
     reader.add_argument("--tulle", metavar="FILE", default=str(ROOT / "build/release/tulle"), help="the program")
     options = reader.parse_args(words)
     if options.particles is None:
-        options.particles = "0.4k" if options.quick else "0.1k,1k,2k,9.8k"
+        options.particles = "0.4k" if options.quick else "0.1k,1k,2k,2.5k,9.8k,10k"
     if options.threads is None:
         options.threads = "1" if options.quick else "1,2"
     if options.repeat is None:

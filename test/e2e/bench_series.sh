@@ -78,9 +78,11 @@ sys.path.insert(0, sys.argv[1] + "/bench")
 import bench
 faults = 0
 for scene, (file, _, sizes) in bench.SCENES.items():
-    if len(sizes) != {"landing": 6, "small": 2}.get(scene, 5):
+    if len(sizes) != {"landing": 6, "small": 2, "garment": 2}.get(scene, 5):
         print(f"{scene}: {len(sizes)} sizes")
         faults += 1
+    if not file:
+        continue  # the garment, below
     for size, changes in sizes.items():
         if bench.PARTICLES[size] > 10000 and not sys.argv[3]:
             continue
@@ -94,6 +96,50 @@ for scene, (file, _, sizes) in bench.SCENES.items():
             faults += 1
 sys.exit(faults > 0)
 END
+
+# ---- the garment: coarse here, made twice, one mesh without rows with four rims; it starts, and rests on the body ----
+python3 - "$TULLE_SOURCE_DIR" <<'END' || fault "the garment's meshes"
+import collections, filecmp, math, sys
+sys.path.insert(0, sys.argv[1] + "/bench")
+import garment
+faults = []
+for folder in ("garment", "again"):
+    garment.write_files(folder, {"2.5k": 0.05}, 0.04, 31)
+for name in ("garment.yaml", "dress_2.5k.obj", "body.obj", "body.pc2"):
+    if not filecmp.cmp(f"garment/{name}", f"again/{name}", False):
+        faults.append(f"{name} is not the same when made again")
+
+
+def read(name):
+    lines = [line.split() for line in open(f"garment/{name}.obj", encoding="ascii")]
+    return ([tuple(map(float, words[1:])) for words in lines if words[0] == "v"],
+            [tuple(int(word) - 1 for word in words[1:]) for words in lines if words[0] == "f"])
+
+
+for name, euler in (("dress_2.5k", -2), ("body", 2)):  # of a sphere with four holes; of a sphere
+    points, triangles = read(name)
+    directed = [(t[k], t[(k + 1) % 3]) for t in triangles for k in range(3)]
+    edges = {(min(edge), max(edge)) for edge in directed}
+    if len(set(directed)) != len(directed) or len(points) - len(edges) + len(triangles) != euler:
+        faults.append(f"{name} is not the surface that it should be")
+    valences = collections.Counter(corner for edge in edges for corner in edge)
+    lengths = sorted(math.dist(points[a], points[b]) for a, b in edges)
+    mean = sum(lengths) / len(lengths)
+    if lengths[len(lengths) // 50] < 0.4 * mean or lengths[-len(lengths) // 50] > 1.7 * mean:
+        faults.append(f"{name}: triangles are not of even size")
+    if name == "body":
+        continue
+    if sum(n == 6 for n in valences.values()) > 0.5 * len(points):
+        faults.append(f"{name} is too regular")
+    if sum(abs(a - b) for a, b in edges) < 0.25 * len(points) * len(edges):
+        faults.append(f"{name} is not numbered at random")
+print(*faults, sep="\n", end="")
+sys.exit(len(faults) > 0)
+END
+"$TULLE" run garment/garment.yaml -o garment/run --frames 45 --threads 1 --progress none >run.out 2>&1 || fault "the garment: $(cat run.out)"
+"$TULLE" check garment/run >run.out 2>&1 || fault "the garment crosses something: $(tail -n 3 run.out)"
+awk -F, 'NR == 1 { for (k = 1; k <= NF; k++) column[$k] = k } NR > 30 && $column["contacts"] < 60 { exit 1 }' garment/run/report.csv ||
+    fault "the garment has few contacts: $(cut -d, -f20 garment/run/report.csv | paste -sd' ')"
 
 # ---- a scene is made in the sizes that it has ----
 bench small --particles 0.1k,0.4k --threads 1 --repeat 1 --csv small.csv >/dev/null 2>small.err || fault "small: exit $?: $(cat small.err)"
