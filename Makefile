@@ -161,7 +161,7 @@ TESTS ?=
 # Tests of the program need that alone, all others their own program.
 # Tests of fuzz targets replay their kept inputs; TESTS='fuzz.*' are all of them.
 CHOSEN_REPLAYS = $(foreach test,$(filter fuzz.%,$(TESTS)),$(patsubst fuzz/targets/%.c,replay_%,$(wildcard fuzz/targets/$(test:fuzz.%=%).c)))
-CHOSEN_TARGETS = $(addprefix --target ,$(CHOSEN_REPLAYS) $(subst .,_test_,$(filter-out e2e.% fuzz.%,$(TESTS))) $(if $(filter e2e.%,$(TESTS)),tulle_program paper_measure))
+CHOSEN_TARGETS = $(addprefix --target ,$(CHOSEN_REPLAYS) $(subst .,_test_,$(filter-out e2e.% fuzz.%,$(TESTS))) $(if $(filter e2e.%,$(TESTS)),tulle_program paper_measure bench_scene))
 CHOSEN_TESTS = -R '^($(or $(subst $() ,|,$(strip $(TESTS))),.*))$$'
 test-asan test-ubsan test-tsan: test-%:
 	@$(INSTALL_PACKAGES) build test $(filter ubsan,$*)
@@ -221,21 +221,24 @@ check-portability: check-arm64
 
 # What the stages of a step cost: lab/benchmarks.md. Inputs are made once (2k and 9.8k: some minutes), then measured;
 # tables are printed, all measures are in build/bench.csv. BENCH_SCENES and BENCH_OPTIONS choose others, as
-# BENCH_OPTIONS='--particles all --threads 1'.
+# BENCH_OPTIONS='--particles all --threads 1'; BENCH_SCENES may be a scene file of yours.
 BENCH_SCENES ?= all
 BENCH_OPTIONS ?=
 BENCH := python3 bench/bench.py --tulle $(BUILD)/tulle $(BENCH_SCENES) --inputs build/bench_states --csv build/bench.csv
-bench:
-	@$(INSTALL_PACKAGES) build
-	@$(MAKE) --no-print-directory build-program
+bench: build-bench
 	@$(BENCH) $(BENCH_OPTIONS)
 
 # The same, and the size 0.4k, beside bench/baseline.csv: what got slower, what counts otherwise; fails if anything did.
 # Instructions of the sizes up to 2.5k are counted by valgrind, where it is there.
-bench-compare:
-	@$(INSTALL_PACKAGES) build bench
-	@$(MAKE) --no-print-directory build-program
+bench-compare: build-bench
+	@$(INSTALL_PACKAGES) bench
 	@$(BENCH) --particles 0.1k,0.4k,1k,2k,2.5k,9.8k,10k --instructions --compare bench/baseline.csv $(BENCH_OPTIONS)
+
+.PHONY: build-bench
+build-bench:
+	@$(INSTALL_PACKAGES) build
+	@$(MAKE) --no-print-directory build-program
+	@cmake --build $(BUILD) -j $(JOBS) --target bench_scene
 
 # The tables of lab/detection.md: makes the inputs once (half an hour), then measures.
 bench-detect:

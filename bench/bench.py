@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""What the stages of a step cost, scene by scene and size by size: runs `tulle bench` of each, keeps its inputs, counts
+"""What the stages of a step cost, scene by scene and size by size: runs bench_scene of each, keeps its inputs, counts
 instructions, and compares with a baseline. lab/benchmarks.md tells what is measured.
 
-usage: bench.py [OPTIONS] SCENE ...     scenes by name, or all; --help names the options
+usage: bench.py [OPTIONS] SCENE ...     scenes by name, or all, or scene files of yours; --help names the options
 """
 import argparse
-import csv
 import difflib
 import hashlib
 import os
+import platform
 import re
 import signal
 import subprocess
@@ -16,9 +16,10 @@ import sys
 import tempfile
 from pathlib import Path
 
+from measures import Comparison, Failed, print_counts, print_scaling, print_times, put, read_rows, were_disturbed, write_rows
+
 ROOT = Path(__file__).resolve().parent.parent
 GARMENT = ROOT / "bench/garment.py"
-HEAD = ["scene", "size", "threads", "kind", "name", "value", "minimum", "spread"]
 
 # Name: steps that are timed, fewer where they take long.
 SIZES = {"0.1k": 30, "0.4k": 4, "1k": 30, "2k": 8, "2.5k": 8, "9.8k": 8, "10k": 8, "40k": 4, "160k": 2, "1m": 1}
@@ -65,16 +66,13 @@ SCENES = {
 }
 
 
-class Failed(Exception):
-    """What ends the bench: a message, which may be empty where somebody else said it, and an exit code."""
-
-    def __init__(self, message, code=2):
-        super().__init__(message)
-        self.code = code
-
-
 class Interrupted(Exception):
     pass
+
+
+def name_file(file):
+    """The name of a scene file in rows."""
+    return Path(file).stem.replace(",", "_")
 
 
 def say(text):
@@ -84,7 +82,7 @@ def say(text):
 def choose(words, known, kind):
     """The chosen names, in the order of `known`; "all" stands for those that are not apart."""
     wanted = set()
-    for word in words:
+    for word in (word for word in words if not word.endswith(".yaml")):
         if word == "all":
             wanted |= {name for name in known if name not in APART}
         elif word in known:
@@ -110,7 +108,7 @@ class Program:
             self.child = subprocess.Popen([*command, self.path, *arguments], stdout=subprocess.PIPE, stderr=stderr, text=True,
                                           start_new_session=True)  # a terminal sends Ctrl-C to this process alone
         except OSError as fault:
-            raise Failed(f"{self.path} cannot be run: {fault.strerror}")
+            raise Failed(f"{self.path} cannot be run: {fault.strerror}; `make bench` builds it")
         output, errors = self.child.communicate()
         code, self.child = self.child.returncode, None
         if code in (130, -signal.SIGINT):
@@ -124,6 +122,15 @@ class Program:
         return output
 
 
+def name_processor():
+    """As the system has it; the name of its family where it has none."""
+    try:
+        names = re.findall(r"^model name\s*: *(.+)$", Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace"), re.M)
+    except OSError:
+        names = []
+    return (names or [platform.machine()])[0].replace(",", " ")
+
+
 def find_fingerprint(program):
     """The hash of a short simulation: two builds of one fingerprint nearly always make the same inputs, bit for bit."""
     with tempfile.TemporaryDirectory() as folder:
@@ -132,46 +139,13 @@ def find_fingerprint(program):
     return re.search(r"^state hash: ([0-9a-f]{16})$", output, re.M)[1]
 
 
-# ---- rows ----
-
-def read_rows(path):
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as fault:
-        raise Failed(f"{path}: cannot be read: {fault}")
-    lines = text.splitlines()
-    if not lines or lines[0] != ",".join(HEAD):
-        raise Failed(f"{path}:1: is no table of `tulle bench`: the first line should be {','.join(HEAD)}")
-    rows = {}
-    for number, fields in enumerate(csv.reader(lines[1:]), 2):
-        if len(fields) != len(HEAD) or (number == len(lines) and not text.endswith("\n")):
-            raise Failed(f"{path}:{number}: has not the {len(HEAD)} fields that it should have")
-        rows[tuple(fields[:5])] = fields
-    return rows
-
-
-def write_rows(path, rows):
-    """Writes beside the file and moves there, so that the file is whole at any time."""
-    beside = f"{path}.{os.getpid()}.tmp"
-    try:
-        with open(beside, "w", encoding="utf-8") as file:
-            file.write(",".join(HEAD) + "\n")
-            file.writelines(",".join(fields) + "\n" for fields in rows.values())
-        os.replace(beside, path)
-    except OSError as fault:
-        raise Failed(f"{path}: cannot be written: {fault.strerror}", 3)
-
-
-def put(rows, scene, size, threads, kind, name, value):
-    rows[(scene, size, threads, kind, name)] = [scene, size, threads, kind, name, value, "", ""]
-
-
 # ---- cases ----
 
 class Bench:
     def __init__(self, options):
         self.options = options
-        self.program = Program(options.tulle)
+        self.tulle = Program(options.tulle)
+        self.program = Program(options.program or str(Path(options.tulle).parent / "bench/bench_scene"))
         self.rows = {}
         self.whole_cases = 0
         self.counts_instructions = options.instructions
@@ -206,20 +180,34 @@ class Bench:
         state = self.name_input(scene, size, file, changes)
         if self.options.renew:
             state.unlink(missing_ok=True)
-        arguments = ["bench", str(file), "--name", scene, "--size", size, "--skip", str(skip), "--steps", str(SIZES[size]),
-                     "--state", str(state), "--seconds", str(self.options.seconds)]
-        for change in changes:
-            arguments += ["--set", change]
-        with tempfile.TemporaryDirectory() as folder:
-            part = folder + "/part.csv"
-            self.program.check([*arguments, "--threads", self.options.threads, "--repeat", str(self.options.repeat), "--csv", part])
-            new = read_rows(part)
-        about = [row for row in new.items() if not row[0][0]]
-        self.rows.update(about)
-        put(self.rows, "", "", "", "about", "fingerprint", self.fingerprint)
-        self.rows.update(row for row in new.items() if row[0][0])
-        if self.counts_instructions and size in SMALL:
+        self.measure_file(file, scene, size, ["--skip", str(skip), "--steps", str(SIZES[size]), "--state", str(state)], changes)
+
+    def measure_file(self, file, scene, size, arguments, changes):
+        """size: the number of particles if empty."""
+        arguments = [str(file), *arguments, "--seconds", str(self.options.seconds), *(word for change in changes for word in ("--set", change))]
+        output = self.program.check([*arguments, "--threads", self.options.threads, "--repeat", str(self.options.repeat)])
+        lines = [line.split(",", 3) for line in output.splitlines()]
+        size = size or next(value for _, _, name, value in lines if name == "particles")
+        for threads, kind, name, value in lines:
+            case = (scene, size, threads) if threads else ("", "", "")
+            put(self.rows, case, kind, name, [float(sample) for sample in value.split(",")] if kind == "time" else value.replace(",", " "))
+        self.tell(scene, size)
+        if self.counts_instructions and (size in SMALL or scene not in SCENES):
             self.count_instructions(scene, size, arguments)
+
+    def tell(self, scene, size):
+        for key, fields in self.rows.items():
+            if key[:2] == (scene, size) and key[3:] == ("time", "step"):
+                median, least, spread = (1e3 * float(text) for text in fields[5:])
+                disturbed = "; other work ran beside" if were_disturbed(self.rows, key[:3]) else ""
+                print(f"{scene} {size}, {key[2]} thread{'' if key[2] == '1' else 's'}: {median:.4g} ms a step, least {least:.4g}, "
+                      f"spread {spread:.2g}; {self.rows[(*key[:3], 'about', 'repeats')][5]} repeats{disturbed}", file=sys.stderr)
+
+    def describe(self, tulle):
+        self.fingerprint = find_fingerprint(tulle)
+        for name, value in (("program", tulle.check(["--version"]).strip()), ("processor", name_processor()),
+                            ("processors", os.cpu_count()), ("fingerprint", self.fingerprint)):
+            put(self.rows, ("", "", ""), "about", name, value)
 
     def count_instructions(self, scene, size, arguments):
         """Instructions of the timed steps on one thread, by callgrind."""
@@ -237,101 +225,71 @@ class Bench:
         found = re.search(r"^(?:summary|totals): (\d+)", text, re.M)
         if not found or int(found[1]) == 0:
             raise Failed(f"valgrind ended with {code} and no count; it said:\n" + "\n".join(errors.splitlines()[-10:]), 3)
-        put(self.rows, scene, size, "1", "instructions", "steps", found[1])
+        put(self.rows, (scene, size, "1"), "instructions", "steps", found[1])
         print(f"{scene} {size}: {int(found[1]) * 1e-6:.4g} million instructions", file=sys.stderr)
 
-    def measure(self, scenes, sizes):
+    def end_case(self):
+        if self.options.csv:
+            write_rows(self.options.csv, self.rows)
+        self.whole_cases += 1
+
+    def measure(self, scenes, sizes, files):
         try:
             os.makedirs(self.options.inputs, exist_ok=True)
         except OSError as fault:
             raise Failed(f"--inputs: {self.options.inputs} cannot be made: {fault.strerror}")
         if not os.path.isdir(self.options.scenes):
             raise Failed(f"--scenes: {self.options.scenes} is no directory")
-        self.fingerprint = find_fingerprint(self.program)
+        self.describe(self.tulle)
+        for file in files:
+            self.measure_file(file, name_file(file), "", ["--skip", str(self.options.skip), "--steps", str(self.options.steps)],
+                              self.options.set)
+            self.end_case()
         for scene in scenes:
             made = [size for size in sizes if size in SCENES[scene][2]]
             if not made:
                 say(f"{scene} is made in none of these sizes, but in {', '.join(SCENES[scene][2])}")
             for size in made:
                 self.measure_case(scene, size)
-                if self.options.csv:
-                    write_rows(self.options.csv, self.rows)
-                self.whole_cases += 1
+                self.end_case()
 
-    def take_rows(self, scenes, sizes):
+    def take_rows(self, scenes, sizes, files):
         """The rows of the chosen scenes, sizes and threads."""
         threads = self.options.threads.split(",")
         for path in self.options.from_:
             for key, fields in read_rows(path).items():
-                if not key[0] or (key[0] in scenes and key[1] in sizes and key[2] in threads):
+                is_chosen = (key[0] in scenes and key[1] in sizes) or key[0] in map(name_file, files)
+                if not key[0] or (is_chosen and key[2] in threads):
                     self.rows[key] = fields
         if self.options.csv:
             write_rows(self.options.csv, self.rows)
 
     def show(self):
         """Tables, and what differs from the baseline; an exit code."""
-        with tempfile.TemporaryDirectory() as folder:
-            path = folder + "/rows.csv"
-            write_rows(path, self.rows)
-            arguments = ["bench", "--from", path]
-            if self.options.compare:
-                arguments += ["--compare", self.options.compare]
-            code, output, _ = self.program.run(arguments)
-        print_scaling(self.rows)
-        print(output, end="")
-        return code
-
-
-def print_scaling(rows):
-    """What a particle takes in each size, of scenes in several sizes."""
-    lines = []
-    scenes = list(dict.fromkeys(key[0] for key in rows if key[0]))
-    for scene in scenes:
-        before, lines_of_scene = 0.0, []
-        for size in SIZES:
-            threads = next((key[2] for key in rows if key[:2] == (scene, size) and key[3:] == ("time", "processor")), None)
-            if threads is None:
-                continue
-
-            def value(kind, name):
-                return float(rows[(scene, size, threads, kind, name)][5])
-
-            try:
-                count, processor, held = value("count", "particles"), value("time", "processor"), value("memory", "most_bytes")
-                iterations = value("count", "cg_iterations") / value("count", "steps")
-            except KeyError:
-                continue
-            each = processor / count
-            resident = rows.get((scene, size, threads, "about", "most_resident"))
-            lines_of_scene.append([scene, size, threads, f"{count:.0f}", f"{1e3 * processor:.4g}", f"{1e6 * each:.1f}",
-                                   f"{each / before:.2f}" if before > 0.0 else "", f"{iterations:.1f}", f"{held / count:.0f}",
-                                   f"{float(resident[5]) / count:.0f}" if resident else ""])
-            before = each
-        if len(lines_of_scene) > 1:
-            lines += lines_of_scene
-    if not lines:
-        return
-    head = ["scene", "size", "threads", "particles", "processor [ms]", "us a particle", "of the size before", "iterations",
-            "bytes a particle", "resident"]
-    print("What a particle takes:\n")
-    widths = [max(len(line[k]) for line in [head, *lines]) for k in range(len(head))]
-    for number, line in enumerate([head, *lines]):
-        print("".join(f"| {cell:<{width}} " if k < 2 else f"| {cell:>{width}} "
-                      for k, (cell, width) in enumerate(zip(line, widths))) + "|")
-        if number == 0:
-            print("|---" * 2 + "|---:" * (len(head) - 2) + "|")
-    print()
+        print_scaling(self.rows, SIZES)
+        print_times(self.rows)
+        print_counts(self.rows)
+        if not self.options.compare:
+            return 0
+        comparison = Comparison(read_rows(self.options.compare), self.rows)
+        worse = comparison.compare()
+        if comparison.compared == 0:
+            raise Failed(f"--compare: {self.options.compare} has nothing to compare with")
+        return 1 if worse else 0
 
 
 # ---- the command line ----
 
 def read_options(words):
     reader = argparse.ArgumentParser(prog="bench.py", description=__doc__.split("\n\n")[0], add_help=True)
-    reader.add_argument("scenes_", metavar="SCENE", nargs="+", help=", ".join(SCENES) + ", or all but landing")
+    reader.add_argument("scenes_", metavar="SCENE", nargs="+", help=", ".join(SCENES) + ", all but landing, or a file SCENE.yaml")
     reader.add_argument("-p", "--particles", help=f"sizes: {', '.join(SIZES)}, all (default: 0.1k,1k,2k,2.5k,9.8k,10k; a scene is made in those that it has)")
     reader.add_argument("-t", "--threads", help="numbers of threads (default: 1,2)")
     reader.add_argument("-r", "--repeat", type=int, help="how often the steps of a case are made (default: 7)")
     reader.add_argument("--seconds", type=int, default=60, help="no further repeat of a case after that many, but three")
+    reader.add_argument("--skip", type=int, default=30, help="of a file: steps from the start to those that are timed (default: 30)")
+    reader.add_argument("--steps", type=int, default=8, help="of a file: steps that are timed (default: 8)")
+    reader.add_argument("--set", metavar="PATH=VALUE", action="append", default=[], help="of a file: change a key; may be repeated")
     reader.add_argument("--quick", action="store_true", help="size 0.4k on one thread, twice: to see that it works")
     reader.add_argument("--instructions", action="store_true", help="also count the instructions of sizes up to 2.5k, by valgrind")
     reader.add_argument("--csv", metavar="FILE", help="write all measures to FILE")
@@ -342,6 +300,7 @@ def read_options(words):
     reader.add_argument("--renew", action="store_true", help="make inputs anew that are there")
     reader.add_argument("--scenes", metavar="DIR", default=str(ROOT / "scenes"), help="where the scenes are")
     reader.add_argument("--tulle", metavar="FILE", default=str(ROOT / "build/release/tulle"), help="the program")
+    reader.add_argument("--program", metavar="FILE", help="what measures (default: bench/bench_scene beside the program)")
     options = reader.parse_args(words)
     if options.particles is None:
         options.particles = "0.4k" if options.quick else "0.1k,1k,2k,2.5k,9.8k,10k"
@@ -349,8 +308,8 @@ def read_options(words):
         options.threads = "1" if options.quick else "1,2"
     if options.repeat is None:
         options.repeat = 2 if options.quick else 7
-    if options.repeat < 1 or options.seconds < 1:
-        raise Failed("--repeat and --seconds should be whole numbers from 1")
+    if min(options.repeat, options.seconds, options.steps, options.skip + 1) < 1:
+        raise Failed("--repeat, --seconds and --steps should be whole numbers from 1, --skip from 0")
     for word in options.threads.split(","):
         if not re.fullmatch(r"[1-9]\d{0,2}", word) or int(word) > 256:
             raise Failed(f'--threads: "{word}" should be whole numbers from 1 to 256, as 1,2')
@@ -361,8 +320,9 @@ def main(words):
     bench = None
 
     def interrupt(_signal, _frame):
-        if bench and bench.program.child:
-            bench.program.child.send_signal(signal.SIGINT)  # it ends in good order, and Program.run tells
+        child = bench and (bench.program.child or bench.tulle.child)
+        if child:
+            child.send_signal(signal.SIGINT)  # it ends in good order, and Program.run tells
         else:
             raise Interrupted
 
@@ -371,15 +331,16 @@ def main(words):
         options = read_options(words)
         scenes = choose(options.scenes_, SCENES, "scene")
         sizes = choose(options.particles.split(","), SIZES, "size")
+        files = [word for word in options.scenes_ if word.endswith(".yaml")]
         bench = Bench(options)
         if options.compare:
             read_rows(options.compare)
         if options.csv and not os.path.isdir(os.path.dirname(options.csv) or "."):
             raise Failed(f"{options.csv}: cannot be written: its directory is not there")
         if options.from_:
-            bench.take_rows(scenes, sizes)
+            bench.take_rows(scenes, sizes, files)
         else:
-            bench.measure(scenes, sizes)
+            bench.measure(scenes, sizes, files)
         return bench.show()
     except Failed as fault:
         if str(fault):

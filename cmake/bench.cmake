@@ -1,8 +1,14 @@
-# One program for each bench/bench_NAME.c; built with the tests, so that they keep compiling.
+# One program for each bench/bench_NAME.c; built with the tests, so that they keep compiling. bench_scene, which `make bench` runs, can
+# be built without the tests.
 file(GLOB bench_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/bench/bench_*.c)
+set(apart "")
+if(NOT TULLE_BUILD_TESTS)
+    list(FILTER bench_sources INCLUDE REGEX "/bench_scene\\.c$")
+    set(apart EXCLUDE_FROM_ALL)
+endif()
 foreach(source ${bench_sources})
     get_filename_component(name ${source} NAME_WE)
-    add_executable(${name} ${source})
+    add_executable(${name} ${apart} ${source})
     target_link_libraries(${name} PRIVATE tulle_flags tulle_io_inside m)
     if(name STREQUAL "bench_render")
         target_link_libraries(${name} PRIVATE tulle_render)

@@ -24,8 +24,8 @@ for name in libtulle libtulle_io; do
     readelf -d "$library/$name.so" | grep -q "SONAME.*\[$name\.so\.${version%.*}\]" || { echo "$name.so has another soname"; exit 1; }
 done
 
-"$prefix/bin/tulle" bench "$prefix/share/tulle/scenes/boxes.yaml" --set 'cloth[0].mesh.resolution=[20, 20]' --skip 5 --steps 2 --repeat 2 \
-    >"$work/bench.log" 2>&1 || { echo "the installed program measures no installed scene:"; cat "$work/bench.log"; exit 1; }
+"$prefix/bin/tulle" run "$prefix/share/tulle/scenes/boxes.yaml" --set 'cloth[0].mesh.resolution=[20, 20]' --frames 2 -o "$work/run" \
+    >"$work/run.log" 2>&1 || { echo "the installed program runs no installed scene:"; cat "$work/run.log"; exit 1; }
 
 cat >"$work/consumer.c" <<'END'
 #include <stdio.h>

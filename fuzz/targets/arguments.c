@@ -1,8 +1,8 @@
 /* fuzz/targets/arguments.c - the command line: a subcommand with the words of the input, one a
  * line.
  *
- * Words that name files find some small ones, in a folder made anew for each input; run, render and
- * bench find none, so they end when they look for their scene or run. Any words lead to one of the
+ * Words that name files find some small ones, in a folder made anew for each input; run and render
+ * find none, so they end when they look for their scene or run. Any words lead to one of the
  * documented exit codes. Words that could lead out of the folder, start other programs or ask for
  * long work are left out. */
 #define _XOPEN_SOURCE 700
@@ -32,11 +32,8 @@ typedef struct subcommand {
 static const subcommand subcommands[] = {
     {"check", app_check, true},     {"info", app_info, true}, {"detect", app_detect, true},
     {"convert", app_convert, true}, {"run", app_run, false},  {"render", app_render, false},
-    {"bench", app_bench, false}};
+    {"fit", app_fit, true}};
 enum { SUBCOMMAND_COUNT = sizeof subcommands / sizeof subcommands[0] };
-/* Chosen by a letter of its own, so that kept inputs keep their subcommand. */
-static const subcommand fit = {"fit", app_fit, true};
-enum { FIT_LETTER = 'F' };
 
 /* ---- files ---- */
 
@@ -110,8 +107,7 @@ static int call(const subcommand *called, int count, char **words) {
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (size < 1 || size > TEXT_MAX || memchr(data, '\0', size)) return 0;
-    const subcommand *const called =
-        data[0] == FIT_LETTER ? &fit : &subcommands[data[0] % SUBCOMMAND_COUNT];
+    const subcommand *const called = &subcommands[data[0] % SUBCOMMAND_COUNT];
     char text[TEXT_MAX + 1], name[32], *words[WORDS_MAX + 1] = {name};
     memcpy(text, data + 1, size - 1);
     text[size - 1] = '\0';
@@ -144,9 +140,7 @@ void fuzz_make_seeds(void) {
     fuzz_put_text_seed("render", "nr.run\n--frames\n0:9\n--size\n64x48\n--samples=4\n--camera\n"
                                  "position=1,2,3,target=0,0,50cm,fov=40deg\n--color=patches\n"
                                  "--fps\n30\n-o\nx_%04d.png");
-    fuzz_put_text_seed("bench",
-                       "os.yaml\n--skip=3\n--threads=1,2\n--name=x\n--size=y\n--repeat\n3");
-    fuzz_put_text_seed("fit", "Fx.yaml\n--bending-warp\n19mm\n--bending-weft=15mm\n--preset\nwool\n"
+    fuzz_put_text_seed("fit", "ox.yaml\n--bending-warp\n19mm\n--bending-weft=15mm\n--preset\nwool\n"
                               "--area-density=99gsm\n--shear\n1gf/cm/deg\n--json\n--force");
     fuzz_put_text_seed("help", "i--help");
 }

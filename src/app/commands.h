@@ -27,7 +27,6 @@ int app_mend(int argc, char **argv);
 int app_fit(int argc, char **argv);
 int app_replay(int argc, char **argv);
 int app_view(int argc, char **argv);
-int app_bench(int argc, char **argv);
 
 /* Exit code for a status that the library returned while input was read. */
 int app_exit_for_input(tulle_status status);

@@ -31,7 +31,6 @@ static const subcommand subcommands[] = {
      "the material file of a fabric from its drape coefficient and bending lengths"},
     {"view", app_view, "a run, meshes or a live scene in a browser: see it, hold it, pull it"},
     {"replay", app_replay, "the recorded calls of a program that embeds the library, again"},
-    {"bench", app_bench, "what the stages of a step cost in a scene"},
     {NULL, NULL, NULL},
 };
 
@@ -44,11 +43,8 @@ static void print_help(FILE *stream) {
     for (const subcommand *entry = subcommands; entry->name; entry++)
         fprintf(stream, "  %-10s %s\n", entry->name, entry->summary);
     fputs("\n`tulle SUBCOMMAND --help` tells more; `tulle --version` prints the version.\n"
-          "Exit codes: 0 fine, 1 check found intersections, mend left some, replay a difference, "
-          "bench\n"
-          "a measure that got worse, 2 bad usage or input, 3 the run could not go on, 4 out of "
-          "memory, 130 "
-          "interrupted.\n",
+          "Exit codes: 0 fine, 1 check found intersections, mend left some, replay a difference,\n"
+          "2 bad usage or input, 3 the run could not go on, 4 out of memory, 130 interrupted.\n",
           stream);
 }
 

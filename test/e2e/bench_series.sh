@@ -154,7 +154,7 @@ refuse 2 'there is no size "3k"' sphere --particles 3k
 refuse 2 'there is no size ""' sphere --particles ''
 refuse 2 'whole numbers from 1 to 256' sphere --threads 1,0
 refuse 2 'whole numbers from 1 to 256' sphere --threads 1,two
-refuse 2 '--repeat and --seconds should be whole numbers from 1' sphere --repeat 0
+refuse 2 '--repeat, --seconds and --steps should be whole numbers from 1' sphere --repeat 0
 refuse 2 'missing.csv: cannot be read' sphere --compare missing.csv
 printf 'scene,size\n' >foreign.csv
 refuse 2 'foreign.csv:1: is no table' sphere --compare foreign.csv

@@ -21,7 +21,7 @@ refuse() {
 
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >mesh.obj
 for kind in pipe device directory socket; do
-    for name in odd.yaml odd.obj odd.vtp odd.pc2 odd.csv; do
+    for name in odd.yaml odd.obj odd.vtp odd.pc2; do
         rm -rf $name
         case $kind in
             pipe) mkfifo $name ;;
@@ -32,8 +32,6 @@ for kind in pipe device directory socket; do
     done
     refuse odd.yaml 2 run odd.yaml -o out
     refuse odd.obj 2 run "$scene" -o out --set "cloth[0].mesh={file: $work/odd.obj}"
-    refuse odd.yaml 2 bench odd.yaml
-    refuse odd.csv 2 bench "$scene" --compare odd.csv
     refuse odd.obj 2 detect odd.obj mesh.obj
     [ $kind = directory ] && continue # the other subcommands take a directory for a run
     for mesh in odd.obj odd.vtp; do
