@@ -10,6 +10,7 @@
 #include "tulle/live.h"
 #include "tulle/mesh.h"
 #include "tulle/objects.h"
+#include "tulle/paper.h"
 #include "tulle/query.h"
 #include "tulle/record.h"
 #include "tulle/shapes.h"

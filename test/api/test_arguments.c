@@ -57,8 +57,8 @@ ARGUMENTS_OF(tulle_check_struct) {
     FINE(TULLE_CHECK_STRUCT(tulle_cloth_def, &error));
     FINE(TULLE_CHECK_STRUCT(tulle_obstacle_def, &error));
     FINE(TULLE_CHECK_STRUCT(tulle_step_report, NULL));
-    static const char *const headers[] = {"base", "check",  "detect",  "live",
-                                          "mesh", "shapes", "threads", "world"};
+    static const char *const headers[] = {"base",  "check",  "detect",  "live", "mesh",
+                                          "paper", "shapes", "threads", "world"};
     for (size_t i = 0; i < sizeof headers / sizeof headers[0]; i++) expect_structs(headers[i]);
 }
 

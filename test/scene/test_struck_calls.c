@@ -8,6 +8,7 @@
 #include "support/struck_calls.h"
 
 #include "tulle/check.h"
+#include "tulle/paper.h"
 #include "tulle/threads.h"
 #include "tulle_io/cache.h"
 

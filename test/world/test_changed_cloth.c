@@ -1,6 +1,7 @@
 /* Materials, thickness and pins that the host changes while the world runs, against worlds that
  * have them from the start, and through saved states. */
 #include "tulle/live.h"
+#include "tulle/paper.h"
 
 #include "base/hash.h"
 #include "support/pins.h"

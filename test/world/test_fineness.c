@@ -2,6 +2,7 @@
  * damping of each integrator, measured on a triangle that swings. */
 #include "support/pins.h"
 #include "support/small_world.h"
+#include "tulle/paper.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -3,6 +3,7 @@
  * number of threads. Then small recordings that are cut anywhere, changed anywhere, or whose writer
  * fails; and every byte of a def, which must change the recording. */
 #define _POSIX_C_SOURCE 200809L
+#include "tulle/paper.h"
 #include "tulle/record.h"
 
 #include "support/body_world.h"

@@ -1,6 +1,7 @@
 /* Factors on the stiffness of triangles: what hangs and what bends beside closed forms, bits beside
  * a material of that stiffness, saved states, recordings. */
 #include "support/small_world.h"
+#include "tulle/paper.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -3,6 +3,7 @@
 #include "app/view/live_thread.h"
 
 #include "base/timer.h"
+#include "tulle/paper.h"
 
 #include <math.h>
 #include <stdarg.h>

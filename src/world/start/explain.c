@@ -1,9 +1,9 @@
-/* world/start/explain.c - what a world tells about its last step and the one to come: contacts,
- * stretch, fineness and patches. Asked for, never needed by a step. */
+/* world/start/explain.c - contacts, stretch, fineness, patches: asked for, no step needs them. */
 #include "base/error.h"
 #include "base/parallel.h"
 #include "detect/patches/patches.h"
 #include "geom/distance.h"
+#include "tulle/paper.h"
 #include "world/world_state.h"
 
 #include <string.h>

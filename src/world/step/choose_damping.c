@@ -7,9 +7,9 @@
  * Free steps of Crank-Nicolson are damped a little. The damping is a rate times the step, so the
  * order without impacts stays two. It is the same for all vertices: linear momentum is kept.
  *
- * Takes rows as gathered and velocities at the start; gives force_options.damping. What the
- * integrator then takes from free motion by itself is told, too. */
+ * Takes rows as gathered and velocities at the start; gives force_options.damping. */
 #include "contact/solve/end_velocities.h"
+#include "tulle/paper.h"
 #include "world/step/step.h"
 
 #include <math.h>

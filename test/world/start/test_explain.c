@@ -1,6 +1,7 @@
 /* What a world tells of its contacts and patches: they agree with the report, with the laws of
  * motion and with each other, and asking changes nothing. */
 #include "support/small_world.h"
+#include "tulle/paper.h"
 
 #include <math.h>
 #include <setjmp.h>

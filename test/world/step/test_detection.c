@@ -4,6 +4,7 @@
  * Without the certificate the promise does not hold, and this shows it. */
 #include "support/pins.h"
 #include "support/small_world.h"
+#include "tulle/paper.h"
 #include "world/world_state.h"
 
 #include <math.h>
