@@ -35,6 +35,7 @@ import check_sizes  # noqa: E402
 
 WORD = re.compile(r"(?<![\w.])(?<!->)[A-Za-z_]\w*")
 MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+([A-Za-z_]\w*)((?:\\\n|[^\n])*)", re.M)
+TEXT = re.compile(r'"(?:\\.|[^"\\])*"|/\*.*?\*/', re.S)
 KERNEL = re.compile(r"\bTULLE_KERNEL\(\s*(\w+)\s*\)")
 TABLE = re.compile(r"([A-Za-z_]\w*)\s*(?:\[[^\]]*\]\s*)*=\s*$|\(\s*\*\s*(?:const\s+)?([A-Za-z_]\w*)[^()]*\)\s*\([^()]*\)\s*=\s*$")
 
@@ -59,7 +60,7 @@ def read_functions(root, with_kernels=False):
             with open(full, encoding="utf-8") as file:
                 text = file.read()
             for match in MACRO.finditer(text):
-                macros[match.group(1)].update(WORD.findall(match.group(2)))
+                macros[match.group(1)].update(WORD.findall(TEXT.sub(" ", match.group(2))))
             code = KERNEL.sub(r"\1", check_sizes.TOKEN.sub(check_sizes.blank, text))
             for head, opened, closed in check_sizes.split_top_level(code):
                 parsed, table = check_sizes.parse_head(code[head:opened]), TABLE.search(code[head:opened])

@@ -67,6 +67,36 @@ TULLE_API tulle_status tulle_cloth_set_pin_targets(tulle_world *world, tulle_clo
                                                    size_t pin, const double *positions,
                                                    size_t vertex_count, tulle_error *error);
 
+/* Where a cloth is drawn in the next step. */
+typedef struct tulle_cloth_targets {
+    const double *positions;     /* [m] 3 * vertex_count */
+    const double *departures;    /* [m] 3 * vertex_count: from the positions; null: none */
+    const unsigned char *is_led; /* vertex_count: not 0 where a vertex is led; null: none is */
+    size_t vertex_count;         /* of the cloth */
+} tulle_cloth_targets;
+/* Draws a cloth to targets in the next step. This call and tulle_world_place are experimental: they
+ * may change. A vertex sets out at the speed that leads it to its position and departure, whatever
+ * its velocity was. What holds it off stretches that as a spring of area_density / time_step^2
+ * [N/m^3] for each area at rest. The cloth bends by what its positions differ from the targets by.
+ * So the shape of the targets costs nothing, and neighbours depart from it together. A vertex that
+ * is led goes straight to its target position, as if pinned. In such a step no cloth is judged by
+ * how far its edges stretch, and elastic_energy of the report counts bending as ever. All is
+ * copied. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not started,
+ * cloth in the world that is bent at rest, targets that were given already, another count, numbers
+ * that are not finite or above 1e100), TULLE_ERROR_OUT_OF_MEMORY; nothing is given then. */
+TULLE_API tulle_status tulle_cloth_set_targets(tulle_world *world, tulle_cloth_id id,
+                                               const tulle_cloth_targets *targets,
+                                               tulle_error *error);
+/* Puts cloths and obstacles of TULLE_DRIVE_DEFORMING elsewhere, between two steps: 3 *
+ * `vertex_count` `positions` [m] of all cloths, then of all obstacles, each in the order of adding;
+ * those of other obstacles are not read. All that is put stands still, nothing lags, and contact
+ * begins anew. Costs a judgement of the whole world by tulle_check_intersections. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT (null, a world that has not started, another count, numbers that are
+ * not finite or above 1e100), TULLE_ERROR_INTERSECTING_START, TULLE_ERROR_OUT_OF_MEMORY; all is
+ * where it was then. */
+TULLE_API tulle_status tulle_world_place(tulle_world *world, const double *positions,
+                                         size_t vertex_count, tulle_error *error);
+
 /* ---- settings ---- */
 
 /* Changes `gravity` [m/s^2], -1e6 .. 1e6 along each axis, from the next step on. Before the start

@@ -25,6 +25,7 @@ enum {
 /* Of vertices, with a fourth number behind each three that means nothing. */
 typedef struct padded_vertices {
     double *positions, *velocities; /* x0, v0 */
+    double *bent;                   /* x0 less the model's shape; may be the positions */
     double *starts;                 /* w of the table in compute_forces.c; may be the velocities */
     double *guess;                  /* null: there is none */
 } padded_vertices;

@@ -418,13 +418,6 @@ static bool walk_rows(memory *heap, cloth_model *model, uint32_t *places, entry_
     return true;
 }
 
-static bool make_scalars(memory *heap, cloth_model *model) {
-    model->scalar_columns = memory_allocate(heap, model->scalar_count * sizeof(uint32_t));
-    model->bend_scalars = memory_allocate(heap, model->scalar_count * sizeof(double));
-    model->bend_scalar_damping = memory_allocate(heap, model->scalar_count * sizeof(double));
-    return model->scalar_columns && model->bend_scalars && model->bend_scalar_damping;
-}
-
 bool bending_build_matrix(memory *heap, cloth_model *model) {
     model->scalar_begin = memory_allocate_zeroed(heap, model->vertex_count + 1, sizeof(uint32_t));
     model->bend_blocks = memory_allocate_zeroed(heap, model->block_count, sizeof(double));
@@ -433,7 +426,11 @@ bool bending_build_matrix(memory *heap, cloth_model *model) {
     entry_array row = {0};
     bool ok = model->scalar_begin && model->bend_blocks && model->bend_block_damping && places;
     if (places) memset(places, 0xff, model->vertex_count * sizeof(uint32_t));
-    ok = ok && walk_rows(heap, model, places, &row) && make_scalars(heap, model) &&
+    ok = ok && walk_rows(heap, model, places, &row);
+    model->scalar_columns = memory_allocate(heap, model->scalar_count * sizeof(uint32_t));
+    model->bend_scalars = memory_allocate(heap, model->scalar_count * sizeof(double));
+    model->bend_scalar_damping = memory_allocate(heap, model->scalar_count * sizeof(double));
+    ok = ok && model->scalar_columns && model->bend_scalars && model->bend_scalar_damping &&
          walk_rows(heap, model, places, &row);
     /* The matrix holds the couplings of the damping and, where all is flat at rest, the others. */
     memory_release(heap, model->damping_couplings,

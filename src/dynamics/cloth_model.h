@@ -140,6 +140,7 @@ typedef struct cloth_model {
     /* Borrowed, set by the user before a step: not 0 for vertices, and triangles, of cloth that
      * does not move in it. Forces do not matter there and are not computed. Null: all may move. */
     const uint8_t *idle_vertices, *idle_triangles;
+    const double *shape; /* [m] the same: flat cloth bends by how it differs from that; or null */
 } cloth_model;
 
 static inline size_t cloth_count_patches(const cloth_model *model) {

@@ -44,9 +44,9 @@
  *
  * A pass of elements is followed by a pass of vertices: elements fill their own slots, then each
  * vertex adds the slots around it in a fixed order. No two threads write the same number. First
- * come the terms that do not depend on the guess, summed by vertex. They may be kept from the first
- * linearisation of a step; later ones then add the membrane to the same numbers. Slots of the one
- * are released before those of the other are made: slots are most of the memory of a step.
+ * come the terms that do not depend on the guess, summed by vertex; later linearisations may add
+ * the membrane to the same numbers. Their slots, most of the memory of a step, are released before
+ * that.
  *
  * Based on: Baraff, Witkin, Large steps in cloth simulation, 1998; Choi, Ko, Stable but responsive
  * cloth, 2002; Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
@@ -69,19 +69,18 @@ static void fill_vertices(void *context, size_t begin, size_t end, size_t chunk,
     const cloth_start *const state = work->state;
     const padded_vertices *const to = &work->padded;
     double const c = work->share, part = (1.0 - c) / c;
-    bool const has_starts = to->starts != to->velocities;
+    const double *const shape = work->model->shape;
     for (size_t v = begin; v < end; v++)
         for (size_t i = 0; i < 4; i++) {
-            size_t const from = 3 * v + i, place = 4 * v + i;
-            bool const is_padding = i == 3;
-            to->positions[place] = is_padding ? 0.0 : state->positions[from];
-            to->velocities[place] = is_padding ? 0.0 : state->velocities[from];
-            if (to->guess) to->guess[place] = is_padding ? 0.0 : state->guess[from];
-            if (has_starts)
-                to->starts[place] =
-                    is_padding || work->finds_forces
-                        ? 0.0
-                        : state->velocities[from] + part * state->previous_mean[from];
+            size_t const from = 3 * v + i % 3, place = 4 * v + i;
+            to->positions[place] = state->positions[from];
+            to->velocities[place] = state->velocities[from];
+            if (shape) to->bent[place] = state->positions[from] - shape[from];
+            if (to->guess) to->guess[place] = state->guess[from];
+            if (work->finds_forces)
+                to->starts[place] = 0.0;
+            else if (to->starts != to->velocities)
+                to->starts[place] = state->velocities[from] + part * state->previous_mean[from];
         }
     for (size_t i = 3 * begin; work->guessed_positions && i < 3 * end; i++)
         work->guessed_positions[i] = state->positions[i] + state->time_step * state->guess[i];
@@ -94,10 +93,11 @@ static bool provide_vertices(assembly *work) {
     padded_vertices *const padded = &work->padded;
     padded->positions = ARENA_NEW(work->scratch, double, count);
     padded->velocities = ARENA_NEW(work->scratch, double, count);
+    padded->bent = model->shape ? ARENA_NEW(work->scratch, double, count) : padded->positions;
     bool const has_starts = work->finds_forces || work->is_bdf2;
     padded->starts = has_starts ? ARENA_NEW(work->scratch, double, count) : padded->velocities;
     if (state->guess) padded->guess = ARENA_NEW(work->scratch, double, count);
-    if (!padded->positions || !padded->velocities || !padded->starts ||
+    if (!padded->positions || !padded->velocities || !padded->bent || !padded->starts ||
         (state->guess && !padded->guess))
         return false;
     if (!state->guess || !(model->springs || model->sliders)) return true;

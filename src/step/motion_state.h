@@ -1,5 +1,4 @@
-/* step/motion_state.h - what a step replaces: it works on a copy, which takes the place of the
- * state when it succeeds. */
+/* step/motion_state.h - what a step replaces, when it succeeds, by the copy on which it works. */
 #ifndef TULLE_STEP_MOTION_STATE_H
 #define TULLE_STEP_MOTION_STATE_H
 

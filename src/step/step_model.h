@@ -65,6 +65,8 @@ typedef struct world_cloth {
     double thickness;          /* [m] 0: not given */
     world_pin *pins;
     size_t pin_count;
+    bool is_drawn;   /* targets were given for the next step: */
+    double *targets; /* [m] 3 * vertex_count; those with departures; by vertex, 1: led. Or null */
     uint32_t vertex_begin; /* in the world's numbering, set by the start */
 } world_cloth;
 
@@ -76,14 +78,12 @@ typedef struct world_obstacle {
     double friction, dynamic_friction, restitution; /* as the def said */
     double friction_across, grain[3];
     uint32_t contact_material; /* as of a cloth */
-    world_motion motion; /* TULLE_DRIVE_RIGID: from the pose at the start of the step to that at its
-                            end */
+    world_motion motion;       /* TULLE_DRIVE_RIGID: that of the step */
     tulle_drive drive;
     bool is_static; /* no script, no frames, no drive, not a rigid body */
     given_move given;
-    motion_pose given_pose;  /* TULLE_DRIVE_RIGID: the pose that was given */
-    double *given_positions; /* [m] 3 * vertex_count: where they are to be, or jump to; while a step
-                                with a jump runs, where they were. Null: not driven */
+    motion_pose given_pose;       /* TULLE_DRIVE_RIGID: the pose that was given */
+    double *given_positions;      /* [m] of all vertices: where to; in a jump from where; or null */
     bool has_jumped, was_present; /* in the step that runs; before that */
     tulle_frame_reader read_frame;
     void *frame_context;

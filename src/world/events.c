@@ -312,7 +312,7 @@ tulle_status tulle_world_watch_events(tulle_world *world, const tulle_event_watc
                                : "the world is null");
     if (!watch) {
         world_release_events(world);
-        if (world->recording) world_record(world, &(recorded_call){.kind = RECORD_WATCH});
+        WORLD_RECORD(world, .kind = RECORD_WATCH);
         return TULLE_OK;
     }
     const char *what = NULL;

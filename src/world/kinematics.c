@@ -32,15 +32,11 @@ static tulle_status load_frame(tulle_world *world, size_t index, uint32_t number
     obstacle->frame_numbers[*slot] = TULLE_NONE;
     double *const frame = obstacle->frames[*slot];
     tulle_status const status = obstacle->read_frame(obstacle->frame_context, number, frame, error);
-    if (world->recording)
-        world_record(world,
-                     &(recorded_call){
-                         .kind = RECORD_FRAME,
-                         .ids = {obstacle->slot, number},
-                         .generations = {world->slots.obstacles.data[obstacle->slot].generation},
-                         .numbers = {(uint64_t)status},
-                         .arrays = {{status == TULLE_OK ? frame : NULL,
-                                     status == TULLE_OK ? 3 * obstacle->mesh.vertex_count : 0}}});
+    WORLD_RECORD(world, .kind = RECORD_FRAME, .ids = {obstacle->slot, number},
+                 .generations = {world->slots.obstacles.data[obstacle->slot].generation},
+                 .numbers = {(uint64_t)status},
+                 .arrays = {{status == TULLE_OK ? frame : NULL,
+                             status == TULLE_OK ? 3 * obstacle->mesh.vertex_count : 0}});
     if (status != TULLE_OK) return status;
     for (size_t i = 0; i < 3 * obstacle->mesh.vertex_count; i++) {
         if (!isfinite(frame[i])) {
@@ -111,6 +107,14 @@ tulle_status world_script_targets(tulle_world *world, double time, double end_ti
            world->model.vertex_count * sizeof(double));
     for (size_t i = 0; i < world->model.cloths.count; i++) {
         const world_cloth *const cloth = &world->model.cloths.data[i];
+        for (size_t k = 0; cloth->is_drawn && k < cloth->mesh.vertex_count; k++) {
+            size_t const vertex = cloth->vertex_begin + k;
+            if (cloth->targets[6 * cloth->mesh.vertex_count + k] == 0.0) continue;
+            world->work.is_fixed[vertex] = 1;
+            world->work.active_inverse_masses[vertex] = 0.0;
+            go_towards(world->now.positions + 3 * vertex, cloth->targets + 3 * k, share, 3,
+                       world->work.targets + 3 * vertex);
+        }
         for (size_t p = 0; p < cloth->pin_count; p++) {
             const world_pin *const pin = &cloth->pins[p];
             if (time >= pin->release_time) continue;

@@ -43,11 +43,6 @@ static size_t get_laws_size(const tulle_world *world) {
     return world->model.set.surface_count * world->model.set.surface_count * sizeof(contact_law);
 }
 
-static bool laws_differ(const tulle_world *world) {
-    return world->first.laws &&
-           memcmp(world->model.laws, world->first.laws, get_laws_size(world)) != 0;
-}
-
 /* Keeps the laws of the start before one of them changes. */
 static tulle_status keep_first_laws(tulle_world *world, tulle_error *error) {
     if (world->first.laws) return TULLE_OK;
@@ -66,15 +61,12 @@ static size_t get_releases_size(const tulle_world *world) {
     return world->model.pin_count * sizeof(double);
 }
 
-static void list_materials(const tulle_world *world, tulle_material *materials) {
-    for (size_t i = 0; i < world->model.cloths.count; i++)
-        materials[i] = world->model.cloths.data[i].material;
-}
-
-static void list_releases(const tulle_world *world, double *releases) {
-    for (size_t i = 0; i < world->model.cloths.count; i++)
-        for (size_t p = 0; p < world->model.cloths.data[i].pin_count; p++)
-            *releases++ = world->model.cloths.data[i].pins[p].release_time;
+static void list_cloths(const tulle_world *world, tulle_material *materials, double *releases) {
+    for (size_t i = 0; i < world->model.cloths.count; i++) {
+        const world_cloth *const cloth = &world->model.cloths.data[i];
+        materials[i] = cloth->material;
+        for (size_t p = 0; p < cloth->pin_count; p++) *releases++ = cloth->pins[p].release_time;
+    }
 }
 
 /* Keeps materials and pins of the start before one of them changes. */
@@ -89,8 +81,7 @@ static tulle_status keep_first_cloths(tulle_world *world, tulle_error *error) {
         world->first.releases = NULL;
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for materials");
     }
-    list_materials(world, world->first.materials);
-    list_releases(world, world->first.releases);
+    list_cloths(world, world->first.materials, world->first.releases);
     return TULLE_OK;
 }
 
@@ -103,21 +94,22 @@ void world_release_first_settings(tulle_world *world) {
     world->first.releases = NULL;
 }
 
-static bool materials_differ(const tulle_world *world) {
-    bool differ = false;
-    for (size_t i = 0; world->first.materials && i < world->model.cloths.count; i++)
-        differ |= memcmp(&world->model.cloths.data[i].material, &world->first.materials[i],
-                         sizeof(tulle_material)) != 0;
-    return differ;
-}
+enum setting_part { PART_LAWS = 1, PART_MATERIALS = 2, PART_RELEASES = 4, PARTS_ALL = 7 };
 
-static bool releases_differ(const tulle_world *world) {
-    const double *first = world->first.releases;
-    bool differ = false;
-    for (size_t i = 0; first && i < world->model.cloths.count; i++)
-        for (size_t p = 0; p < world->model.cloths.data[i].pin_count; p++)
-            differ |= world->model.cloths.data[i].pins[p].release_time != *first++;
-    return differ;
+/* A set of setting_part: what is not as at the start. */
+static uint64_t list_parts(const tulle_world *world) {
+    const first_settings *const first = &world->first;
+    const double *release = first->releases;
+    bool const differ = first->laws && memcmp(world->model.laws, first->laws, get_laws_size(world));
+    uint64_t parts = differ ? PART_LAWS : 0;
+    for (size_t i = 0; first->materials && i < world->model.cloths.count; i++) {
+        const world_cloth *const cloth = &world->model.cloths.data[i];
+        if (memcmp(&cloth->material, &first->materials[i], sizeof cloth->material) != 0)
+            parts |= PART_MATERIALS;
+        for (size_t p = 0; p < cloth->pin_count; p++)
+            if (cloth->pins[p].release_time != *release++) parts |= PART_RELEASES;
+    }
+    return parts;
 }
 
 /* Puts machinery for these settings into world->spare. */
@@ -149,8 +141,7 @@ tulle_status tulle_world_set_gravity(tulle_world *world, const double gravity[3]
     if (status != TULLE_OK) return status;
     set_settings(world, &settings);
     if (world->is_started) world_wake_all(world, &world->now);
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_GRAVITY, .arrays = {{gravity, 3}}});
+    WORLD_RECORD(world, .kind = RECORD_GRAVITY, .arrays = {{gravity, 3}});
     return TULLE_OK;
 }
 
@@ -167,15 +158,12 @@ tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind, tu
     double const numbers[] = {wind->velocity[0],     wind->velocity[1], wind->velocity[2],
                               wind->gust_strength,   wind->gust_length, wind->gust_time,
                               wind->drag_coefficient};
-    if (world->recording)
-        world_record(world,
-                     &(recorded_call){.kind = RECORD_WIND,
-                                      .numbers = {wind->seed},
-                                      .arrays = {{numbers, sizeof numbers / sizeof numbers[0]}}});
+    WORLD_RECORD(world, .kind = RECORD_WIND, .numbers = {wind->seed},
+                 .arrays = {{numbers, sizeof numbers / sizeof numbers[0]}});
     return TULLE_OK;
 }
 
-static world_cloth *find_cloth(tulle_world *world, tulle_cloth_id id, tulle_error *error) {
+world_cloth *world_find_started_cloth(tulle_world *world, tulle_cloth_id id, tulle_error *error) {
     size_t const index = world_find_cloth(world, id);
     if (index != SIZE_MAX && world->is_started) return &world->model.cloths.data[index];
     error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -204,7 +192,7 @@ static tulle_status check_material(const tulle_world *world, const world_cloth *
 tulle_status tulle_cloth_set_material(tulle_world *world, tulle_cloth_id id,
                                       const tulle_material *material, tulle_error *error) {
     if (!material) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the material is null");
-    world_cloth *const cloth = find_cloth(world, id, error);
+    world_cloth *const cloth = world_find_started_cloth(world, id, error);
     if (!cloth) return TULLE_ERROR_INVALID_ARGUMENT;
     tulle_material changed = *material;
     changed.friction = cloth->material.friction;
@@ -223,17 +211,13 @@ tulle_status tulle_cloth_set_material(tulle_world *world, tulle_cloth_id id,
         return status;
     }
     use_machinery(world);
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_MATERIAL,
-                                             .ids = {id.index},
-                                             .generations = {id.generation},
-                                             .def.material = *material});
+    WORLD_RECORD(world, .kind = RECORD_MATERIAL, RECORD_ID(id), .def.material = *material);
     return TULLE_OK;
 }
 
 tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_id id, size_t pin,
                                      tulle_error *error) {
-    world_cloth *const cloth = find_cloth(world, id, error);
+    world_cloth *const cloth = world_find_started_cloth(world, id, error);
     if (!cloth) return TULLE_ERROR_INVALID_ARGUMENT;
     if (pin >= cloth->pin_count)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
@@ -254,17 +238,13 @@ tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_id id, size
     }
     cloth->pins[pin].has_targets = false;
     world_wake_cloth(world, &world->now, world_find_cloth(world, id));
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_RELEASE_PIN,
-                                             .ids = {id.index},
-                                             .generations = {id.generation},
-                                             .numbers = {pin}});
+    WORLD_RECORD(world, .kind = RECORD_RELEASE_PIN, RECORD_ID(id), .numbers = {pin});
     return TULLE_OK;
 }
 
 tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, double thickness,
                                        tulle_error *error) {
-    world_cloth *const cloth = find_cloth(world, id, error);
+    world_cloth *const cloth = world_find_started_cloth(world, id, error);
     if (!cloth) return TULLE_ERROR_INVALID_ARGUMENT;
     double const least = 2.0 * world->model.minimum_gap, most = world->model.contact_distance;
     if (!(thickness >= least && thickness <= most))
@@ -287,11 +267,7 @@ tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, do
         world->model.laws[other * count + own] = *law;
     }
     world_wake_all(world, &world->now);
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_THICKNESS,
-                                             .ids = {id.index},
-                                             .generations = {id.generation},
-                                             .arrays = {{&thickness, 1}}});
+    WORLD_RECORD(world, .kind = RECORD_THICKNESS, RECORD_ID(id), .arrays = {{&thickness, 1}});
     return TULLE_OK;
 }
 
@@ -302,12 +278,9 @@ int tulle_cloth_is_asleep(const tulle_world *world, tulle_cloth_id id) {
 }
 
 tulle_status tulle_cloth_wake(tulle_world *world, tulle_cloth_id id, tulle_error *error) {
-    if (!find_cloth(world, id, error)) return TULLE_ERROR_INVALID_ARGUMENT;
+    if (!world_find_started_cloth(world, id, error)) return TULLE_ERROR_INVALID_ARGUMENT;
     world_wake_cloth(world, &world->now, world_find_cloth(world, id));
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_WAKE_CLOTH,
-                                             .ids = {id.index},
-                                             .generations = {id.generation}});
+    WORLD_RECORD(world, .kind = RECORD_WAKE_CLOTH, RECORD_ID(id));
     return TULLE_OK;
 }
 
@@ -328,13 +301,6 @@ tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tull
 }
 
 /* ---- in a state ---- */
-
-enum setting_part { PART_LAWS = 1, PART_MATERIALS = 2, PART_RELEASES = 4, PARTS_ALL = 7 };
-
-static uint64_t list_parts(const tulle_world *world) {
-    return (laws_differ(world) ? PART_LAWS : 0u) | (materials_differ(world) ? PART_MATERIALS : 0u) |
-           (releases_differ(world) ? PART_RELEASES : 0u);
-}
 
 /* [bytes] of the parts that a set of setting_part names, in their order. */
 static size_t get_parts_size(const tulle_world *world, uint64_t parts) {
@@ -455,8 +421,7 @@ static tulle_status prepare_cloths(tulle_world *world, const read_settings *spli
     } else {
         tulle_material *const now = materials + world->model.cloths.count;
         double *const pins_now = releases + world->model.pin_count;
-        list_materials(world, now);
-        list_releases(world, pins_now);
+        list_cloths(world, now, pins_now);
         memcpy(materials,
                split->materials         ? (const void *)split->materials
                : world->first.materials ? world->first.materials
@@ -552,7 +517,7 @@ static void carry_law(const tulle_world *world, const contact_law *first, const 
 static tulle_status carry_laws(tulle_world *world, tulle_error *error) {
     const world_change *const change = world->change;
     const tulle_world *const before = change->before;
-    if (!laws_differ(before)) return TULLE_OK;
+    if (!(list_parts(before) & PART_LAWS)) return TULLE_OK;
     tulle_status const status = keep_first_laws(world, error);
     if (status != TULLE_OK) return status;
     size_t const count = world->model.set.surface_count,
@@ -568,7 +533,7 @@ static tulle_status carry_laws(tulle_world *world, tulle_error *error) {
 
 tulle_status world_carry_settings(tulle_world *world, tulle_error *error) {
     tulle_status status = carry_laws(world, error);
-    if (status == TULLE_OK && (materials_differ(world) || releases_differ(world))) {
+    if (status == TULLE_OK && list_parts(world) & (PART_MATERIALS | PART_RELEASES)) {
         status = prepare_machinery(world, (cloth_settings){0}, error);
         if (status == TULLE_OK) world_set_machinery(world, &world->spare);
     }

@@ -65,6 +65,7 @@ void world_destroy_cloth(memory *heap, world_cloth *cloth) {
     memory_release(heap, cloth->rest_corners, 9 * cloth->mesh.triangle_count * sizeof(double));
     memory_release(heap, cloth->creases, cloth->crease_count * sizeof *cloth->creases);
     memory_release(heap, cloth->velocities, vector_bytes);
+    memory_release(heap, cloth->targets, 7 * cloth->mesh.vertex_count * sizeof(double));
     for (size_t i = 0; cloth->pins && i < cloth->pin_count; i++) {
         world_pin *const pin = &cloth->pins[i];
         memory_release(heap, pin->vertices, pin->vertex_count * sizeof *pin->vertices);

@@ -160,6 +160,8 @@ static inline world_label *world_get_label(const tulle_world *world, size_t surf
  * world is null or the id is stale. */
 size_t world_find_cloth(const tulle_world *world, tulle_cloth_id id);
 size_t world_find_obstacle(const tulle_world *world, tulle_obstacle_id id);
+/* settings.c: the cloth, or null with an error: none, or a world that has not started. */
+world_cloth *world_find_started_cloth(tulle_world *world, tulle_cloth_id id, tulle_error *error);
 /* slots.c: the ids of what is there. */
 tulle_cloth_id world_get_cloth_id(const tulle_world *world, size_t cloth);
 tulle_obstacle_id world_get_obstacle_id(const tulle_world *world, size_t obstacle);
@@ -249,9 +251,9 @@ void world_restart_events(tulle_world *world);
 void world_release_events(tulle_world *world);
 
 /* given.c: before a step, obstacles that jump do so in world->now, where they count as absent, so
- * that they are judged as what appears. At its end, or when a state is loaded, what was given is
- * used up; after a step that failed nothing has jumped. */
-void world_begin_given(tulle_world *world);
+ * that they are judged as what appears; targets become shapes in the scratch arena. At its end, or
+ * when a state is loaded, what was given is used up; after a failure nothing has jumped. */
+tulle_status world_begin_given(tulle_world *world, tulle_error *error);
 void world_end_given(tulle_world *world, bool has_failed);
 
 /* state.c: vertices that may move: all but those of static obstacles, which a saved state leaves

@@ -228,6 +228,70 @@ ARGUMENTS_OF(tulle_cloth_set_pin_targets) {
     let_go();
 }
 
+static tulle_status draw(tulle_world *world, tulle_cloth_id id, const double *targets,
+                         const double *departures, size_t count) {
+    tulle_cloth_targets const given = {targets, departures, NULL, count};
+    return tulle_cloth_set_targets(world, id, &given, &error);
+}
+
+ARGUMENTS_OF(tulle_cloth_set_targets) {
+    (void)unused;
+    size_t const count = sheet.vertex_count;
+    double *const to = sheet.positions;
+    REFUSED(draw(NULL, free_cloth, to, NULL, count));
+    REFUSED(draw(fresh, free_cloth, to, NULL, count));
+    REFUSED(draw(started, free_cloth, NULL, NULL, count));
+    for (int i = 0; i < 4; i++) REFUSED(draw(started, bad_cloths[i], to, NULL, count));
+    size_t const counts[] = {0, 1, count - 1, count + 1, SIZE_MAX};
+    for (int i = 0; i < 5; i++) REFUSED(draw(started, free_cloth, to, NULL, counts[i]));
+    for (int i = 0; i < NO_NUMBER_COUNT; i++) {
+        double const kept = to[3 * count - 1];
+        double *const copy = malloc(3 * count * sizeof *copy);
+        assert_non_null(copy);
+        memcpy(copy, to, 3 * count * sizeof *copy);
+        copy[3 * count - 1] = no_numbers[i];
+        REFUSED(draw(started, free_cloth, copy, NULL, count));
+        REFUSED(draw(started, free_cloth, to, copy, count));
+        assert_true(to[3 * count - 1] == kept);
+        free(copy);
+    }
+    REFUSED(tulle_cloth_set_targets(started, free_cloth, NULL, &error));
+    assert_int_equal(tulle_cloth_set_targets(NULL, free_cloth, NULL, NULL),
+                     TULLE_ERROR_INVALID_ARGUMENT);
+    FINE(draw(started, free_cloth, to, NULL, count));
+    REFUSED(draw(started, free_cloth, to, NULL, count));
+    let_go();
+    FINE(draw(started, free_cloth, to, to, count));
+    let_go();
+}
+
+ARGUMENTS_OF(tulle_world_place) {
+    (void)unused;
+    double places[3 * 1024] = {0.0};
+    size_t count = 0;
+    for (uint32_t k = 0; k < 7; k++) { /* two sheets and five obstacles */
+        size_t own = 0;
+        const double *const x =
+            k < 2 ? tulle_cloth_get_positions(started, (tulle_cloth_id){k, 1}, &own)
+                  : tulle_obstacle_get_positions(started, (tulle_obstacle_id){k - 2, 1}, &own);
+        assert_true(own > 0 && count + own <= 1024);
+        memcpy(places + 3 * count, x, 3 * own * sizeof *x);
+        count += own;
+    }
+    REFUSED(tulle_world_place(NULL, places, count, &error));
+    REFUSED(tulle_world_place(fresh, places, count, &error));
+    REFUSED(tulle_world_place(started, NULL, count, &error));
+    size_t const counts[] = {0, 1, count - 1, count + 1, SIZE_MAX};
+    for (int i = 0; i < 5; i++) REFUSED(tulle_world_place(started, places, counts[i], &error));
+    for (int i = 0; i < NO_NUMBER_COUNT; i++) {
+        double const kept = places[3 * count - 1];
+        places[3 * count - 1] = no_numbers[i];
+        REFUSED(tulle_world_place(started, places, count, &error));
+        places[3 * count - 1] = kept;
+    }
+    assert_int_equal(tulle_world_place(NULL, NULL, 0, NULL), TULLE_ERROR_INVALID_ARGUMENT);
+}
+
 /* What is refused in a world without bodies: test/world/test_start_at.c. */
 ARGUMENTS_OF(tulle_world_start_at) {
     (void)unused;
@@ -435,6 +499,8 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_obstacle_set_next_transform),
     TABLE_LINE(tulle_obstacle_set_next_positions),
     TABLE_LINE(tulle_cloth_set_pin_targets),
+    TABLE_LINE(tulle_cloth_set_targets),
+    TABLE_LINE(tulle_world_place),
     TABLE_LINE(tulle_world_start_at),
     TABLE_LINE(tulle_world_set_gravity),
     TABLE_LINE(tulle_world_set_wind),

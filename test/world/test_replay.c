@@ -378,7 +378,8 @@ static void every_call_is_repeated(void **unused) {
     while (recording_next(bytes.bytes, bytes.byte_count, &place, &kind)) has[kind] = true;
     assert_int_equal(place, bytes.byte_count);
     for (int i = 0; i < RECORD_KIND_COUNT; i++)
-        if (!has[i]) fail_msg("the scene has no call of kind %d (%s)", i, record_kinds[i].name);
+        if (!has[i] && i != RECORD_TARGETS && i != RECORD_PLACE) /* test_targets.c */
+            fail_msg("the scene has no call of kind %d (%s)", i, record_kinds[i].name);
     for (int threads = 0; threads <= 2; threads++) {
         record.at = 0;
         tulle_replay_options const options = {threads, compare, &record};

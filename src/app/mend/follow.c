@@ -23,10 +23,9 @@ enum { PRESSED_MAX = 3 };
 /* A frame that one straight move does not reach is cut into so many parts, then so many times as
  * many. */
 enum { PARTS_FACTOR = 4, PARTS_MAX = 16 };
-/* Bodies that leave the cloth no room are held within so many mean edges of trouble, and free
- * beyond the other number; then wholly. */
+/* Bodies that leave the cloth no room are held within so many mean edges of where the cloth meets
+ * something, and free beyond the other number. */
 static const double HOLD_EDGES = 4.0, HOLD_END_EDGES = 12.0;
-enum { HELD_MAX = 2 };
 /* Held bodies that cannot go on without meeting the cloth where it is stay held; at the latest
  * after so many moves it is tried whether they push it away. */
 enum { HELD_FRAMES = 24 };
@@ -63,7 +62,7 @@ static tulle_status make_detector(mend_follow *follow, const double *first, bool
     def.rest = first;
     def.surfaces = surfaces;
     def.surface_count = input->surface_count;
-    def.threads = follow->solver.threads;
+    def.threads = follow->options->threads;
     tulle_status const status = tulle_detector_create(&def, &follow->detector, error);
     free(surfaces);
     return status;
@@ -133,29 +132,29 @@ tulle_status mend_follow_judge_rounding(mend_follow *follow, const double *exact
 
 /* ---- which vertices are free ---- */
 
+enum { MARKED = 1, REACHED = 2 };
+
 /* Marks all vertices within so many edges of the marked ones. */
-static void widen(mend_follow *follow, unsigned char *marks, uint32_t edge_count) {
-    const mend_plate *const plate = &follow->solver.plate;
-    size_t used = 0;
-    for (uint32_t v = 0; v < count_cloth(follow); v++) {
-        follow->distances[v] = marks[v] ? 0 : TULLE_NONE;
-        if (marks[v]) follow->queue[used++] = v;
-    }
-    for (size_t i = 0; i < used; i++) {
-        uint32_t const v = follow->queue[i];
-        if (follow->distances[v] == edge_count) break;
-        for (uint32_t k = plate->neighbour_begin[v]; k < plate->neighbour_begin[v + 1]; k++) {
-            uint32_t const other = plate->neighbours[k];
-            if (follow->distances[other] != TULLE_NONE) continue;
-            follow->distances[other] = follow->distances[v] + 1;
-            marks[other] = 1;
-            follow->queue[used++] = other;
+static void widen(const mend_follow *follow, unsigned char *marks, uint32_t edge_count) {
+    const mend_input *const input = follow->solver.input;
+    bool goes_on = true;
+    for (uint32_t k = 0; k < edge_count && goes_on; k++) {
+        goes_on = false;
+        for (size_t t = 0; t < input->surfaces[0].triangle_end; t++) {
+            const uint32_t *const corners = input->triangles + 3 * t;
+            int const found = (marks[corners[0]] | marks[corners[1]] | marks[corners[2]]) & MARKED;
+            for (size_t i = 0; i < 3 && found; i++)
+                if (!marks[corners[i]]) marks[corners[i]] = REACHED;
+        }
+        for (size_t v = 0; v < count_cloth(follow); v++) {
+            goes_on = goes_on || marks[v] == REACHED;
+            marks[v] = marks[v] != 0;
         }
     }
 }
 
 static uint32_t get_width(const mend_follow *follow) {
-    return (uint32_t)ceil(FREE_REACHES * follow->solver.reach);
+    return (uint32_t)ceil(FREE_REACHES * follow->options->reach);
 }
 
 /* From where all are (begin) to target. `departures` are those at the start. */
@@ -166,19 +165,28 @@ static tulle_status choose_free(mend_follow *follow, const double *departures, s
         const double *const u = departures + 3 * v;
         follow->is_free[v] = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) > follow->near;
     }
+    memset(follow->meets, 0, count);
     tulle_status const status =
-        find_events(follow, follow->begin, follow->target, follow->is_free, event_count, error);
-    memcpy(follow->meets, follow->is_free, count);
+        find_events(follow, follow->begin, follow->target, follow->meets, event_count, error);
+    for (size_t v = 0; v < count; v++) follow->is_free[v] |= follow->meets[v];
     if (status == TULLE_OK) widen(follow, follow->is_free, get_width(follow));
     return status;
 }
 
 /* ---- a move and its end ---- */
 
-/* Rounds where files hold floats; nothing else may be written. */
-static void round_cloth(const mend_follow *follow, double *positions) {
+/* All bodies, or cloth and bodies, to where files can have them; nothing else may be written. */
+static void round_bodies(const mend_follow *follow, double *positions) {
+    const mend_input *const input = follow->solver.input;
+    for (size_t i = 1; i < input->surface_count; i++)
+        if (!input->surfaces[i].is_still)
+            mend_input_round_body(input, i,
+                                  positions + 3 * (size_t)input->surfaces[i].vertex_begin);
+}
+static void round_all(const mend_follow *follow, double *positions) {
     for (size_t i = 0; i < 3 * count_cloth(follow) && follow->solver.input->is_float; i++)
         positions[i] = (double)(float)positions[i];
+    round_bodies(follow, positions);
 }
 
 /* Puts vertices that ended next to their targets there, unless they would meet something: those
@@ -193,7 +201,7 @@ static tulle_status settle(mend_follow *follow, tulle_error *error) {
         size_t event_count = 0;
         bool const is_last = round == SETTLE_ROUNDS;
         memcpy(follow->rounded, follow->end, 3 * all * sizeof(double));
-        round_cloth(follow, follow->rounded);
+        round_all(follow, follow->rounded);
         for (size_t v = 0; v < count && !is_last; v++)
             if (!holds[v] && measure_distance(follow->end, follow->target, v) <= follow->near)
                 memcpy(follow->rounded + 3 * v, follow->target + 3 * v, 3 * sizeof(double));
@@ -215,50 +223,33 @@ static bool has_moving_bodies(const mend_follow *follow) {
            0;
 }
 
-/* Bodies are only where their files can have them. */
-static void round_bodies(mend_follow *follow) {
-    const mend_input *const input = follow->solver.input;
-    for (size_t i = 1; i < input->surface_count; i++)
-        if (!input->surfaces[i].is_still)
-            mend_input_round_body(input, i,
-                                  follow->target + 3 * (size_t)input->surfaces[i].vertex_begin);
-}
-
-static double measure_distance_to_trouble(const mend_follow *follow, size_t vertex) {
-    double nearest = (double)INFINITY;
-    for (size_t v = 0; v < count_cloth(follow); v++) {
-        if (!follow->meets[v]) continue;
-        double sum = 0.0;
-        for (size_t k = 0; k < 3; k++) {
-            double const part = follow->begin[3 * v + k] - follow->begin[3 * vertex + k];
-            sum += part * part;
-        }
-        nearest = fmin(nearest, sum);
-    }
-    return sqrt(nearest);
-}
-
-/* What stands leaves as much room as there is. So bodies stay where they lag to: near cloth that
- * is away or meets something, with a smooth edge, or wholly. */
-static void hold_bodies(mend_follow *follow, bool is_near) {
+/* Moves bodies less on their ways, with a smooth edge, and near where the cloth meets something not
+ * at all: what stands leaves as much room as there is. */
+static void hold_bodies(mend_follow *follow) {
     double const edge = follow->near / NEAR_SHARE;
+    double *const trouble = follow->rounded; /* scratch: where it is */
+    size_t count = 0;
+    for (size_t v = 0; v < count_cloth(follow); v++)
+        if (follow->meets[v])
+            memcpy(trouble + 3 * count++, follow->begin + 3 * v, 3 * sizeof *trouble);
     for (size_t v = count_cloth(follow); v < follow->solver.input->vertex_count; v++) {
-        double const distance = is_near ? measure_distance_to_trouble(follow, v) / edge : 0.0;
-        double const place =
-            fmin(fmax((distance - HOLD_EDGES) / (HOLD_END_EDGES - HOLD_EDGES), 0.0), 1.0);
-        double const share = place * place * (3.0 - 2.0 * place);
+        double nearest = (double)INFINITY;
+        for (size_t k = 0; k < count; k++)
+            nearest = fmin(nearest, measure_distance(trouble + 3 * k, follow->begin + 3 * v, 0));
+        double const way = (nearest / edge - HOLD_EDGES) / (HOLD_END_EDGES - HOLD_EDGES);
+        double const part = fmin(fmax(way, 0.0), 1.0), share = part * part * (3.0 - 2.0 * part);
         for (size_t i = 3 * v; i < 3 * v + 3 && share < 1.0; i++)
             follow->target[i] = follow->begin[i] + share * (follow->target[i] - follow->begin[i]);
     }
-    round_bodies(follow);
+    round_bodies(follow, follow->target);
 }
 
 /* Whether bodies meet the cloth on their way to their targets, if it stands. */
 static tulle_status find_shut(mend_follow *follow, bool *is_shut, tulle_error *error) {
-    size_t const begin = 3 * count_cloth(follow), end = 3 * follow->solver.input->vertex_count;
+    size_t const cloth = 3 * count_cloth(follow), all = 3 * follow->solver.input->vertex_count;
     size_t event_count = 0;
-    memcpy(follow->rounded, follow->begin, begin * sizeof(double));
-    memcpy(follow->rounded + begin, follow->target + begin, (end - begin) * sizeof(double));
+    memcpy(follow->rounded, follow->begin, cloth * sizeof(double));
+    memcpy(follow->rounded + cloth, follow->target + cloth, (all - cloth) * sizeof(double));
     tulle_status const status =
         find_events(follow, follow->begin, follow->rounded, NULL, &event_count, error);
     *is_shut = event_count > 0;
@@ -295,8 +286,8 @@ static void choose_wanted(mend_follow *follow, double part) {
     for (size_t v = 0; v < count; v++) {
         const double *const u = departures + 3 * v;
         double const length = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-        double const whole =
-            length > most ? fmin(follow->strength, most / (length - most)) : follow->strength;
+        double const whole = length > most ? fmin(follow->options->strength, most / (length - most))
+                                           : follow->options->strength;
         double const left = pow(1.0 - sqrt(whole / (1.0 + whole)), part);
         double const strength = (1.0 - left) * (1.0 - left) / (1.0 - (1.0 - left) * (1.0 - left));
         double const kept = 1.0 + 2.0 * strength - 2.0 * sqrt(strength * (1.0 + strength));
@@ -312,24 +303,25 @@ static tulle_status make_move(mend_follow *follow, double part, mend_moved *move
     size_t const count = count_cloth(follow);
     size_t event_count;
     choose_wanted(follow, part);
-    mend_move move = {follow->begin, follow->target, follow->wanted, follow->is_free, SOLVES_MAX};
+    mend_move move = {follow->begin, follow->target, follow->wanted, follow->is_free};
     *moved = (mend_moved){.end = follow->end, .pressed = follow->pressed};
     tulle_status status = choose_free(follow, follow->last, &event_count, error);
     if (status != TULLE_OK) return status;
-    int held = 0;
     bool is_shut = false;
     if (follow->held_count % HELD_FRAMES != 0) status = find_shut(follow, &is_shut, error);
     if (status != TULLE_OK) return status;
-    if (is_shut) hold_bodies(follow, held++ == 0);
+    bool is_held = is_shut;
+    if (is_held) hold_bodies(follow);
     for (int pressed = 0;;) {
         outcome->moves++;
         status = mend_solver_move(&follow->solver, &move, moved, error);
         bool const is_stuck = status == TULLE_ERROR_PINCHED || status == TULLE_ERROR_STEP_FAILED;
-        if (is_stuck && follow->may_lag && held < HELD_MAX && has_moving_bodies(follow)) {
-            hold_bodies(follow, held++ == 0);
+        if (is_stuck && follow->options->may_lag && !is_held && has_moving_bodies(follow)) {
+            is_held = true;
+            hold_bodies(follow);
         } else if (is_stuck && memchr(follow->is_free, 0, count)) {
             memset(follow->is_free, 1, count);
-        } else if (is_stuck && (follow->may_lag || !has_moving_bodies(follow))) {
+        } else if (is_stuck && (follow->options->may_lag || !has_moving_bodies(follow))) {
             status = go_straight(follow, error);
             break;
         } else if (status == TULLE_OK && moved->pressed_count > 0 && pressed < PRESSED_MAX) {
@@ -341,7 +333,7 @@ static tulle_status make_move(mend_follow *follow, double part, mend_moved *move
         }
     }
     if (status != TULLE_OK) return status;
-    follow->held_count = held > 0 ? follow->held_count + 1 : 0;
+    follow->held_count = is_held ? follow->held_count + 1 : 0;
     size_t free_count = 0;
     for (size_t v = 0; v < count; v++) free_count += follow->is_free[v];
     if (free_count > outcome->free_count) outcome->free_count = free_count;
@@ -364,7 +356,7 @@ static tulle_status make_moves(mend_follow *follow, const double *next, uint32_t
             follow->target[i] = part == part_count
                                     ? next[i]
                                     : follow->given[i] + share * (next[i] - follow->given[i]);
-        if (part < part_count) round_bodies(follow);
+        if (part < part_count) round_bodies(follow, follow->target);
         mend_moved moved;
         tulle_status const status =
             make_move(follow, 1.0 / (double)part_count, &moved, outcome, error);
@@ -405,7 +397,7 @@ tulle_status mend_follow_step(mend_follow *follow, const double *next, bool is_c
         if (status != TULLE_OK) return status;
         status = straighten(follow, follow->now, &is_done, error);
         if (status != TULLE_OK) return status;
-        if (!is_done && is_last && follow->may_lag) {
+        if (!is_done && is_last && follow->options->may_lag) {
             memcpy(follow->end, follow->now, all * sizeof(double));
             is_done = true;
         }
@@ -429,7 +421,12 @@ static tulle_status begin_frames(mend_follow *follow, const double *first, tulle
     memcpy(follow->given, first, all * sizeof(double));
     memcpy(follow->end, first, all * sizeof(double));
     memcpy(follow->target, first, all * sizeof(double));
-    tulle_status status = mend_solver_start(&follow->solver, follow->end, error);
+    tulle_status status = mend_solver_open(follow->solver.input, follow->options, follow->end,
+                                           &follow->solver, error);
+    if (status != TULLE_OK) return status;
+    follow->solver.solve_limit = SOLVES_MAX;
+    follow->near = NEAR_SHARE * 0.01 / follow->solver.scale;
+    status = make_detector(follow, first, true, error);
     if (status == TULLE_OK) status = settle(follow, error);
     if (status != TULLE_OK) return status;
     memcpy(follow->now, follow->end, all * sizeof(double));
@@ -440,24 +437,7 @@ static tulle_status begin_frames(mend_follow *follow, const double *first, tulle
 
 tulle_status mend_follow_open(const mend_input *input, const mend_follow_options *options,
                               const double *first, mend_follow *follow, tulle_error *error) {
-    *follow = (mend_follow){.strength = options->strength};
-    tulle_status status = mend_solver_open(input, first, &follow->solver, error);
-    if (status != TULLE_OK) return status;
-    mend_solver *const solver = &follow->solver;
-    solver->threads = options->threads;
-    solver->reach = options->reach;
-    follow->may_lag = options->may_lag;
-    follow->near = NEAR_SHARE * 0.01 / solver->scale;
-    if (options->gap > 0.0) {
-        double const most = 1.0 / solver->scale;
-        if (options->gap < solver->least_distance || options->gap > most)
-            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                             "--gap is %g; in this animation it should be from %.3g, so that "
-                             "rounding does not close it, to %.3g",
-                             options->gap, solver->least_distance, most);
-        solver->contact_distance = options->gap;
-        solver->minimum_gap = fmin(solver->minimum_gap, 0.5 * options->gap);
-    }
+    *follow = (mend_follow){.solver.input = input, .options = options};
     size_t const all = 3 * input->vertex_count, count = count_cloth(follow);
     double **const arrays[] = {&follow->now, &follow->given,   &follow->begin, &follow->target,
                                &follow->end, &follow->rounded, &follow->wanted};
@@ -469,14 +449,11 @@ tulle_status mend_follow_open(const mend_input *input, const mend_follow_options
     follow->is_free = calloc(count, 1);
     follow->pressed = calloc(count, 1);
     follow->meets = calloc(count, 1);
-    follow->queue = calloc(count, sizeof *follow->queue);
-    follow->distances = calloc(count, sizeof *follow->distances);
     if (!has_room || !follow->departures_before || !follow->last || !follow->is_free ||
-        !follow->pressed || !follow->meets || !follow->queue || !follow->distances)
+        !follow->pressed || !follow->meets)
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for %zu vertices",
                          input->vertex_count);
-    status = make_detector(follow, first, true, error);
-    return status == TULLE_OK ? begin_frames(follow, first, error) : status;
+    return begin_frames(follow, first, error);
 }
 
 void mend_follow_close(mend_follow *follow) {
@@ -490,7 +467,5 @@ void mend_follow_close(mend_follow *follow) {
     free(follow->is_free);
     free(follow->pressed);
     free(follow->meets);
-    free(follow->queue);
-    free(follow->distances);
     *follow = (mend_follow){0};
 }

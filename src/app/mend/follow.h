@@ -3,7 +3,7 @@
  * Vertices are on the given way, where their positions are the given ones to the bit, or away from
  * it. Where all are on it and the straight motion to the next frame meets nothing, it is the
  * result. Else the vertices that are away, those that the motion to the next frame makes meet, and
- * what is near them along the mesh become free, and a world moves them (solve.h); all others stay
+ * what is near them along the mesh become free, and the world moves them (solve.h); all others stay
  * on the given way. A vertex that ends next to its given position is put there. Every frame is
  * clean, and so is the straight way from the one before, shortened where it is not (shorten.h); but
  * for frames that `crosses` tells of. */
@@ -14,7 +14,7 @@
 
 typedef struct mend_follow {
     mend_solver solver;
-    double strength;
+    const mend_follow_options *options; /* the caller's */
     tulle_detector *detector;
     double near;               /* a departure under it is none; in the files' unit */
     double *now;               /* all vertices: the cloth mended, bodies where they lag to */
@@ -22,29 +22,19 @@ typedef struct mend_follow {
     double *departures_before; /* of the cloth in the frame before */
     double *begin, *target, *end, *rounded, *wanted, *last; /* scratch */
     unsigned char *is_free, *pressed, *meets;               /* by vertex of the cloth */
-    bool may_lag;        /* bodies that leave the cloth no room */
     uint32_t held_count; /* moves in a row in which bodies were held */
-    uint32_t *queue, *distances;
 } mend_follow;
-
-typedef struct mend_follow_options {
-    double strength; /* > 0; of a departure 1 - sqrt(s / (1 + s)) is left after a frame */
-    double reach;    /* [edges] > 0 */
-    double gap;      /* contact distance in the files' unit; 0: a twentieth of a mean edge */
-    int threads;
-    bool may_lag;
-} mend_follow_options;
 
 /* What became of a frame. */
 typedef struct mend_outcome {
-    size_t free_count; /* vertices that a world moved */
-    uint32_t moves;    /* worlds that were needed */
+    size_t free_count; /* vertices that the world moved */
+    uint32_t moves;    /* steps that were needed */
     double lag;        /* of a body behind its frames, in the files' unit */
     bool crosses;      /* the straight motion from the frame before meets something */
 } mend_outcome;
 
 /* `first`: all vertices in the first frame, which must not be empty. The cloth is untangled there.
- * Release with mend_follow_close, also after a failure. */
+ * Release with mend_follow_close, also after a failure; it must stay where it is. */
 tulle_status mend_follow_open(const mend_input *input, const mend_follow_options *options,
                               const double *first, mend_follow *follow, tulle_error *error);
 void mend_follow_close(mend_follow *follow);

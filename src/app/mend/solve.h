@@ -1,51 +1,52 @@
-/* app/mend/solve.h - one move of the cloth: a world that has just one step.
+/* app/mend/solve.h - the world in which the cloth is moved.
  *
- * The cloth of the world is made of springs that are next to nothing, and bends. Vertices that are
- * not free are pinned and led to their targets on straight lines, as the bodies are. Free ones are
- * drawn to u = pull * before, departures from the targets, each with the weight of its area; what
- * differs between neighbours is smoothed (plate.h). What contact does not let through stays out: so
- * the step's promise is that of the result. */
+ * Its cloth follows targets (tulle_cloth_set_targets). Vertices that are not free are led to them
+ * on straight lines, as the bodies are. Free ones are drawn to u = pull * before, departures from
+ * the targets, each with the weight of its area; what differs between neighbours is smoothed by
+ * bending. What contact does not let through stays out: so the step's promise is that of the
+ * result. Bodies that leave the cloth no room lag. */
 #ifndef TULLE_APP_MEND_SOLVE_H
 #define TULLE_APP_MEND_SOLVE_H
 
 #include "app/mend/input.h"
-#include "app/mend/plate.h"
+
+#include "tulle/world.h"
+
+typedef struct mend_follow_options {
+    double strength; /* > 0; of a departure 1 - sqrt(s / (1 + s)) is left after a frame */
+    double reach;    /* [edges] > 0: over which a departure is smoothed */
+    double gap;      /* contact distance in the files' unit; 0: a twentieth of a mean edge */
+    int threads;
+    bool may_lag; /* bodies that leave the cloth no room */
+} mend_follow_options;
 
 typedef struct mend_solver {
     const mend_input *input;
-    double scale;            /* from the files' unit to that of worlds: a power of two, so exact */
-    double contact_distance; /* in the files' unit */
-    double minimum_gap;      /* the same */
-    double least_distance;   /* the same: a contact distance that rounding to float leaves open */
-    double reach;            /* [edges] over which a departure is smoothed */
-    int threads;
-    double *rest;       /* of the cloth in the world's unit */
-    mend_plate plate;   /* of the same */
-    double *scaled;     /* scratch: all vertices, twice, and the cloth's six times */
-    uint32_t *vertices; /* scratch of the cloth: free ones, then pinned ones */
+    double scale; /* from the files' unit to that of the world: a power of two, so exact */
+    double contact_distance; /* [m] in the world */
+    double *scaled;          /* scratch: all vertices, twice, and the cloth's */
+    tulle_world *world;
+    uint32_t solve_limit; /* solves after which a move fails; 0: none */
+    bool is_over;         /* it had more */
 } mend_solver;
 
-/* `first`: positions of all vertices in the first frame. Release with mend_solver_close, also after
- * a failure. */
-tulle_status mend_solver_open(const mend_input *input, const double *first, mend_solver *solver,
-                              tulle_error *error);
+/* Starts the world with `now`, all vertices in the first frame: it is untangled where it
+ * intersects, and refused where cloth lies wholly inside a body. Release with mend_solver_close,
+ * also after a failure; the solver must stay where it is. */
+tulle_status mend_solver_open(const mend_input *input, const mend_follow_options *options,
+                              double *now, mend_solver *solver, tulle_error *error);
 void mend_solver_close(mend_solver *solver);
-
-/* A start without a step: `now` (all vertices) is untangled where it intersects, and refused where
- * cloth lies wholly inside a body. */
-tulle_status mend_solver_start(mend_solver *solver, double *now, tulle_error *error);
 
 typedef struct mend_move {
     const double *now;            /* all vertices; nothing intersects */
     const double *targets;        /* all vertices */
     const double *departures;     /* of the cloth: where a vertex would be if nothing smoothed it */
     const unsigned char *is_free; /* by vertex of the cloth */
-    uint32_t solve_limit;         /* solves after which the move fails; 0: none */
 } mend_move;
 
 typedef struct mend_moved {
     double *end;            /* all vertices */
-    unsigned char *pressed; /* by vertex of the cloth: pinned, and contact presses on it */
+    unsigned char *pressed; /* by vertex of the cloth: led, and contact presses on it */
     size_t pressed_count;
 } mend_moved;
 

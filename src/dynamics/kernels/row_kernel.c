@@ -92,7 +92,7 @@ void TULLE_KERNEL(sum_terms)(void *context, size_t begin, size_t end, size_t chu
         lanes4 const velocity = lanes4_load(padded.velocities + 4 * v);
         lanes4 const start = lanes4_load(padded.starts + 4 * v);
         lanes4 sum = gravity * mass + damping * (start - velocity);
-        if (has_elastic) sum -= apply_bending(model, v, padded.positions);
+        if (has_elastic) sum -= apply_bending(model, v, padded.bent);
         if (work->hinge_forces) sum += sum_around(work->hinge_forces, &model->vertex_hinges, v);
         if (work->corner_sources) sum += sum_around(work->corner_sources, &corners, v);
         if (work->far_sources) sum += sum_around(work->far_sources, &model->vertex_fars, v);

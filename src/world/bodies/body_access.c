@@ -86,11 +86,8 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
         velocities, 1,
         vec3_add(vec3_load(velocities, 1), mat3_multiply_vec3(&inverse, vec3_cross(arm, push))));
     world_set_body_velocity(world, body, velocities);
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_IMPULSE,
-                                             .ids = {id.index},
-                                             .generations = {id.generation},
-                                             .arrays = {{point, 3}, {impulse, 3}}});
+    WORLD_RECORD(world, .kind = RECORD_IMPULSE, RECORD_ID(id),
+                 .arrays = {{point, 3}, {impulse, 3}});
     return TULLE_OK;
 }
 
@@ -229,9 +226,6 @@ tulle_status tulle_obstacle_wake(tulle_world *world, tulle_obstacle_id id, tulle
     uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     world_wake_body(world, &world->now, body);
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_WAKE,
-                                             .ids = {id.index},
-                                             .generations = {id.generation}});
+    WORLD_RECORD(world, .kind = RECORD_WAKE, RECORD_ID(id));
     return TULLE_OK;
 }

@@ -126,13 +126,9 @@ tulle_status tulle_obstacle_set_velocity(tulle_world *world, tulle_obstacle_id i
     for (size_t i = 0; i < 2; i++)
         if (given[i]) memcpy(velocities + 3 * i, given[i], 3 * sizeof(double));
     world_set_body_velocity(world, body, velocities);
-    if (world->recording)
-        world_record(world,
-                     &(recorded_call){.kind = RECORD_VELOCITY,
-                                      .ids = {id.index},
-                                      .generations = {id.generation},
-                                      .arrays = {{velocity, velocity ? 3 : 0},
-                                                 {angular_velocity, angular_velocity ? 3 : 0}}});
+    WORLD_RECORD(
+        world, .kind = RECORD_VELOCITY, RECORD_ID(id),
+        .arrays = {{velocity, velocity ? 3 : 0}, {angular_velocity, angular_velocity ? 3 : 0}});
     return TULLE_OK;
 }
 
@@ -212,11 +208,7 @@ tulle_status tulle_obstacle_set_locks(tulle_world *world, tulle_obstacle_id id,
         world_set_body_velocity(world, body,
                                 world->now.velocities + 3 * get_first_slot(world, body));
     world_wake_body(world, &world->now, body);
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_LOCKS,
-                                             .ids = {id.index},
-                                             .generations = {id.generation},
-                                             .numbers = {translations, rotations}});
+    WORLD_RECORD(world, .kind = RECORD_LOCKS, RECORD_ID(id), .numbers = {translations, rotations});
     return TULLE_OK;
 }
 
@@ -244,13 +236,8 @@ tulle_status tulle_obstacle_set_drive(tulle_world *world, tulle_obstacle_id id,
     control->is_driven = is_driven;
     world_wake_body(world, &world->now, body);
     /* a drive is doubles throughout */
-    if (world->recording)
-        world_record(world,
-                     &(recorded_call){.kind = RECORD_DRIVE,
-                                      .ids = {id.index},
-                                      .generations = {id.generation},
-                                      .arrays = {{(const double *)drive,
-                                                  drive ? sizeof *drive / sizeof(double) : 0}}});
+    WORLD_RECORD(world, .kind = RECORD_DRIVE, RECORD_ID(id),
+                 .arrays = {{(const double *)drive, drive ? sizeof *drive / sizeof(double) : 0}});
     return TULLE_OK;
 }
 

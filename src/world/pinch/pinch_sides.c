@@ -177,7 +177,8 @@ static bool is_squeezed(const step_context *context, const blocked_place *place)
 
 bool world_tears_squeezed(step_context *context) {
     tulle_world *const world = context->world;
-    bool const may_tear = context->report->max_stretch > TEARING_FREE + TEARING_GROWTH;
+    bool const may_tear = context->report->max_stretch > TEARING_FREE + TEARING_GROWTH &&
+                          !world->model.cloth_model->shape;
     if (!may_tear || world->model.obstacles.count < 2 || world->work.rows.rows.count == 0)
         return false;
     const double *const states[3] = {world->model.rest, world->now.positions,

@@ -100,11 +100,8 @@ tulle_status tulle_object_set_filter(tulle_world *world, tulle_object_id id, uin
     world_label *const label = world_get_label(world, object);
     label->category = category;
     label->mask = mask;
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_FILTER,
-                                             .ids = {id.index, (uint32_t)id.kind},
-                                             .generations = {id.generation},
-                                             .numbers = {category, mask}});
+    WORLD_RECORD(world, .kind = RECORD_FILTER, .ids = {id.index, (uint32_t)id.kind},
+                 .generations = {id.generation}, .numbers = {category, mask});
     return TULLE_OK;
 }
 
@@ -114,9 +111,7 @@ tulle_status tulle_world_set_pair_filter(tulle_world *world, tulle_pair_filter f
     if (world->is_started) return refuse_started(error);
     world->rules.pair_filter = filter;
     world->rules.pair_context = context;
-    if (world->recording)
-        world_record(world,
-                     &(recorded_call){.kind = RECORD_PAIR_FILTER, .numbers = {filter != NULL}});
+    WORLD_RECORD(world, .kind = RECORD_PAIR_FILTER, .numbers = {filter != NULL});
     return TULLE_OK;
 }
 
@@ -142,9 +137,7 @@ bool world_choose_pairs(tulle_world *world) {
                     world->rules.pair_filter(world->rules.pair_context, world,
                                              tulle_world_get_object(world, (uint32_t)a),
                                              tulle_world_get_object(world, (uint32_t)b)) != 0;
-                if (world->recording)
-                    world_record(world,
-                                 &(recorded_call){.kind = RECORD_ANSWER, .numbers = {collides}});
+                WORLD_RECORD(world, .kind = RECORD_ANSWER, .numbers = {collides});
             }
             if (collides || !may_meet) continue;
             if (!world->model.collides) {

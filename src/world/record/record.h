@@ -9,13 +9,18 @@
 /* Records a call that has succeeded, or what came up within one. Where that fails the recording
  * ends here, and world_check_recording refuses what comes. */
 void world_record(tulle_world *world, const recorded_call *call);
+/* The same in a world that may not be recorded: of these members of recorded_call; RECORD_ID gives
+ * those of an object. */
+#define WORLD_RECORD(world, ...)                                                                   \
+    do {                                                                                           \
+        if ((world)->recording) world_record((world), &(recorded_call){__VA_ARGS__});              \
+    } while (0)
+#define RECORD_ID(id) .ids = {(id).index}, .generations = {(id).generation}
 
 /* An error where a recording has ended because a block could not be written. */
 tulle_status world_check_recording(const tulle_world *world, tulle_error *error);
 
-/* Records a start, a step or a load that is about to run; an error refuses it. Then what it came
- * to.
- */
+/* Records a start, step or load that is about to run; an error refuses it. Then its result. */
 tulle_status world_begin_call(tulle_world *world, const recorded_call *call, tulle_error *error);
 void world_end_call(tulle_world *world, tulle_status status);
 

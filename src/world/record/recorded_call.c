@@ -23,48 +23,8 @@ _Static_assert(offsetof(tulle_transform, centre) == RECORD_BODY_BYTES, "what a b
 
 #define ANY RECORD_ANY_COUNT
 enum { DRIVE_COUNT = sizeof(tulle_body_drive) / sizeof(double), WIND_COUNT = 7 };
-const record_facts record_kinds[RECORD_KIND_COUNT] = {
-    [RECORD_END] = {"the end", {0, 0}},
-    [RECORD_CREATE] = {"tulle_world_create", {0, 0}},
-    [RECORD_RESULT] = {"a result", {0, 0}},
-    [RECORD_FRAME] = {"a frame", {ANY, 0}},
-    [RECORD_ANSWER] = {"an answer of a pair filter", {0, 0}},
-    [RECORD_START] = {"tulle_world_start", {ANY, ANY}},
-    [RECORD_STEP] = {"tulle_world_step", {1, 0}},
-    [RECORD_LOAD] = {"tulle_world_load_state", {0, 0}},
-    [RECORD_CLOTH] = {"tulle_world_add_cloth", {0, 0}},
-    [RECORD_OBSTACLE] = {"tulle_world_add_obstacle", {0, 0}},
-    [RECORD_CLOTH_CLOTH_LAW] = {"tulle_world_set_cloth_cloth_law", {3, 0}},
-    [RECORD_CLOTH_OBSTACLE_LAW] = {"tulle_world_set_cloth_obstacle_law", {3, 0}},
-    [RECORD_OBSTACLE_OBSTACLE_LAW] = {"tulle_world_set_obstacle_obstacle_law", {3, 0}},
-    [RECORD_MATERIAL_LAW] = {"tulle_world_set_material_law", {3, 0}},
-    [RECORD_FILTER] = {"tulle_object_set_filter", {0, 0}},
-    [RECORD_PAIR_FILTER] = {"tulle_world_set_pair_filter", {0, 0}},
-    [RECORD_TRANSFORM] = {"tulle_obstacle_set_next_transform", {3, 4}},
-    [RECORD_POSITIONS] = {"tulle_obstacle_set_next_positions", {ANY, 0}},
-    [RECORD_PIN_TARGETS] = {"tulle_cloth_set_pin_targets", {ANY, 0}},
-    [RECORD_GRAVITY] = {"tulle_world_set_gravity", {3, 0}},
-    [RECORD_WIND] = {"tulle_world_set_wind", {WIND_COUNT, 0}},
-    [RECORD_MATERIAL] = {"tulle_cloth_set_material", {0, 0}},
-    [RECORD_THICKNESS] = {"tulle_cloth_set_thickness", {1, 0}},
-    [RECORD_RELEASE_PIN] = {"tulle_cloth_release_pin", {0, 0}},
-    [RECORD_ATTACH] = {"tulle_world_attach", {0, 0}},
-    [RECORD_POINTS] = {"tulle_attachment_set_points", {ANY, 0}},
-    [RECORD_RELEASE] = {"tulle_attachment_release", {0, 0}},
-    [RECORD_IMPULSE] = {"tulle_obstacle_add_impulse", {3, 3}},
-    [RECORD_WAKE] = {"tulle_obstacle_wake", {0, 0}},
-    [RECORD_VELOCITY] = {"tulle_obstacle_set_velocity", {3, 3}},
-    [RECORD_FORCE] = {"tulle_obstacle_add_force", {3, 3}},
-    [RECORD_TORQUE] = {"tulle_obstacle_add_torque", {3, 0}},
-    [RECORD_LOCKS] = {"tulle_obstacle_set_locks", {0, 0}},
-    [RECORD_DRIVE] = {"tulle_obstacle_set_drive", {DRIVE_COUNT, 0}},
-    [RECORD_ADD_CLOTH] = {"tulle_world_add_cloth", {0, 0}},
-    [RECORD_ADD_OBSTACLE] = {"tulle_world_add_obstacle", {0, 0}},
-    [RECORD_REMOVE_CLOTH] = {"tulle_world_remove_cloth", {0, 0}},
-    [RECORD_REMOVE_OBSTACLE] = {"tulle_world_remove_obstacle", {0, 0}},
-    [RECORD_WATCH] = {"tulle_world_watch_events", {1, 0}},
-    [RECORD_WAKE_CLOTH] = {"tulle_cloth_wake", {0, 0}},
-};
+#define RECORD_FACTS(kind, call, first, second) [RECORD_##kind] = {call, {first, second}},
+const record_facts record_kinds[RECORD_KIND_COUNT] = {RECORD_KINDS(RECORD_FACTS)};
 
 /* ---- numbers and arrays ---- */
 
@@ -433,6 +393,7 @@ static void visit_call(record_stream *stream, recorded_call *call) {
     case RECORD_ADD_OBSTACLE: visit_obstacle_def(stream, &call->def.obstacle); break;
     case RECORD_MATERIAL: visit_material(stream, &call->def.material); break;
     case RECORD_ATTACH: visit_attachment_def(stream, &call->def.attachment); break;
+    case RECORD_TARGETS:
     case RECORD_LOAD:
         visit_count(stream, &call->def.state.byte_count);
         visit_array(stream, &call->def.state.bytes, call->def.state.byte_count, 1);

@@ -21,51 +21,54 @@
 #define RECORD_MAGIC "TULLREC3"
 enum { RECORD_MAGIC_BYTES = 8, RECORD_HEAD_BYTES = 16, RECORD_HASH_BYTES = 8 };
 
-/* Kinds of blocks. Their numbers are part of the format: new ones come before RECORD_KIND_COUNT. */
-typedef enum record_kind {
-    RECORD_END,    /* the host ended the recording */
-    RECORD_CREATE, /* the first block, with the version of the library */
-    RECORD_RESULT, /* of what runs, see record_runs: is_started; status, hash */
-    RECORD_FRAME,  /* that a reader gave in one: obstacle, frame; status; positions */
-    RECORD_ANSWER, /* of a pair filter in one: -; 1 or 0 */
-    RECORD_START,  /* -; bits of time, steps; positions, velocities and, behind them, the bodies; or
-                    * all is zero and none: at time 0 */
-    RECORD_STEP,   /* -; -; time step */
-    RECORD_LOAD,   /* the state */
-    RECORD_CLOTH,  /* the def; so for the next one */
-    RECORD_OBSTACLE,
-    RECORD_CLOTH_CLOTH_LAW, /* both indices; -; the law; so for the next three */
-    RECORD_CLOTH_OBSTACLE_LAW,
-    RECORD_OBSTACLE_OBSTACLE_LAW,
-    RECORD_MATERIAL_LAW, /* names in place of indices */
-    RECORD_FILTER,       /* index, kind; category, mask */
-    RECORD_PAIR_FILTER,  /* -; whether there is one */
-    RECORD_TRANSFORM,    /* obstacle; travel; translation, rotation */
-    RECORD_POSITIONS,    /* obstacle; travel; positions */
-    RECORD_PIN_TARGETS,  /* cloth; pin; positions */
-    RECORD_GRAVITY,      /* -; -; gravity */
-    RECORD_WIND,         /* -; seed; all else of it */
-    RECORD_MATERIAL,     /* cloth; the material */
-    RECORD_THICKNESS,    /* cloth; -; thickness */
-    RECORD_RELEASE_PIN,  /* cloth; pin */
-    RECORD_ATTACH,       /* the def */
-    RECORD_POINTS,       /* attachment; -; points */
-    RECORD_RELEASE,      /* attachment */
-    RECORD_IMPULSE,      /* obstacle; -; point, impulse */
-    RECORD_WAKE,         /* obstacle */
-    RECORD_VELOCITY,     /* obstacle; -; velocity or none, angular velocity or none */
-    RECORD_FORCE,        /* obstacle; -; point or none, force */
-    RECORD_TORQUE,       /* obstacle; -; torque */
-    RECORD_LOCKS,        /* obstacle; translations, rotations */
-    RECORD_DRIVE,        /* obstacle; -; the drive or none */
-    RECORD_WATCH,        /* -; kinds, capacity; force, or none: watches no more */
-    RECORD_WAKE_CLOTH,   /* cloth */
-    RECORD_ADD_CLOTH,    /* the def, of a world that has started; so for the next one */
-    RECORD_ADD_OBSTACLE,
-    RECORD_REMOVE_CLOTH,    /* cloth */
-    RECORD_REMOVE_OBSTACLE, /* obstacle */
-    RECORD_KIND_COUNT
-} record_kind;
+/* Kinds of blocks: the call, how long its arrays are, or ANY: a multiple of three; in the comment
+ * ids; numbers; arrays. Their order is part of the format: new ones come last. */
+#define RECORD_KINDS(X)                                                                            \
+    X(END, "the end", 0, 0)                       /* the host ended the recording */               \
+    X(CREATE, "tulle_world_create", 0, 0)         /* the first block, with the version */          \
+    X(RESULT, "a result", 0, 0)                   /* of what runs: is_started; status, hash */     \
+    X(FRAME, "a frame", ANY, 0)                   /* obstacle, frame; status; positions */         \
+    X(ANSWER, "an answer of a pair filter", 0, 0) /* of a pair filter in one: -; 1 or 0 */         \
+    X(START, "tulle_world_start", ANY, ANY)       /* -; time, steps; positions, the rest */        \
+    X(STEP, "tulle_world_step", 1, 0)             /* -; -; time step */                            \
+    X(LOAD, "tulle_world_load_state", 0, 0)       /* the state */                                  \
+    X(CLOTH, "tulle_world_add_cloth", 0, 0)       /* the def; so for the next one */               \
+    X(OBSTACLE, "tulle_world_add_obstacle", 0, 0)                                                  \
+    X(CLOTH_CLOTH_LAW, "tulle_world_set_cloth_cloth_law", 3, 0) /* both; -; the law */             \
+    X(CLOTH_OBSTACLE_LAW, "tulle_world_set_cloth_obstacle_law", 3, 0)                              \
+    X(OBSTACLE_OBSTACLE_LAW, "tulle_world_set_obstacle_obstacle_law", 3, 0)                        \
+    X(MATERIAL_LAW, "tulle_world_set_material_law", 3, 0)     /* names in place of indices */      \
+    X(FILTER, "tulle_object_set_filter", 0, 0)                /* index, kind; category, mask */    \
+    X(PAIR_FILTER, "tulle_world_set_pair_filter", 0, 0)       /* -; whether there is one */        \
+    X(TRANSFORM, "tulle_obstacle_set_next_transform", 3, 4)   /* obstacle; travel; pose */         \
+    X(POSITIONS, "tulle_obstacle_set_next_positions", ANY, 0) /* obstacle; travel; positions */    \
+    X(PIN_TARGETS, "tulle_cloth_set_pin_targets", ANY, 0)     /* cloth; pin; positions */          \
+    X(GRAVITY, "tulle_world_set_gravity", 3, 0)               /* -; -; gravity */                  \
+    X(WIND, "tulle_world_set_wind", WIND_COUNT, 0)            /* -; seed; all else of it */        \
+    X(MATERIAL, "tulle_cloth_set_material", 0, 0)             /* cloth; the material */            \
+    X(THICKNESS, "tulle_cloth_set_thickness", 1, 0)           /* cloth; -; thickness */            \
+    X(RELEASE_PIN, "tulle_cloth_release_pin", 0, 0)           /* cloth; pin */                     \
+    X(ATTACH, "tulle_world_attach", 0, 0)                     /* the def */                        \
+    X(POINTS, "tulle_attachment_set_points", ANY, 0)          /* attachment; -; points */          \
+    X(RELEASE, "tulle_attachment_release", 0, 0)              /* attachment */                     \
+    X(IMPULSE, "tulle_obstacle_add_impulse", 3, 3)            /* obstacle; -; point, impulse */    \
+    X(WAKE, "tulle_obstacle_wake", 0, 0)                      /* obstacle */                       \
+    X(VELOCITY, "tulle_obstacle_set_velocity", 3, 3) /* obstacle; -; both velocities, or none */   \
+    X(FORCE, "tulle_obstacle_add_force", 3, 3)       /* obstacle; -; point or none, force */       \
+    X(TORQUE, "tulle_obstacle_add_torque", 3, 0)     /* obstacle; -; torque */                     \
+    X(LOCKS, "tulle_obstacle_set_locks", 0, 0)       /* obstacle; translations, rotations */       \
+    X(DRIVE, "tulle_obstacle_set_drive", DRIVE_COUNT, 0) /* obstacle; -; the drive or none */      \
+    X(WATCH, "tulle_world_watch_events", 1, 0)           /* -; kinds, capacity; force or none */   \
+    X(WAKE_CLOTH, "tulle_cloth_wake", 0, 0)              /* cloth */                               \
+    X(ADD_CLOTH, "tulle_world_add_cloth", 0, 0)          /* the def; so for the next one */        \
+    X(ADD_OBSTACLE, "tulle_world_add_obstacle", 0, 0)                                              \
+    X(REMOVE_CLOTH, "tulle_world_remove_cloth", 0, 0)       /* cloth */                            \
+    X(REMOVE_OBSTACLE, "tulle_world_remove_obstacle", 0, 0) /* obstacle */                         \
+    X(TARGETS, "tulle_cloth_set_targets", ANY, ANY)         /* cloth; -; both; a state: led */     \
+    X(PLACE, "tulle_world_place", ANY, 0)                   /* -; -; positions */
+
+#define RECORD_ENUM(kind, call, first, second) RECORD_##kind,
+typedef enum record_kind { RECORD_KINDS(RECORD_ENUM) RECORD_KIND_COUNT } record_kind;
 
 /* Numbers of a body at a start amid a motion: position, rotation and velocities, the first members
  * of tulle_transform, and zeros up to a multiple of three. */
@@ -74,7 +77,6 @@ enum { RECORD_BODY_COUNT = 15, RECORD_BODY_BYTES = 13 * sizeof(double) };
 /* Length of an array that depends on the call. */
 #define RECORD_ANY_COUNT SIZE_MAX
 
-/* What is known of a kind. */
 typedef struct record_facts {
     const char *name; /* of the call */
     size_t counts[2]; /* of its arrays, or RECORD_ANY_COUNT: a multiple of three */

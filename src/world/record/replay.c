@@ -253,6 +253,14 @@ static tulle_status make_cloth_call(replay *self, recorded_call *call) {
     case RECORD_PIN_TARGETS:
         return tulle_cloth_set_pin_targets(world, cloth, number, first->data, first->count / 3,
                                            error);
+    case RECORD_TARGETS: {
+        size_t const count = first->count / 3;
+        tulle_cloth_targets const targets = {
+            first->data, call->arrays[1].count == 3 * count ? call->arrays[1].data : NULL,
+            call->def.state.byte_count == count ? call->def.state.bytes : NULL, count};
+        return tulle_cloth_set_targets(world, cloth, &targets, error);
+    }
+    case RECORD_PLACE: return tulle_world_place(world, first->data, first->count / 3, error);
     case RECORD_ATTACH: return tulle_world_attach(world, &call->def.attachment, &made, error);
     case RECORD_POINTS:
         return tulle_attachment_set_points(world, call->ids[0], first->data, first->count / 3,

@@ -36,6 +36,7 @@ enum { HALVINGS_MAX = 30 };
 bool world_keeps_balance(const step_context *context) {
     const tulle_world *const world = context->world;
     return context->scene.response->balances_energy && world->work.rows.rows.count > 0 &&
+           !world->model.cloth_model->shape && /* targets give what they like */
            world->work.system.integrator == TULLE_INTEGRATOR_IMPLICIT_EULER;
 }
 

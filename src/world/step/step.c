@@ -215,8 +215,8 @@ static tulle_status make_step(tulle_world *world, double time_step, tulle_step_r
         world_end_given(world, true);
     } else if (!stands) {
         arena_mark const mark = arena_get_mark(&world->work.scratch);
-        world_begin_given(world);
-        status = run_step(&context);
+        status = world_begin_given(world, error);
+        if (status == TULLE_OK) status = run_step(&context);
         if (status == TULLE_OK) status = world_end_pinch(&context);
         arena_release(&world->work.scratch, mark);
         status = end_step(&context, status);

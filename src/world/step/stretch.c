@@ -90,7 +90,7 @@ tulle_status world_judge_stretch(step_context *context, double most) {
     } else {
         growth = measure_edge_growth(context);
     }
-    if (growth > most) context->outcome = SUBSTEP_STRETCHES;
+    if (growth > most && !world->model.cloth_model->shape) context->outcome = SUBSTEP_STRETCHES;
     return TULLE_OK;
 }
 

@@ -55,6 +55,14 @@ tulle_status world_copy_start(tulle_world *world, tulle_error *error) {
             memset(target->velocities + 3 * (size_t)obstacle->vertex_begin, 0,
                    3 * obstacle->mesh.vertex_count * sizeof(double));
     }
+    double const length = world->work.step_end - world->now.time;
+    for (size_t i = 0; i < world->model.cloths.count; i++) { /* it sets out to where it is drawn */
+        const world_cloth *const cloth = &world->model.cloths.data[i];
+        double *const x = target->positions + 3 * (size_t)cloth->vertex_begin;
+        double *const v = target->velocities + 3 * (size_t)cloth->vertex_begin;
+        for (size_t k = 0; cloth->is_drawn && k < 3 * cloth->mesh.vertex_count; k++)
+            v[k] = (cloth->targets[3 * cloth->mesh.vertex_count + k] - x[k]) / length;
+    }
     if (world->model.plastic_count > 0)
         memcpy(target->plastic, source->plastic, world->model.plastic_count * sizeof(double));
     target->previous_time_step = source->previous_time_step;

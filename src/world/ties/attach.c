@@ -233,8 +233,7 @@ tulle_status tulle_world_attach(tulle_world *world, const tulle_attachment_def *
                                    : world_keep_attachment(world, def, error);
     if (status != TULLE_OK) return status;
     *id = world->is_started ? world->now.attachment_count : (uint32_t)world->attachments.count;
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_ATTACH, .def.attachment = *def});
+    WORLD_RECORD(world, .kind = RECORD_ATTACH, .def.attachment = *def);
     return TULLE_OK;
 }
 
@@ -285,10 +284,7 @@ tulle_status tulle_attachment_set_points(tulle_world *world, tulle_attachment_id
         memcpy(tie->point, points + 3 * (size_t)tie->order, sizeof tie->point);
         world_wake_cloth_at(world, now, tie->vertex);
     }
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_POINTS,
-                                             .ids = {id},
-                                             .arrays = {{points, 3 * point_count}}});
+    WORLD_RECORD(world, .kind = RECORD_POINTS, .ids = {id}, .arrays = {{points, 3 * point_count}});
     return TULLE_OK;
 }
 
@@ -307,8 +303,7 @@ tulle_status tulle_attachment_release(tulle_world *world, tulle_attachment_id id
         world_wake_cloth_at(world, now, tie.corners[0]);
     }
     now->ties.count = kept;
-    if (world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_RELEASE, .ids = {id}});
+    WORLD_RECORD(world, .kind = RECORD_RELEASE, .ids = {id});
     return TULLE_OK;
 }
 
