@@ -8,7 +8,8 @@ structs.py     the structs and enums as typed Python classes, with the comments 
 
 A struct that a caller fills in becomes a dataclass (SETTINGS). What a call gives becomes a class that reads the C
 struct (RESULTS). The fields of both are found in the headers. What C tells by a pointer and a count is one array here;
-ARRAYS says which, and a pointer that it does not name is an error, so a new field of a header is not forgotten.
+The comment of a pointer says how long the array is (field_comments.py); a pointer without is an error, so a new field of
+a header is not forgotten.
 """
 from __future__ import annotations
 
@@ -23,6 +24,7 @@ import textwrap
 from pathlib import Path
 
 import cffi
+from field_comments import FLAG, Member, read_structs, tidy  # beside this file
 
 # Structs that a caller fills in, and the C function that makes the defaults of each ("": all zero; None: no default).
 SETTINGS = {
@@ -45,18 +47,6 @@ RECORDS = ["contact", "intersection", "overlap", "event", "found_triangle", "det
            "run_lag"]
 # Defaults of fields where zero is not what one who leaves them out would expect.
 OTHER_DEFAULTS = {("contact_law", "dynamic_friction"): "-1.0"}
-# Pointers of SETTINGS that are arrays: field -> (type of an element, numbers for each, field of the count).
-ARRAYS = {
-    ("motion", "keys"): ("Keyframe", 1, "key_count"), ("pin", "vertices"): ("uint32", 1, "vertex_count"),
-    ("cloth_def", "rest_positions"): ("double", 3, None), ("cloth_def", "rest_corners"): ("double", 9, None),
-    ("cloth_def", "creases"): ("Crease", 1, "crease_count"), ("cloth_def", "warps"): ("double", 3, None),
-    ("cloth_def", "stiffness_factors"): ("double", 1, None),
-    ("cloth_def", "pins"): ("Pin", 1, "pin_count"), ("cloth_def", "velocities"): ("double", 3, None),
-    ("attachment_def", "vertices"): ("uint32", 1, "vertex_count"), ("attachment_def", "points"): ("double", 3, None),
-    ("attachment_def", "triangles"): ("uint32", 1, None), ("attachment_def", "weights"): ("double", 3, None),
-    ("detect_def", "rest"): ("double", 3, None), ("detect_def", "collides"): ("uint8", 1, None),
-    ("detect_def", "surfaces"): ("DetectSurface", 1, "surface_count"),
-    ("subdivision_def", "crease_edges"): ("uint32", 2, "crease_edge_count")}
 # What the package fills in by itself.
 HIDDEN = {"cookie", "mesh", "read_frame", "frame_context", "frame_count"} | {
     ("detect_def", "triangles"), ("detect_def", "triangle_count"), ("detect_def", "vertex_count"),
@@ -85,57 +75,23 @@ def preprocess(include: Path) -> str:
     return answer.stdout
 
 
-def tidy(comment: str) -> str:
-    """The words of a C comment."""
-    lines = [re.sub(r"^\s*\*? ?", "", line).rstrip() for line in comment.strip().split("\n")]
-    return "\n".join(lines).strip()
-
-
-def read_members(body: str) -> list[tuple[str, str]]:
-    """The declarations of a struct or an enum in their order, each with its comment."""
-    members: list[list[str]] = []
-    waiting: list[str] = []
-    is_open = False  # a declaration whose comment may still follow on its line
-    for line in re.findall(r"/\*.*?\*/|[^;,/]+[;,]?|\n", body.replace("\\\n", ""), re.S):
-        if line.startswith("/*"):
-            if is_open and members:
-                members[-1][1] = tidy(line[2:-2])
-            else:
-                waiting.append(tidy(line[2:-2]))
-            continue
-        if "\n" in line and line.split("\n")[0].strip() == "":
-            is_open = False
-        code = " ".join(line.split()).rstrip(";,")
-        if code:
-            members.append([code, " ".join(waiting)])
-            waiting = []
-            is_open = True
-    return [(code, text) for code, text in members]
-
-
 class Header:
     """What the text of the headers says beside the declarations: comments, and numbers that are macros."""
 
     def __init__(self, include: Path) -> None:
         self.comments: dict[str, str] = {}
-        self.members: dict[str, list[tuple[str, str]]] = {}
+        self.members: dict[str, list[Member]] = read_structs(include)
         self.constants: dict[str, tuple[str, str]] = {}
         for path in sorted([*include.glob("tulle/*.h"), *include.glob("tulle_io/*.h")]):
             text = path.read_text(encoding="utf-8")
             for match in re.finditer(r"/\*((?:(?!\*/).)*)\*/\s*typedef (?:struct|enum) (tulle_\w+) \{(.*?)\n\} \2;", text, re.S):
                 self.comments[match[2]] = tidy(match[1])
-            for match in re.finditer(r"typedef (?:struct|enum) (tulle_\w+) \{(.*?)\n\} \1;", text, re.S):
-                self.members[match[1]] = read_members(match[2])
             for match in re.finditer(r"/\*((?:(?!\*/).)*)\*/\s*#define TULLE_(\w+) ([\w()<> +*-]+)$", text, re.S | re.M):
                 self.constants[match[2]] = (match[3], tidy(match[1]))
 
     def get_comment(self, struct: str, member: str) -> str:
         """The comment of a field or of a value of an enum."""
-        for code, text in self.members.get(struct, []):
-            names = re.sub(r"\[[^]]*\]", "", code.split("=")[0]).replace("*", " ").replace("(", " ").replace(")", " ").split()
-            if names and names[-1].strip() == member:
-                return text
-        return ""
+        return next((found.comment for found in self.members.get(struct, []) if found.name == member), "")
 
 
 PYTHON_NAMES: dict[str, str] = {}  # TULLE_ON_PINCH_LAG -> OnPinch.LAG
@@ -178,19 +134,41 @@ def write_enums(ffi: cffi.FFI, header: Header, names: list[str]) -> list[str]:
     return out
 
 
-def describe(ffi: cffi.FFI, name: str, field: str, kind: cffi.FFI.CType) -> tuple[str, str] | None:
+def find_arrays(header: Header, name: str) -> dict[str, tuple[str, int, str | None]]:
+    """The pointers of a struct that are arrays: field -> (type of an element, numbers for each, field of the count that it sets)."""
+    members = header.members[f"tulle_{name}"]
+    free = {member.name for member in members} - {field for field in HIDDEN if isinstance(field, str)}
+    arrays: dict[str, tuple[str, int, str | None]] = {}
+    for member in members:
+        found = member.get_array()
+        if found and not is_hidden(name, member.name):
+            kind = re.sub(r"^const |\*.*", "", member.code).strip()
+            element = {"double": "double", "uint32_t": "uint32", "unsigned char": "uint8"}.get(kind) or make_class_name(kind)
+            count = found[1] if found[1] in free and not is_hidden(name, found[1]) else None
+            free.discard(found[1])
+            arrays[member.name] = (element, found[0], count)
+    return arrays
+
+
+def is_hidden(name: str, field: str) -> bool:
+    """Whether the package fills in a field by itself."""
+    return field in HIDDEN or (name, field) in HIDDEN
+
+
+def describe(arrays: dict[str, tuple[str, int, str | None]], name: str, field: str,
+             kind: cffi.FFI.CType) -> tuple[str, str] | None:
     """The Python type of a field and how it is converted; None: it is hidden."""
-    if field in HIDDEN or (name, field) in HIDDEN:
+    if is_hidden(name, field):
         return None
-    if (name, field) in ARRAYS:
-        element = ARRAYS[name, field][0]
+    if field in arrays:
+        element = arrays[field][0]
         return (f"Sequence[{element}]" if element[0].isupper() else "ArrayLike | None"), "array"
-    if any(key[0] == name and entry[2] == field for key, entry in ARRAYS.items()):
+    if any(entry[2] == field for entry in arrays.values()):
         return None
     if kind.kind == "primitive":
         if kind.cname in ("double", "float"):
             return "float", "number"
-        if kind.cname == "int" and field.startswith(("is_", "has_", "ignores_", "grows_", "keeps_", "skips_")):
+        if kind.cname == "int" and field.startswith(FLAG):
             return "bool", "bool"
         return "int", "number"
     if kind.kind == "enum":
@@ -205,7 +183,7 @@ def describe(ffi: cffi.FFI, name: str, field: str, kind: cffi.FFI.CType) -> tupl
         return "str | None", "text"
     if kind.kind == "function" or (kind.kind == "pointer" and kind.item.cname == "void"):
         return None
-    raise SystemExit(f"generate.py: {name}.{field} is a {kind.cname}: add it to ARRAYS or to HIDDEN")
+    raise SystemExit(f"generate.py: {name}.{field} is a {kind.cname}: say in its comment how long it is, or add it to HIDDEN")
 
 
 def write_settings(ffi: cffi.FFI, header: Header) -> list[str]:
@@ -216,9 +194,9 @@ def write_settings(ffi: cffi.FFI, header: Header) -> list[str]:
         maker = SETTINGS[name]
         class_name = make_class_name(f"tulle_{name}")
         out.append(f"\n\n@dataclass\nclass {class_name}(Settings):\n" + quote(header.comments[f"tulle_{name}"], "    ") + "\n")
-        fields = []
+        fields, words, arrays = [], {}, find_arrays(header, name)
         for field, entry in ffi.typeof(f"tulle_{name}").fields:
-            described = describe(ffi, name, field, entry.type)
+            described = describe(arrays, name, field, entry.type)
             if described is None:
                 continue
             hint, how = described
@@ -228,12 +206,13 @@ def write_settings(ffi: cffi.FFI, header: Header) -> list[str]:
             comment = header.get_comment(f"tulle_{name}", field)
             if comment:
                 out.append(quote(comment, "    "))
+                words[field] = comment
         where = DEFAULTS_WITHIN.get(name)
         out.append(f'\n    _struct: ClassVar[str] = "tulle_{name}"\n')
         out.append(f"    _maker: ClassVar[str | None] = {maker or None!r}\n")
         out.append(f"    _within: ClassVar[tuple[str, str] | None] = {where!r}\n")
         out.append(f"    _fields: ClassVar[dict[str, str]] = {dict(fields)!r}\n")
-        arrays = {field: entry for (owner, field), entry in ARRAYS.items() if owner == name}
+        out.append(f"    _words: ClassVar[dict[str, str]] = {words!r}\n")
         if arrays:
             out.append(f"    _arrays: ClassVar[dict[str, tuple[str, int, str | None]]] = {arrays!r}\n")
     return out
@@ -248,7 +227,7 @@ def write_results(ffi: cffi.FFI, header: Header) -> list[str]:
         out.append("    __slots__ = ()\n")
         for field, entry in ffi.typeof(f"tulle_{name}").fields:
             kind, where = entry.type, f"self._c.{field}"
-            described = describe(ffi, name, field, kind)
+            described = describe({}, name, field, kind)
             if described is None:
                 raise SystemExit(f"generate.py: {name}.{field} cannot be read")
             hint, how = described

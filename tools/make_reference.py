@@ -22,6 +22,9 @@ import sys
 import tempfile
 import xml.etree.ElementTree as ElementTree
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "python"))
+from field_comments import GROUP  # noqa: E402
+
 FOLDERS = ("tulle", "tulle_io")
 COMMENT = re.compile(r"/\*.*?\*/", re.S)
 SECTION = re.compile(r"^/\* -{2,} (.*?) -{2,} \*/$")
@@ -64,9 +67,9 @@ def mark_comments(text):
 
     def mark(match):
         nonlocal first
-        if SECTION.match(match.group(0)):
-            return ""
         before = text[:match.start()].rsplit("\n", 1)[-1].strip()
+        if SECTION.match(match.group(0)) or (not before and GROUP.match(clean(match.group(0)).strip())):
+            return ""
         opening, closing = "/**< " if before else "/** ", " \\file */" if first else " */"
         first = False
         return opening + "\\verbatim " + clean(match.group(0)) + " \\endverbatim" + closing

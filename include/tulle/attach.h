@@ -28,29 +28,33 @@ typedef uint32_t tulle_attachment_id;
 typedef struct tulle_attachment_def {
     uint32_t cookie;            /* set by tulle_attachment_def_default, checked on use */
     tulle_cloth_id cloth;       /* whose vertices are attached */
-    const uint32_t *vertices;   /* vertex_count vertices of the cloth, each once */
+    const uint32_t *vertices;   /* vertex_count: vertices of the cloth, each once */
     size_t vertex_count;        /* length of `vertices` */
     tulle_obstacle_id obstacle; /* the holder: an obstacle or a rigid body */
     tulle_cloth_id other_cloth; /* the holder; may be `cloth` itself, as for a seam */
-    const double *points;       /* [m] 3 * vertex_count: points in space as holders */
-    /* vertex_count triangles of the holder's mesh; null: for each vertex the nearest triangle, at
+    /* [m] 3 * vertex_count, each -1e100 .. 1e100: points in space as holders */
+    const double *points;
+    /* vertex_count: triangles of the holder's mesh; null: for each vertex the nearest triangle, at
      * the place nearest to the vertex */
     const uint32_t *triangles;
-    /* 3 * vertex_count barycentric coordinates of places in these triangles; each three have the
-     * sum 1. Null if `triangles` is null. The next step pulls the vertices to these places; each
-     * keeps its present height above the triangle. */
+    /* 3 * vertex_count, each -1e6 .. 1e6: barycentric coordinates of places in these triangles;
+     * each three have the sum 1. Null if `triangles` is null. The next step pulls the vertices to
+     * these places; each keeps its present height above the triangle. */
     const double *weights;
-    /* [m] > 0: vertices farther than this from the nearest triangle are left out; INFINITY, the
-     * default: no vertex is left out. Ignored if `triangles` or `points` are given. */
+    /* [m] > 0 .. INFINITY, default INFINITY: vertices farther than this from the nearest triangle
+     * are left out; INFINITY: no vertex is left out. Ignored if `triangles` or `points` are given.
+     * */
     double max_distance;
-    /* [N/m] > 0 of the spring that holds each vertex, up to 1e12; INFINITY, the default: rigid. A
-     * rigid attachment to points or to an obstacle on a script is exact, as a pin is. A rigid
-     * attachment to a body or to cloth gives a little: a few hundredths of the stretch of the cloth
-     * around it. */
+    /* [N/m] > 0 .. INFINITY, default INFINITY: of the spring that holds each vertex, up to 1e12;
+     * INFINITY: rigid. A rigid attachment to points or to an obstacle on a script is exact, as a
+     * pin is. A rigid attachment to a body or to cloth gives a little: a few hundredths of the
+     * stretch of the cloth around it. */
     double stiffness;
-    double break_force;  /* [N] > 0: a vertex that needs more breaks off; INFINITY, the default:
-                            never */
-    double release_time; /* [s] of the world, when it lets go; INFINITY, the default: never */
+    /* [N] > 0 .. INFINITY, default INFINITY: a vertex that needs more breaks off; INFINITY: never
+     * */
+    double break_force;
+    /* [s] any, default INFINITY: of the world, when it lets go; INFINITY: never */
+    double release_time;
 } tulle_attachment_def;
 /* A rigid attachment that does not break; the caller fills in the rest. */
 TULLE_API tulle_attachment_def tulle_attachment_def_default(void);

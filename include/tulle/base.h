@@ -114,11 +114,12 @@ typedef struct tulle_tasks {
 
 /* Triangles over points, borrowed: the caller owns the arrays, the library copies what it keeps. */
 typedef struct tulle_mesh_view {
-    const double *positions; /* [m] 3 * vertex_count: x, y, z of each vertex */
-    size_t vertex_count;     /* 1 .. 2^31 - 1 */
-    /* 3 * triangle_count vertex indices, counterclockwise seen from outside */
+    const double
+        *positions;      /* [m] 3 * vertex_count, each -1e100 .. 1e100: x, y, z of each vertex */
+    size_t vertex_count; /* 1 .. 2147483647 */
+    /* 3 * triangle_count: vertex indices, counterclockwise seen from outside */
     const uint32_t *triangles;
-    size_t triangle_count; /* 0 .. 2^31 - 1 */
+    size_t triangle_count; /* 0 .. 2147483647 */
 } tulle_mesh_view;
 
 #ifdef __cplusplus

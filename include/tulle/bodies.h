@@ -63,16 +63,19 @@ TULLE_API tulle_status tulle_obstacle_set_locks(tulle_world *world, tulle_obstac
  * The limit is exact: the mean force over a substep never exceeds it. A driven body never sleeps.
  * The target stands still during a step, also if the host moves it between steps. */
 typedef struct tulle_body_drive {
-    double position[3];          /* [m] of the centre of mass, up to 1e100 */
-    double rotation[4];          /* unit quaternion w, x, y, z; as of tulle_transform */
-    double velocity[3];          /* [m/s] up to 1e6 */
-    double angular_velocity[3];  /* [rad/s] up to 1e6 */
-    double stiffness[3];         /* [N/m] 0 .. 1e12 */
-    double damping[3];           /* [N s/m] 0 .. 1e12 */
-    double force_limit[3];       /* [N] >= 0; 0: no force at all, INFINITY: no limit */
+    double position[3];         /* [m] -1e100 .. 1e100: of the centre of mass */
+    double rotation[4];         /* -2 .. 2, default (1, 0, 0, 0): unit quaternion w, x, y, z; as of
+                                   tulle_transform */
+    double velocity[3];         /* [m/s] -1e6 .. 1e6 */
+    double angular_velocity[3]; /* [rad/s] -1e6 .. 1e6 */
+    double stiffness[3];        /* [N/m] 0 .. 1e12 */
+    double damping[3];          /* [N s/m] 0 .. 1e12 */
+    double force_limit[3]; /* [N] 0 .. INFINITY, default INFINITY; 0: no force at all, INFINITY: no
+                              limit */
     double angular_stiffness[3]; /* [N m/rad] 0 .. 1e12 */
     double angular_damping[3];   /* [N m s/rad] 0 .. 1e12 */
-    double torque_limit[3];      /* [N m] >= 0; 0: no torque at all, INFINITY: no limit */
+    double torque_limit[3]; /* [N m] 0 .. INFINITY, default INFINITY; 0: no torque at all, INFINITY:
+                               no limit */
 } tulle_body_drive;
 /* A drive that does nothing: no stiffness and no damping, no limits, the origin, no turn. */
 TULLE_API tulle_body_drive tulle_body_drive_default(void);

@@ -67,13 +67,14 @@ typedef struct tulle_detect_surface {
  */
 typedef struct tulle_detect_def {
     uint32_t cookie;           /* set by tulle_detect_def_default, checked on use */
-    const uint32_t *triangles; /* 3 * triangle_count vertex indices */
+    const uint32_t *triangles; /* 3 * triangle_count: vertex indices */
     size_t triangle_count;     /* 0 .. 2^31 - 1 */
     size_t vertex_count;       /* 1 .. 2^31 - 1 */
-    /* [m] 3 * vertex_count positions from which trees are shaped; null: the start of the first call
+    /* [m] 3 * vertex_count: positions from which trees are shaped; null: the start of the first
+     * call
      */
     const double *rest;
-    const tulle_detect_surface *surfaces; /* null: all triangles are one surface */
+    const tulle_detect_surface *surfaces; /* surface_count; null: all triangles are one surface */
     size_t surface_count;                 /* 0 with null; at most 4096 */
     /* surface_count^2, row-major, symmetric: whether two surfaces, or one and itself, may meet;
      * null: as the surfaces say. What the surfaces exclude stays excluded. */

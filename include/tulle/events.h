@@ -58,9 +58,9 @@ typedef struct tulle_event {
 
 /* What to watch. Made by tulle_event_watch_default. */
 typedef struct tulle_event_watch {
-    unsigned kinds;       /* a sum of 1 << tulle_event_kind, of one at least */
+    unsigned kinds; /* 1 .. 4095, default 4095: a sum of 1 << tulle_event_kind, of one at least */
     double contact_force; /* [N] 0 .. 1e300: the least normal force, a mean over the last substep */
-    size_t capacity;      /* events that the queue holds, 1 .. 2^24 */
+    size_t capacity;      /* 1 .. 16777216, default 1024: events that the queue holds */
 } tulle_event_watch;
 /* All kinds, any force above 0, room for 1024 events. */
 TULLE_API tulle_event_watch tulle_event_watch_default(void);

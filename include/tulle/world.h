@@ -49,10 +49,10 @@ typedef enum tulle_integrator {
 typedef struct tulle_world_detection {
     tulle_detect_method method; /* trees, with patches or without */
     tulle_detect_cone cone;     /* bound on the normals of a moving triangle, for patches */
-    /* [rad] > 0 and < pi/2: widest cone in which a patch grows (alpha_max). A certified patch that
-     * is merged with another or kept may be wider. */
+    /* [rad] > 0 .. 1.570795, default pi / 4: widest cone in which a patch grows (alpha_max). A
+     * certified patch that is merged with another or kept may be wider. */
     double max_angle;
-    /* 1: a search skips only the inside of patches that are proven not to touch themselves.
+    /* default 1: a search skips only the inside of patches that are proven not to touch themselves.
      * 0: it skips the inside of every patch, as the paper does. This is an exception to the
      * promise, which then holds only for pairs that do not lie within one patch. */
     int has_certificate;
@@ -123,53 +123,55 @@ typedef enum tulle_on_pinch {
  * machine. The force per area is -drag_coefficient |v_rel| (n . v_rel) n, where v_rel is the
  * velocity of the cloth relative to the air and n its normal. */
 typedef struct tulle_wind {
-    double velocity[3];   /* [m/s] mean */
-    double gust_strength; /* [m/s] standard deviation of each component of the gusts, >= 0 */
-    double gust_length;   /* [m] correlation length, > 0 */
-    double gust_time;     /* [s] correlation time, > 0 */
-    uint64_t seed;        /* of the gusts */
-    /* [kg/m^3] >= 0; 0: a vacuum. Default 0.7, of air: a cotton sheet falls at 1.45 m/s */
-    double drag_coefficient;
+    double velocity[3];      /* [m/s] -1e6 .. 1e6: mean */
+    double gust_strength;    /* [m/s] 0 .. 1e6: standard deviation of each component of the gusts */
+    double gust_length;      /* [m] 1e-6 .. 1e6, default 0.5: correlation length */
+    double gust_time;        /* [s] 1e-6 .. 1e6, default 0.5: correlation time */
+    uint64_t seed;           /* default 1: of the gusts */
+    double drag_coefficient; /* [kg/m^3] 0 .. 1e6, default 0.7: as of air; 0: a vacuum */
 } tulle_wind;
 
 /* Settings of a world. Made by tulle_world_def_default. */
 typedef struct tulle_world_def {
     uint32_t cookie;   /* set by tulle_world_def_default, checked on use */
-    double gravity[3]; /* [m/s^2]; default (0, 0, -9.81) */
+    double gravity[3]; /* [m/s^2] -1e6 .. 1e6, default (0, 0, -9.81) */
     tulle_wind wind;   /* default: air at rest */
-    /* [m] distance within which contact acts (delta_c), 0 .. 1; 0: derived from the meshes, or from
+    /* [m] 0 .. 1: distance within which contact acts (delta_c); 0: derived from the meshes, or from
      * the thickness of cloth that has one. Without intersections at the start, the derived one
      * leaves surfaces that begin close together their room, down to four minimum gaps. */
     double contact_distance;
-    /* [m] distance within which pairs are looked for (delta_s). At least the contact distance of
-     * every pair of objects, else the start fails; 0: 1.5 times the contact distance. */
+    /* [m] 0 .. 2: distance within which pairs are looked for (delta_s). At least the contact
+     * distance of every pair of objects, else the start fails; 0: 1.5 times the contact distance.
+     * */
     double separation_distance;
-    /* [m] smallest gap in any accepted state (xi); at most half of every contact distance; 0:
-     * derived. Two exceptions: vertices and edges of one cloth whose rest distance is smaller keep
-     * a quarter of it; pairs that start nearer do not come nearer. */
+    /* [m] 0 .. 0.5: smallest gap in any accepted state (xi); at most half of every contact
+     * distance; 0: derived. Two exceptions: vertices and edges of one cloth whose rest distance is
+     * smaller keep a quarter of it; pairs that start nearer do not come nearer. */
     double minimum_gap;
-    tulle_integrator integrator;         /* default TULLE_INTEGRATOR_IMPLICIT_EULER */
-    tulle_world_detection detection;     /* default: certified patches that are kept */
-    tulle_response response;             /* default TULLE_RESPONSE_COUPLED */
-    tulle_motion_space motion_space;     /* of TULLE_RESPONSE_PAPER */
-    tulle_membrane membrane;             /* default TULLE_MEMBRANE_WOVEN   */
+    tulle_integrator integrator;     /* default TULLE_INTEGRATOR_IMPLICIT_EULER */
+    tulle_world_detection detection; /* default: certified patches that are kept */
+    tulle_response response;         /* default TULLE_RESPONSE_COUPLED */
+    /* default TULLE_MOTION_SPACE_POLYHEDRAL; of TULLE_RESPONSE_PAPER */
+    tulle_motion_space motion_space;
+    tulle_membrane membrane;             /* default TULLE_MEMBRANE_WOVEN */
     tulle_on_overstretch on_overstretch; /* default TULLE_ON_OVERSTRETCH_WARN */
-    tulle_quality quality;               /* default TULLE_QUALITY_NORMAL   */
-    double cg_tolerance;                 /* relative preconditioned residual, 1e-12 .. 1e-1 */
-    int cg_max_iterations;               /* limit of a linear solve, 1 .. 1e6 */
-    int solve_rounds;                    /* fewest solves of motion and impulses a step, 1 .. 20 */
-    int impulse_sweeps;                  /* projected Gauss-Seidel sweeps a round, 1 .. 1000 */
-    int impact_rounds;                   /* rounds of impacts before the rescues, 0 .. 100 */
-    double friction_cloth_cloth;         /* static Coulomb coefficient between cloths, 0 .. 10 */
-    /* the coefficient of cloths that slide on one another, 0 .. friction_cloth_cloth; negative: the
-     * static one */
+    tulle_quality quality;               /* default TULLE_QUALITY_NORMAL */
+    double cg_tolerance;   /* 1e-12 .. 0.1, default 1e-4: relative preconditioned residual */
+    int cg_max_iterations; /* 1 .. 1e6, default 5000: limit of a linear solve */
+    int solve_rounds;      /* 1 .. 20, default 1: fewest solves of motion and impulses a step */
+    int impulse_sweeps;    /* 1 .. 1000, default 10: projected Gauss-Seidel sweeps a round */
+    int impact_rounds;     /* 0 .. 100, default 5: rounds of impacts before the rescues */
+    double friction_cloth_cloth; /* 0 .. 10, default 0.3: static Coulomb coefficient */
+    /* up to 10, default -1: the coefficient of cloths that slide on one another, at most
+     * friction_cloth_cloth; negative: the static one */
     double dynamic_friction_cloth_cloth;
-    double sleep_speed; /* [m/s] 0 .. 1000: slower cloth sleeps (tulle/live.h); default 0: never */
-    double sleep_time;  /* [s] > 0: time for which it must be slow; default 0.5 */
+    double sleep_speed; /* [m/s] 0 .. 1000: slower cloth sleeps (tulle/live.h); 0: never */
+    double sleep_time;  /* [s] 1e-12 .. 1e6, default 0.5: time for which it must be slow */
     tulle_start_intersections start_intersections; /* default TULLE_START_REFUSE */
-    int untangle_limit;        /* rounds of untangling, 1 .. 1e6; then the start is refused */
-    tulle_on_pinch on_pinch;   /* default TULLE_ON_PINCH_LAG */
-    int threads;               /* 1 .. 256; 0: one per processor. Results do not depend on it */
+    int untangle_limit;      /* 1 .. 1e6, default 2000: rounds; then the start is refused */
+    tulle_on_pinch on_pinch; /* default TULLE_ON_PINCH_LAG */
+    /* the host's: */
+    int threads;               /* 0 .. 256; 0: one per processor. Results do not depend on it */
     tulle_allocator allocator; /* zeroed: malloc without a limit */
 } tulle_world_def;
 /* Settings that suit most scenes: earth's gravity, air at rest, derived distances. */
@@ -180,15 +182,15 @@ TULLE_API tulle_world_def tulle_world_def_default(void);
 /* How cloth pulls at a strain e: k e while slack; taut, k e (1 + (e / knee)^2) up to the limit, and
  * from there on straight, with the slope at the limit. */
 typedef struct tulle_curve {
-    double stiffness; /* k [N/m] force per width and strain, > 0 */
-    double knee;      /* strain at which cloth pulls twice as hard as k e; 1e-3 .. 1e6, 0: never */
-    double limit;     /* strain up to which the fabric holds, 1e-3 .. 1e6 */
+    double stiffness; /* [N/m] 1e-12 .. 1e12: k, force per width and strain */
+    double knee;  /* 0 or 1e-3 .. 1e6: strain at which cloth pulls twice as hard as k e; 0: never */
+    double limit; /* 1e-3 .. 1e6: strain up to which the fabric holds */
 } tulle_curve;
 /* The values of cloth that is made of springs, the same in every direction. */
 typedef struct tulle_springs {
-    double stretch_stiffness; /* [N/m] force per width and strain, > 0 */
-    double bend_stiffness;    /* [N m] bending rigidity of a plate, >= 0 */
-    /* strain s at which cloth pulls twice as hard as stretch_stiffness says; 1e-3 .. 1e6. The
+    double stretch_stiffness; /* [N/m] 1e-12 .. 1e12: force per width and strain */
+    double bend_stiffness;    /* [N m] 0 .. 1e9: bending rigidity of a plate */
+    /* 0 or 1e-3 .. 1e6: strain s at which cloth pulls twice as hard as stretch_stiffness says. The
      * factor is 1 + (strain / s)^2 up to a strain of 3 s; beyond it the force grows with the slope
      * at 3 s. 0: the factor is always 1, as with TULLE_RESPONSE_PAPER. */
     double stiffening_strain;
@@ -196,39 +198,40 @@ typedef struct tulle_springs {
 /* A fabric in SI values, which do not depend on the mesh. The warp lies along the cloth's grain,
  * the weft across it. Begin with a preset: a value left at 0 is 0. docs/guide/materials.md. */
 typedef struct tulle_material {
-    double area_density; /* [kg/m^2] > 0 */
-    tulle_curve warp;    /* along the yarns of the warp */
-    tulle_curve weft;    /* along the yarns of the weft */
+    double area_density; /* [kg/m^2] 1e-12 .. 1e6 */
+    /* woven cloth: */
+    tulle_curve warp; /* along the yarns of the warp */
+    tulle_curve weft; /* along the yarns of the weft */
     /* shear strain: the scalar product of both yarns' stretched unit lengths, for small angles the
      * angle [rad] of shear. The square of its stiffness is at most the product of the yarns'. */
     tulle_curve shear;
-    /* how much cloth narrows where it is pulled: Poisson's ratio, the geometric mean of both
-     * directions', -0.9 .. 0.9 */
-    double poisson;
-    double bend_warp;  /* [N m] bending rigidity of the yarns of the warp, >= 0 */
-    double bend_weft;  /* [N m] bending rigidity of the yarns of the weft, >= 0 */
-    double bend_twist; /* [N m] twisting rigidity, >= 0; half of the others: isotropic */
-    /* [N] width of the loop of moment per width over curvature along the warp, 2HB of KES; 0: none.
-     * At most 1e6 1/m times bend_warp. */
+    double poisson;    /* -0.9 .. 0.9: Poisson's ratio, the geometric mean of both directions' */
+    double bend_warp;  /* [N m] 0 .. 1e9: bending rigidity of the yarns of the warp */
+    double bend_weft;  /* [N m] 0 .. 1e9: bending rigidity of the yarns of the weft */
+    double bend_twist; /* [N m] 0 .. 1e9: twisting rigidity; half of the others: isotropic */
+    /* [N] 0 .. 1e15: width of the loop of moment per width over curvature along the warp, 2HB of
+     * KES; 0: none. At most 1e6 1/m times bend_warp. */
     double bend_hysteresis_warp;
-    double bend_hysteresis_weft; /* [N] the same along the weft; at most 1e6 1/m times bend_weft */
-    /* [N/m] width of the loop of force per length over the angle of shear, 2HG of KES; 0: none. At
-     * most twice the stiffness of shear. */
+    double bend_hysteresis_weft; /* [N] 0 .. 1e15: the same along the weft, by bend_weft */
+    /* [N/m] 0 .. 2e12: width of the loop of force per length over the angle of shear, 2HG of KES;
+     * 0: none. At most twice the stiffness of shear. */
     double shear_hysteresis;
-    tulle_springs springs;  /* with TULLE_MEMBRANE_SPRINGS, in place of all since the density */
-    double stretch_damping; /* [s] damping coefficient per stiffness, >= 0 */
-    double bend_damping;    /* [s] damping coefficient per stiffness, >= 0 */
-    double air_damping;     /* [1/s] viscous damping per mass, >= 0 */
-    /* static Coulomb coefficient against obstacles, 0 .. 10, of contacts that do not slide. The
+    /* cloth of springs: */
+    tulle_springs springs; /* with TULLE_MEMBRANE_SPRINGS, in place of what woven cloth has */
+    /* damping: */
+    double stretch_damping; /* [s] 0 .. 1e6: damping coefficient per stiffness */
+    double bend_damping;    /* [s] 0 .. 1e6: damping coefficient per stiffness */
+    double air_damping;     /* [1/s] 0 .. 1e6: viscous damping per mass */
+    /* 0 .. 10: static Coulomb coefficient against obstacles, of contacts that do not slide. The
      * geometric mean of both sides counts. */
     double friction;
-    double dynamic_friction; /* of contacts that slide, 0 .. friction; negative: the static one */
-    /* part of an impact's speed with which the cloth rebounds, 0 .. 1. The geometric mean of both
+    double dynamic_friction; /* up to 10: while sliding, at most friction; negative: as friction */
+    /* 0 .. 1: part of an impact's speed with which the cloth rebounds. The geometric mean of both
      * sides counts, between cloths too. */
     double restitution;
-    /* factor on both coefficients at right angles to the cloth's grain (see tulle_cloth_def), 0 ..
-     * 10, whatever law they come from; 1: the same all around, as always with TULLE_RESPONSE_PAPER
-     */
+    /* 0 .. 10: factor on both coefficients at right angles to the cloth's grain (see
+     * tulle_cloth_def), whatever law they come from; 1: the same all around, as always with
+     * TULLE_RESPONSE_PAPER */
     double friction_across;
 } tulle_material;
 /* Fills `material` with the preset `name`. tulle_material_preset_name lists the names. Error:
@@ -256,19 +259,19 @@ TULLE_API unsigned tulle_material_preset_measured(size_t index);
 
 /* A keyframe of a rigid motion: x -> translation + R (x - pivot) + pivot. */
 typedef struct tulle_keyframe {
-    double time;           /* [s] later than the keyframe before */
-    double translation[3]; /* [m] */
-    /* [rad] axis times angle, of any length up to 1e6: 2 pi is a whole turn. Of a unit quaternion
-     * w, r it is 2 atan2(|r|, w) r / |r| */
+    double time;           /* [s] finite: later than the keyframe before */
+    double translation[3]; /* [m] finite */
+    /* [rad] finite: axis times angle, of any length up to 1e6: 2 pi is a whole turn. Of a unit
+     * quaternion w, r it is 2 atan2(|r|, w) r / |r| */
     double rotation_vector[3];
 } tulle_keyframe;
 /* A rigid motion by keyframes. Between two keyframes translation is linear. Rotation turns by the
  * difference of the angles where both axes are the same or one angle is 0, else the shorter way
  * about a third axis. All holds still before the first and after the last keyframe. */
 typedef struct tulle_motion {
-    const tulle_keyframe *keys; /* key_count keyframes, copied; null without any */
+    const tulle_keyframe *keys; /* key_count: keyframes, copied; null without any */
     size_t key_count;           /* 0: no motion */
-    double pivot[3];            /* [m] point that rotations turn about */
+    double pivot[3];            /* [m] finite: point that rotations turn about */
     int is_eased;               /* 1: starts and stops gently at each keyframe (3 s^2 - 2 s^3) */
 } tulle_motion;
 
@@ -277,10 +280,10 @@ typedef struct tulle_motion {
  * the pin's edge on. A single row of vertices is a hinge. Made by tulle_pin_default. */
 typedef struct tulle_pin {
     uint32_t cookie;          /* set by tulle_pin_default, checked on use */
-    const uint32_t *vertices; /* vertex_count vertex numbers of the cloth, copied */
+    const uint32_t *vertices; /* vertex_count: numbers of vertices of the cloth, copied */
     size_t vertex_count;      /* length of `vertices` */
     tulle_motion motion;      /* key_count 0: held, or where tulle_cloth_set_pin_targets says */
-    double release_time;      /* [s] when the pin lets go; INFINITY, the default: never */
+    double release_time;      /* [s] any, default INFINITY: when the pin lets go; INFINITY: never */
 } tulle_pin;
 /* A pin that is never released; the caller fills in the vertices. */
 TULLE_API tulle_pin tulle_pin_default(void);
@@ -288,8 +291,7 @@ TULLE_API tulle_pin tulle_pin_default(void);
 /* A fold that cloth has at rest, along an edge of its mesh. */
 typedef struct tulle_crease {
     uint32_t vertices[2]; /* ends of the edge, vertices of the cloth */
-    double angle; /* [rad] by which both sides are turned from flat, -3 .. 3; positive: a ridge
-                     as seen from the front, where triangles go round to the left */
+    double angle; /* [rad] -3 .. 3: of the fold from flat; positive: a ridge seen from the front */
 } tulle_crease;
 
 /* A cloth to add. Made by tulle_cloth_def_default; its arrays and strings are copied. */
@@ -297,34 +299,35 @@ typedef struct tulle_cloth_def {
     uint32_t cookie;              /* set by tulle_cloth_def_default, checked on use */
     const char *name;             /* for messages; may be null */
     tulle_mesh_view mesh;         /* start positions; an oriented manifold */
-    const double *rest_positions; /* [m] 3 * vertex_count; null: the start is the rest shape */
-    /* [m] 9 * triangle_count: the corners of each triangle at rest, wherever it lies, for rest
-     * shapes whose triangles do not fit together, as in sewn garments. They give lengths;
-     * rest_positions still give folds. Null: triangles of rest_positions */
+    const double *rest_positions; /* [m] 3 * vertex_count, each -1e6 .. 1e6; null: the start */
+    /* [m] 9 * triangle_count, each -1e6 .. 1e6: the corners of each triangle at rest, wherever it
+     * lies, for rest shapes whose triangles do not fit together, as in sewn garments. They give
+     * lengths; rest_positions still give folds. Null: triangles of rest_positions */
     const double *rest_corners;
     int has_flat_rest; /* 1: at rest nothing is folded, whatever rest_positions say */
-    /* crease_count folds, in place of those at rest. Of two for one edge the last counts; folds
+    /* crease_count: folds, in place of those at rest. Of two for one edge the last counts; folds
      * along the border are ignored. A fold off the edges makes the start fail. */
     const tulle_crease *creases;
     size_t crease_count;     /* length of `creases` */
-    tulle_material material; /* default: the preset cotton */
-    /* direction of the warp in the rest shape, rest_corners where given; friction_across acts at
-     * right angles to it. Any length from 1e-100 on where friction_across is not 1. In a triangle
-     * at right angles to it the warp lies along x, else y. */
+    tulle_material material; /* the preset cotton, where nothing is said */
+    /* -1e6 .. 1e6, default (1, 0, 0): direction of the warp in the rest shape, rest_corners where
+     * given; friction_across acts at right angles to it. Any length from 1e-100 on where
+     * friction_across is not 1. At right angles to it the warp of a triangle lies along x, else y.
+     */
     double grain[3];
-    /* 3 * triangle_count directions of the warp in the rest shape, of any length from 1e-100 on;
-     * null: all along the grain */
+    /* 3 * triangle_count, each -1e6 .. 1e6: directions of the warp in the rest shape, of any length
+     * from 1e-100 on; null: all along the grain */
     const double *warps;
-    /* triangle_count factors on all stiffness and hysteresis of the material, 0.01 .. 100: a stiff
-     * collar, a soft hem. Null: 1 everywhere */
+    /* triangle_count, each 0.01 .. 100: factors on all stiffness and hysteresis of the material: a
+     * stiff collar, a soft hem. Null: 1 everywhere */
     const double *stiffness_factors;
     /* name of the surface for tulle_world_set_material_law, at most 79 bytes; null: none */
     const char *contact_material;
-    double thickness;         /* [m] 0: the world's contact distance decides */
-    const tulle_pin *pins;    /* pin_count groups; null without any */
+    double thickness;         /* [m] 0 .. 1; 0: the world's contact distance decides */
+    const tulle_pin *pins;    /* pin_count: groups; null without any */
     size_t pin_count;         /* length of `pins` */
-    double velocity[3];       /* [m/s] of all vertices at the start */
-    const double *velocities; /* [m/s] 3 * vertex_count at the start; null: `velocity` */
+    double velocity[3];       /* [m/s] -1e6 .. 1e6: of all vertices at the start */
+    const double *velocities; /* [m/s] 3 * vertex_count, each finite; null: `velocity` */
 } tulle_cloth_def;
 /* A cloth of cotton without pins; the caller fills in the mesh. */
 TULLE_API tulle_cloth_def tulle_cloth_def_default(void);
@@ -349,17 +352,17 @@ typedef tulle_status (*tulle_frame_reader)(void *context, uint32_t frame, double
  *   - an obstacle appears or leaves;
  *   - tulle_obstacle_add_impulse or tulle_obstacle_wake is called.   */
 typedef struct tulle_body {
-    int is_dynamic;             /* 0: the obstacle is not a body; all other members are ignored */
-    double mass;                /* [kg] spread evenly over the volume */
-    double density;             /* [kg/m^3] of the volume */
-    double area_density;        /* [kg/m^2] of the surface: a shell */
-    double velocity[3];         /* [m/s] of the centre of mass, when it comes into the world */
-    double angular_velocity[3]; /* [rad/s] when it comes into the world */
-    double linear_damping;      /* [1/s] >= 0 */
-    double angular_damping;     /* [1/s] >= 0 */
-    double start_time;  /* [s] until then the body follows `motion`; then it keeps its velocity */
-    double sleep_speed; /* [m/s] 0: never sleeps */
-    double sleep_time;  /* [s] > 0 where sleep_speed is */
+    int is_dynamic;      /* 0: the obstacle is not a body; all other members are ignored */
+    double mass;         /* [kg] 0 or 1e-12 .. 1e12: spread evenly over the volume */
+    double density;      /* [kg/m^3] 0 or 1e-12 .. 1e12: of the volume */
+    double area_density; /* [kg/m^2] 0 or 1e-12 .. 1e12: of the surface: a shell */
+    double velocity[3]; /* [m/s] -1e6 .. 1e6: of the centre of mass, when it comes into the world */
+    double angular_velocity[3]; /* [rad/s] -1e6 .. 1e6: when it comes into the world */
+    double linear_damping;      /* [1/s] 0 .. 1e6 */
+    double angular_damping;     /* [1/s] 0 .. 1e6 */
+    double start_time;  /* [s] any: until then it follows `motion`; then it keeps its velocity */
+    double sleep_speed; /* [m/s] 0 .. 1e6; 0: never sleeps */
+    double sleep_time;  /* [s] 0 .. 1e6: > 0 where sleep_speed is */
 } tulle_body;
 
 /* How a host moves an obstacle step by step, by the calls of tulle/live.h. */
@@ -372,29 +375,28 @@ typedef enum tulle_drive {
 /* An obstacle to add: static, on keyframes, deforming by a mesh sequence, driven by the host, or a
  * rigid body. Made by tulle_obstacle_def_default; its arrays and strings are copied. */
 typedef struct tulle_obstacle_def {
-    uint32_t cookie;         /* set by tulle_obstacle_def_default, checked on use */
-    const char *name;        /* for messages; may be null */
-    tulle_mesh_view mesh;    /* where the motion has it at zero, or frame 0 of the sequence */
-    double friction;         /* static Coulomb coefficient, 0 .. 10; as of tulle_material */
-    double dynamic_friction; /* of contacts that slide, 0 .. friction; negative: the static one */
-    double restitution;      /* 0 .. 1; as of tulle_material */
-    double friction_across;  /* factor on friction across the grain; as of tulle_material */
-    /* direction in `mesh`, as of tulle_cloth_def. It follows the motion and the deformation of the
-     * mesh. Where the surface is at right angles to it, friction has no direction. */
+    uint32_t cookie;      /* set by tulle_obstacle_def_default, checked on use */
+    const char *name;     /* for messages; may be null */
+    tulle_mesh_view mesh; /* where the motion has it at zero, or frame 0 of the sequence */
+    double friction; /* 0 .. 10, default 0.3: static Coulomb coefficient, as of tulle_material */
+    double dynamic_friction; /* up to 10, default -1: while sliding; negative: as friction */
+    double restitution;      /* 0 .. 1: as of tulle_material */
+    double friction_across;  /* 0 .. 10, default 1: as of tulle_material */
+    /* -1e6 .. 1e6, default (1, 0, 0): direction in `mesh`, as of tulle_cloth_def. It follows the
+     * motion and the deformation of the mesh. Where the surface is at right angles to it, friction
+     * has no direction. */
     double grain[3];
     const char *contact_material; /* as of tulle_cloth_def */
     tulle_motion motion;          /* rigid keyframes; key_count 0: static */
     tulle_drive drive;            /* not together with keyframes, a sequence or a body */
     /* null: no sequence. Else vertices follow the frames, linearly in between. */
     tulle_frame_reader read_frame;
-    void *frame_context; /* handed to read_frame; lives as long as the obstacle */
-    /* frames that read_frame has, 1 .. 1e9; a motion that repeats counts on, and read_frame gives
-     * the same frames again */
-    uint32_t frame_count;
-    double frame_start_time; /* [s] time of frame 0 */
-    double frame_interval;   /* [s] between frames, > 0 */
-    double appear_time;      /* [s] when it comes into the scene; -INFINITY: from the start */
-    double disappear_time;   /* [s] when it leaves the scene; INFINITY: never */
+    void *frame_context;     /* handed to read_frame; lives as long as the obstacle */
+    uint32_t frame_count;    /* 0 .. 1e9: frames that read_frame has; a motion may repeat them */
+    double frame_start_time; /* [s] -1e6 .. 1e6: time of frame 0 */
+    double frame_interval;   /* [s] 1e-9 .. 1e6, default 1 / 24: between frames */
+    double appear_time;      /* [s] any, default -INFINITY: when it comes into the scene */
+    double disappear_time;   /* [s] any, default INFINITY: when it leaves the scene */
     tulle_body body;         /* is_dynamic 0: no rigid body */
 } tulle_obstacle_def;
 /* A static obstacle with friction 0.3; the caller fills in the mesh. */
@@ -424,10 +426,9 @@ TULLE_API tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_
  * grain still counts. Beware: a dynamic_friction of 0 means no friction while sliding; -1 means the
  * static value. */
 typedef struct tulle_contact_law {
-    double static_friction;  /* Coulomb coefficient of contacts that do not slide, 0 .. 10 */
-    double dynamic_friction; /* of contacts that slide, 0 .. static_friction; negative:
-                                static_friction */
-    double restitution;      /* part of an impact's speed that comes back, 0 .. 1 */
+    double static_friction;  /* 0 .. 10: Coulomb coefficient of contacts that do not slide */
+    double dynamic_friction; /* up to 10: while sliding; negative: as static_friction */
+    double restitution;      /* 0 .. 1: part of an impact's speed that comes back */
 } tulle_contact_law;
 /* Sets the law of two cloths; a later call for the same pair replaces it. After the start it holds
  * from the next step on, is part of the state, and wakes bodies if it changes. Errors:

@@ -20,7 +20,7 @@ typedef struct tulle_subdivision_def {
      * its place; default 75 degrees (a square's corners stay, a regular pentagon is rounded);
      * INFINITY: borders are rounded everywhere */
     double corner_angle;
-    const uint32_t *crease_edges; /* further creases: 2 * crease_edge_count vertices of the mesh */
+    const uint32_t *crease_edges; /* 2 * crease_edge_count: vertices; further creases */
     size_t crease_edge_count;     /* length of `crease_edges` in edges */
     int is_limit; /* not 0 (default): resulting vertices lie on the limit surface; 0: they are the
                      vertices of the last control mesh, a little outside of it */

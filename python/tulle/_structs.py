@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import textwrap
 from collections.abc import Mapping
 from typing import Any, ClassVar, Optional
 
@@ -112,10 +113,13 @@ class Settings:
     _maker: ClassVar[Optional[str]] = None
     _within: ClassVar[Optional[tuple[str, str]]] = None
     _fields: ClassVar[dict[str, str]] = {}
+    _words: ClassVar[dict[str, str]] = {}
     _arrays: ClassVar[dict[str, tuple[str, int, Optional[str]]]] = {}
 
     def __init_subclass__(cls) -> None:
         _structs[cls._struct] = cls
+        lines = [textwrap.fill(f"{field}: {words}", 100, subsequent_indent="    ") for field, words in cls._words.items()]
+        cls.__doc__ = "\n".join([cls.__doc__ or "", "", *lines])
 
     @classmethod
     def make(cls, given: Any, changes: Mapping[str, Any], what: str) -> Any:

@@ -27,7 +27,7 @@ typedef struct cloth_model_def {
     /* [rad] by edge: its fold at rest whatever else says, positive for a ridge as seen from the
      * front; NaN: nothing more is said. Null: of no edge */
     const double *edge_folds;
-    const tulle_material *materials; /* material_count, validated by material_validate */
+    const tulle_material *materials; /* material_count, whose values were checked */
     size_t material_count;
     const uint32_t *vertex_materials; /* vertex_count indices into materials; null: all use 0 */
     tulle_membrane membrane;
@@ -174,10 +174,5 @@ yarn_stretch cloth_find_longest_yarn(const cloth_model *model, const double *pos
 
 /* Whether a yarn of a triangle is longer than its fabric holds; false with springs. */
 bool cloth_is_overstretched(const cloth_model *model, const double *positions, size_t triangle);
-
-/* Values that count with this membrane must be finite and in the ranges of tulle_material;
- * TULLE_ERROR_INVALID_ARGUMENT says which is not. Dynamic friction is not looked at. */
-tulle_status material_validate(const tulle_material *material, tulle_membrane membrane,
-                               const char *owner, tulle_error *error);
 
 #endif

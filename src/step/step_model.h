@@ -42,6 +42,7 @@ typedef struct world_mesh {
 
 /* What a host says of an object beside its def. */
 typedef struct world_label {
+    uint64_t def_hash; /* of the def with all its arrays */
     uint32_t category, mask;
     void *user_data;
 } world_label;
@@ -73,12 +74,11 @@ typedef struct world_cloth {
 typedef struct world_obstacle {
     char name[WORLD_NAME_BYTES];
     world_label label;
-    uint32_t slot;                                  /* of its id */
-    world_mesh mesh;                                /* at motion zero */
-    double friction, dynamic_friction, restitution; /* as the def said */
-    double friction_across, grain[3];
-    uint32_t contact_material; /* as of a cloth */
-    world_motion motion;       /* TULLE_DRIVE_RIGID: that of the step */
+    uint32_t slot;                                                             /* of its id */
+    world_mesh mesh;                                                           /* at motion zero */
+    double friction, dynamic_friction, restitution, friction_across, grain[3]; /* of the def */
+    uint32_t contact_material;                                                 /* as of a cloth */
+    world_motion motion; /* TULLE_DRIVE_RIGID: that of the step */
     tulle_drive drive;
     bool is_static; /* no script, no frames, no drive, not a rigid body */
     given_move given;

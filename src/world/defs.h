@@ -5,7 +5,9 @@
 #include "tulle/world.h"
 
 tulle_status world_def_check(const tulle_world_def *def, tulle_error *error);
-/* Values of the material that do not count with this membrane are not looked at. */
+/* Values of a material that do not count with this membrane are not looked at. */
+tulle_status material_check(const tulle_material *material, tulle_membrane membrane,
+                            const char *owner, tulle_error *error);
 tulle_status cloth_def_check(const tulle_cloth_def *def, tulle_membrane membrane, const char *owner,
                              tulle_error *error);
 tulle_status obstacle_def_check(const tulle_obstacle_def *def, const char *owner,

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/sort.h"
 #include "world/change/change.h"
+#include "world/fields/fields.h"
 #include "world/pinch/holds.h"
 #include "world/record/record.h"
 
@@ -297,12 +298,10 @@ void world_release_events(tulle_world *world) {
 }
 
 tulle_event_watch tulle_event_watch_default(void) {
-    return (tulle_event_watch){.kinds = (1u << TULLE_EVENT_KIND_COUNT) - 1u, .capacity = 1024};
+    tulle_event_watch watch;
+    fields_set_defaults(&event_watch_fields, &watch);
+    return watch;
 }
-
-/* [N], events */
-static const double FORCE_MAX = 1e300;
-enum { CAPACITY_MAX = 1 << 24 };
 
 tulle_status tulle_world_watch_events(tulle_world *world, const tulle_event_watch *watch,
                                       tulle_error *error) {
@@ -315,16 +314,13 @@ tulle_status tulle_world_watch_events(tulle_world *world, const tulle_event_watc
         WORLD_RECORD(world, .kind = RECORD_WATCH);
         return TULLE_OK;
     }
-    const char *what = NULL;
-    if (watch->kinds == 0) what = "no kinds; null ends the watch";
-    if (watch->kinds >= 1u << TULLE_EVENT_KIND_COUNT) what = "kinds that there are not";
-    if (!(watch->contact_force >= 0.0 && watch->contact_force <= FORCE_MAX))
-        what = "a contact force that is no number from 0 to 1e300 N";
-    if (watch->capacity < 1 || watch->capacity > CAPACITY_MAX)
-        what = "a capacity that is not 1 to 2^24";
-    if (what)
+    if (watch->kinds == 0 || watch->capacity == 0)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the watch of events has %s; begin with tulle_event_watch_default", what);
+                         "the watch of events has no %s; null ends the watch; begin with "
+                         "tulle_event_watch_default",
+                         watch->kinds == 0 ? "kinds" : "capacity");
+    tulle_status const checked = fields_check(&event_watch_fields, watch, "events", NULL, error);
+    if (checked != TULLE_OK) return checked;
     memory *const heap = &world->heap;
     world_events *const before = world->events;
     world_events *const events = memory_allocate_zeroed(heap, 1, sizeof *events);
@@ -342,10 +338,8 @@ tulle_status tulle_world_watch_events(tulle_world *world, const tulle_event_watc
     else
         world->events = before;
     destroy_events(world, status == TULLE_OK ? before : events);
-    if (status == TULLE_OK && world->recording)
-        world_record(world, &(recorded_call){.kind = RECORD_WATCH,
-                                             .numbers = {watch->kinds, watch->capacity},
-                                             .arrays = {{&watch->contact_force, 1}}});
+    if (status == TULLE_OK)
+        WORLD_RECORD(world, .kind = RECORD_WATCH, .numbers = {1}, .def.watch = *watch);
     return status;
 }
 

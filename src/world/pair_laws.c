@@ -75,13 +75,6 @@ static tulle_status check_law(const tulle_contact_law *law, tulle_error *error) 
     return contact_law_check(law, "law of a pair", error);
 }
 
-/* Records the call that set a law. */
-static void record_law(tulle_world *world, recorded_call call, const tulle_contact_law *law) {
-    double const numbers[] = {law->static_friction, law->dynamic_friction, law->restitution};
-    call.arrays[0] = (recorded_array){numbers, 3};
-    world_record(world, &call);
-}
-
 static tulle_status set_law(tulle_world *world, world_pair_law entry, const tulle_contact_law *law,
                             tulle_error *error) {
     tulle_status const status = check_law(law, error);
@@ -108,7 +101,9 @@ static tulle_status set_called_law(tulle_world *world, world_pair_law entry,
                                    const tulle_contact_law *law, recorded_call call,
                                    tulle_error *error) {
     tulle_status const status = set_law(world, entry, law, error);
-    if (status == TULLE_OK && world->recording) record_law(world, call, law);
+    if (status != TULLE_OK || !world->recording) return status;
+    call.def.law = *law;
+    world_record(world, &call);
     return status;
 }
 
@@ -210,7 +205,8 @@ tulle_status tulle_world_set_material_law(tulle_world *world, const char *a, con
     uint32_t const first = world_add_contact_material(world, a);
     uint32_t const second = world_add_contact_material(world, b);
     if (world->recording)
-        record_law(world, (recorded_call){.kind = RECORD_MATERIAL_LAW, .texts = {a, b}}, law);
+        world_record(
+            world, &(recorded_call){.kind = RECORD_MATERIAL_LAW, .texts = {a, b}, .def.law = *law});
     world_material_law *const earlier = find_material_law(world, first, second);
     if (earlier) {
         earlier->law = *law;

@@ -11,6 +11,7 @@
 #include "world/bodies/bodies_sleep.h"
 #include "world/change/change.h"
 #include "world/defs.h"
+#include "world/fields/fields.h"
 #include "world/record/record.h"
 #include "world/sleep/cloth_sleep.h"
 #include "world/start/start.h"
@@ -130,6 +131,12 @@ static void use_machinery(tulle_world *world) {
 
 /* ---- calls ---- */
 
+/* What is set before the start is as if the def had it. */
+static void note_def(tulle_world *world) {
+    if (!world->is_started)
+        world->first.def_hash = fields_hash(&world_def_fields, &world->model.def, HASH_SEED);
+}
+
 tulle_status tulle_world_set_gravity(tulle_world *world, const double gravity[3],
                                      tulle_error *error) {
     if (!world || !gravity)
@@ -140,6 +147,7 @@ tulle_status tulle_world_set_gravity(tulle_world *world, const double gravity[3]
     tulle_status const status = check_settings(world, &settings, error);
     if (status != TULLE_OK) return status;
     set_settings(world, &settings);
+    note_def(world);
     if (world->is_started) world_wake_all(world, &world->now);
     WORLD_RECORD(world, .kind = RECORD_GRAVITY, .arrays = {{gravity, 3}});
     return TULLE_OK;
@@ -154,12 +162,9 @@ tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind, tu
     tulle_status const status = check_settings(world, &settings, error);
     if (status != TULLE_OK) return status;
     set_settings(world, &settings);
+    note_def(world);
     if (world->is_started && differs) world_wake_cloths(world, &world->now);
-    double const numbers[] = {wind->velocity[0],     wind->velocity[1], wind->velocity[2],
-                              wind->gust_strength,   wind->gust_length, wind->gust_time,
-                              wind->drag_coefficient};
-    WORLD_RECORD(world, .kind = RECORD_WIND, .numbers = {wind->seed},
-                 .arrays = {{numbers, sizeof numbers / sizeof numbers[0]}});
+    WORLD_RECORD(world, .kind = RECORD_WIND, .def.wind = *wind);
     return TULLE_OK;
 }
 
@@ -180,7 +185,7 @@ static bool has_hysteresis(const tulle_material *m) {
 static tulle_status check_material(const tulle_world *world, const world_cloth *cloth,
                                    const tulle_material *material, tulle_error *error) {
     tulle_status const status =
-        material_validate(material, world->model.def.membrane, cloth->name, error);
+        material_check(material, world->model.def.membrane, cloth->name, error);
     if (status != TULLE_OK) return status;
     if (has_hysteresis(material) == has_hysteresis(&cloth->material)) return TULLE_OK;
     return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,

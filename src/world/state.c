@@ -20,8 +20,8 @@
 #include <stddef.h>
 #include <string.h>
 
-/* D: version. */
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'D'};
+/* E: version. */
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'E'};
 
 typedef struct state_header {
     char magic[8];

@@ -12,13 +12,6 @@
 
 enum { WORLD_MESSAGE_BYTES = 1024 };
 
-/* Set by the def defaults; another value means that a def was not made by them. */
-#define WORLD_DEF_COOKIE UINT32_C(0x7411e001)
-#define CLOTH_DEF_COOKIE UINT32_C(0x7411e002)
-#define OBSTACLE_DEF_COOKIE UINT32_C(0x7411e003)
-#define ATTACHMENT_DEF_COOKIE UINT32_C(0x7411e004)
-#define PIN_COOKIE UINT32_C(0x7411e005)
-
 /* The law of two objects that does not follow from their materials. */
 typedef struct world_pair_law {
     size_t first, second; /* indices among cloths or obstacles, cloths first, the lower first */
@@ -92,6 +85,7 @@ typedef struct world_rules {
 
 /* What the start had of what the host has changed since; null: nothing of that kind. */
 typedef struct first_settings {
+    uint64_t def_hash; /* of the world's def alone */
     world_settings settings;
     contact_law *laws;         /* surface_count^2 */
     tulle_material *materials; /* by cloth */

@@ -139,25 +139,6 @@ ARGUMENTS_OF(tulle_obstacle_set_drive) {
     REFUSED(tulle_obstacle_set_drive(fresh, body, &drive, &error));
     for (int i = 0; i < BAD_BODY_COUNT; i++)
         REFUSED(tulle_obstacle_set_drive(started, bad_bodies[i], &drive, &error));
-    double *const members[] = {
-        drive.position,          drive.velocity,        drive.angular_velocity,
-        drive.stiffness,         drive.damping,         drive.force_limit,
-        drive.angular_stiffness, drive.angular_damping, drive.torque_limit};
-    enum { MEMBER_COUNT = sizeof members / sizeof members[0] };
-    for (int m = 0; m < MEMBER_COUNT; m++)
-        for (int k = 0; k < 3; k++) {
-            double const right = members[m][k];
-            bool const is_limit =
-                members[m] == drive.force_limit || members[m] == drive.torque_limit;
-            for (int i = 0; i < NO_NUMBER_COUNT; i++) {
-                members[m][k] = no_numbers[i];
-                if (is_limit && no_numbers[i] > 0.0) continue;
-                REFUSED(tulle_obstacle_set_drive(started, body, &drive, &error));
-            }
-            members[m][k] = -1.0;
-            if (m > 2) REFUSED(tulle_obstacle_set_drive(started, body, &drive, &error));
-            members[m][k] = right;
-        }
     static const double no_rotations[][4] = {
         {0.0, 0.0, 0.0, 0.0}, {0.0, 2.0, 0.0, 0.0}, {1.0, 2e-3, 0.0, 0.0}, {(double)NAN, 0, 0, 0}};
     for (int i = 0; i < 4; i++) {

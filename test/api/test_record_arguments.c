@@ -74,9 +74,10 @@ ARGUMENTS_OF(tulle_replay) {
     options.threads = 256;
     FINE(tulle_replay(bytes.bytes, bytes.byte_count, &options, &report, &error));
     REFUSED_WITH(TULLE_ERROR_PARSE, tulle_replay("", 0, NULL, &report, &error));
-    REFUSED_WITH(TULLE_ERROR_PARSE, tulle_replay("TULLREC3", 7, NULL, &report, &error));
+    REFUSED_WITH(TULLE_ERROR_PARSE, tulle_replay("TULLREC4", 7, NULL, &report, &error));
     REFUSED_WITH(TULLE_ERROR_PARSE, tulle_replay("TULLREC9", 8, NULL, &report, &error));
-    FINE(tulle_replay("TULLREC3", 8, NULL, &report, &error)); /* cut off before the first call */
+    REFUSED_WITH(TULLE_ERROR_PARSE, tulle_replay("TULLREC3", 8, NULL, &report, &error));
+    FINE(tulle_replay("TULLREC4", 8, NULL, &report, &error)); /* cut off before the first call */
     assert_true(!report.is_whole && report.calls == 0 && !report.call);
     free(bytes.bytes);
 }

@@ -1,6 +1,7 @@
 /* Presets: complete, valid for both membranes, honest about what was measured; and the denims pull
  * as their source prints. */
 #include "dynamics/fixture.h"
+#include "world/defs.h"
 
 #include <math.h>
 
@@ -26,8 +27,8 @@ static void presets_are_complete(void **state) {
         const char *const name = tulle_material_preset_name(i);
         tulle_material const m = get_preset(i);
         tulle_error error = {0};
-        assert_int_equal(material_validate(&m, TULLE_MEMBRANE_WOVEN, name, &error), TULLE_OK);
-        assert_int_equal(material_validate(&m, TULLE_MEMBRANE_SPRINGS, name, &error), TULLE_OK);
+        assert_int_equal(material_check(&m, TULLE_MEMBRANE_WOVEN, name, &error), TULLE_OK);
+        assert_int_equal(material_check(&m, TULLE_MEMBRANE_SPRINGS, name, &error), TULLE_OK);
         assert_true(m.shear.stiffness <= sqrt(m.warp.stiffness * m.weft.stiffness));
         assert_true(m.bend_warp > 0.0 && m.bend_weft > 0.0 && m.bend_twist > 0.0);
         /* Cloth of 25 to 1,800 kg/m^3: what is lighter or heavier has a value that is mistyped. */

@@ -300,8 +300,8 @@ static void bad_values_are_refused(void **state) {
     double *const values[] = {&of.cloth.material.bend_hysteresis_warp,
                               &of.cloth.material.bend_hysteresis_weft,
                               &of.cloth.material.shear_hysteresis};
-    static const char *const names[] = {"bending hysteresis of the warp",
-                                        "bending hysteresis of the weft", "shear hysteresis"};
+    static const char *const names[] = {"bend_hysteresis_warp", "bend_hysteresis_weft",
+                                        "shear_hysteresis"};
     double const beyond[] = {1.01e6 * RIGIDITY, 1.01e6 * RIGIDITY,
                              2.01 * of.cloth.material.shear.stiffness};
     tulle_world *world = NULL;

@@ -306,12 +306,12 @@ static void values_out_of_range_are_named(void **state) {
     tulle_world_def def = tulle_world_def_default();
     def.motion_space = (tulle_motion_space)-1;
     assert_int_equal(tulle_world_create(&def, &world, &error), TULLE_ERROR_INVALID_ARGUMENT);
-    assert_non_null(strstr(error.message, "motion space is -1; "));
+    assert_non_null(strstr(error.message, "motion_space is -1; "));
     def = tulle_world_def_default();
     def.dynamic_friction_cloth_cloth = 0.5;
     assert_int_equal(tulle_world_create(&def, &world, &error), TULLE_ERROR_INVALID_ARGUMENT);
-    assert_non_null(strstr(error.message, "dynamic friction between cloths is 0.5; it must be at "
-                                          "most that of what does not slide, 0.3"));
+    assert_non_null(strstr(error.message, "dynamic_friction_cloth_cloth is 0.5; dynamic "
+                                          "friction may not exceed static friction, 0.3"));
     def.dynamic_friction_cloth_cloth = -50.0; /* any negative one is the same as the static */
     assert_int_equal(tulle_world_create(&def, &world, &error), TULLE_OK);
     tulle_world_destroy(world);

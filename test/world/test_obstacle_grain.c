@@ -285,7 +285,7 @@ static void a_grain_without_direction_is_refused(void **state) {
     def.friction_across = -0.1;
     assert_int_equal(tulle_world_add_obstacle(world, &def, &id, &error),
                      TULLE_ERROR_INVALID_ARGUMENT);
-    assert_non_null(strstr(error.message, "friction across is -0.1"));
+    assert_non_null(strstr(error.message, "friction_across is -0.1"));
     tulle_mesh_destroy(&plane);
     tulle_world_destroy(world);
 }

@@ -640,7 +640,7 @@ static void every_field_is_recorded(void **unused) {
     double const numbers[27] = {1.0, 2.0, 3.0, 4.0, 5.0};
     uint32_t const indices[3] = {0, 1, 2};
     tulle_mesh_view const mesh = {numbers, 3, indices, 1};
-    recorded_call call = {.kind = RECORD_CREATE, .texts = {"0.1.0"}};
+    recorded_call call = {.kind = RECORD_CREATE, .numbers = {fields_version}, .texts = {"0.1.0"}};
     call.def.world = tulle_world_def_default();
     size_t const none[][2] = {HELD_END};
     size_t const worlds[][2] = {HELD(tulle_world_def, allocator), HELD_END};

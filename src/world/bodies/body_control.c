@@ -16,6 +16,7 @@
 #include "contact/solve/body_drives.h"
 #include "world/bodies/bodies.h"
 #include "world/bodies/bodies_sleep.h"
+#include "world/fields/fields.h"
 #include "world/record/record.h"
 
 #include <math.h>
@@ -45,22 +46,7 @@ static tulle_status check_numbers(const char *owner, given_numbers given, tulle_
 
 static tulle_status check_drive(const char *owner, const tulle_body_drive *drive,
                                 tulle_error *error) {
-    double const any = (double)INFINITY;
-    given_numbers const parts[] = {
-        {"position", drive->position, 3, -COORDINATE_MAX, COORDINATE_MAX},
-        {"rotation", drive->rotation, 4, -2.0, 2.0},
-        {"velocity", drive->velocity, 3, -SPEED_MAX, SPEED_MAX},
-        {"angular_velocity", drive->angular_velocity, 3, -SPEED_MAX, SPEED_MAX},
-        {"stiffness", drive->stiffness, 3, 0.0, FORCE_MAX},
-        {"damping", drive->damping, 3, 0.0, FORCE_MAX},
-        {"force_limit", drive->force_limit, 3, 0.0, any},
-        {"angular_stiffness", drive->angular_stiffness, 3, 0.0, FORCE_MAX},
-        {"angular_damping", drive->angular_damping, 3, 0.0, FORCE_MAX},
-        {"torque_limit", drive->torque_limit, 3, 0.0, any},
-    };
-    tulle_status status = TULLE_OK;
-    for (size_t i = 0; i < sizeof parts / sizeof parts[0] && status == TULLE_OK; i++)
-        status = check_numbers(owner, parts[i], error);
+    tulle_status const status = fields_check(&body_drive_fields, drive, owner, NULL, error);
     if (status != TULLE_OK) return status;
     double const norm = quaternion_norm(quaternion_load(drive->rotation));
     if (fabs(norm - 1.0) <= QUATERNION_TOLERANCE) return TULLE_OK;
@@ -213,10 +199,9 @@ tulle_status tulle_obstacle_set_locks(tulle_world *world, tulle_obstacle_id id,
 }
 
 tulle_body_drive tulle_body_drive_default(void) {
-    return (tulle_body_drive){
-        .rotation = {1.0, 0.0, 0.0, 0.0},
-        .force_limit = {(double)INFINITY, (double)INFINITY, (double)INFINITY},
-        .torque_limit = {(double)INFINITY, (double)INFINITY, (double)INFINITY}};
+    tulle_body_drive drive;
+    fields_set_defaults(&body_drive_fields, &drive);
+    return drive;
 }
 
 tulle_status tulle_obstacle_set_drive(tulle_world *world, tulle_obstacle_id id,
@@ -235,9 +220,8 @@ tulle_status tulle_obstacle_set_drive(tulle_world *world, tulle_obstacle_id id,
     if (is_driven) control->drive = *drive;
     control->is_driven = is_driven;
     world_wake_body(world, &world->now, body);
-    /* a drive is doubles throughout */
-    WORLD_RECORD(world, .kind = RECORD_DRIVE, RECORD_ID(id),
-                 .arrays = {{(const double *)drive, drive ? sizeof *drive / sizeof(double) : 0}});
+    WORLD_RECORD(world, .kind = RECORD_DRIVE, RECORD_ID(id), .numbers = {drive != NULL},
+                 .def.drive = drive ? *drive : control->drive);
     return TULLE_OK;
 }
 

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "tulle/record.h"
+#include "world/fields/fields.h"
 
 #include <string.h>
 
@@ -100,7 +101,8 @@ tulle_status tulle_world_record(tulle_world *world, const tulle_record_writer *w
     made->stream.heap = &world->heap;
     world->recording = made;
     record_stream *const stream = &made->stream;
-    recorded_call create = {.kind = RECORD_CREATE, .texts = {tulle_version()}};
+    recorded_call create = {
+        .kind = RECORD_CREATE, .numbers = {fields_version}, .texts = {tulle_version()}};
     create.def.world = world->model.def;
     if (ARRAY_RESERVE(&world->heap, &stream->bytes, RECORD_MAGIC_BYTES)) {
         memcpy(stream->bytes.data, RECORD_MAGIC, RECORD_MAGIC_BYTES);

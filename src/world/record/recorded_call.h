@@ -16,16 +16,19 @@
 
 #include "base/arena.h"
 #include "tulle/attach.h"
+#include "tulle/bodies.h"
+#include "tulle/events.h"
+#include "world/fields/fields.h"
 
 /* Its last byte is the version of the format. */
-#define RECORD_MAGIC "TULLREC3"
+#define RECORD_MAGIC "TULLREC4"
 enum { RECORD_MAGIC_BYTES = 8, RECORD_HEAD_BYTES = 16, RECORD_HASH_BYTES = 8 };
 
 /* Kinds of blocks: the call, how long its arrays are, or ANY: a multiple of three; in the comment
  * ids; numbers; arrays. Their order is part of the format: new ones come last. */
 #define RECORD_KINDS(X)                                                                            \
     X(END, "the end", 0, 0)                       /* the host ended the recording */               \
-    X(CREATE, "tulle_world_create", 0, 0)         /* the first block, with the version */          \
+    X(CREATE, "tulle_world_create", 0, 0)         /* -; fields_version; version, def */            \
     X(RESULT, "a result", 0, 0)                   /* of what runs: is_started; status, hash */     \
     X(FRAME, "a frame", ANY, 0)                   /* obstacle, frame; status; positions */         \
     X(ANSWER, "an answer of a pair filter", 0, 0) /* of a pair filter in one: -; 1 or 0 */         \
@@ -34,17 +37,17 @@ enum { RECORD_MAGIC_BYTES = 8, RECORD_HEAD_BYTES = 16, RECORD_HASH_BYTES = 8 };
     X(LOAD, "tulle_world_load_state", 0, 0)       /* the state */                                  \
     X(CLOTH, "tulle_world_add_cloth", 0, 0)       /* the def; so for the next one */               \
     X(OBSTACLE, "tulle_world_add_obstacle", 0, 0)                                                  \
-    X(CLOTH_CLOTH_LAW, "tulle_world_set_cloth_cloth_law", 3, 0) /* both; -; the law */             \
-    X(CLOTH_OBSTACLE_LAW, "tulle_world_set_cloth_obstacle_law", 3, 0)                              \
-    X(OBSTACLE_OBSTACLE_LAW, "tulle_world_set_obstacle_obstacle_law", 3, 0)                        \
-    X(MATERIAL_LAW, "tulle_world_set_material_law", 3, 0)     /* names in place of indices */      \
+    X(CLOTH_CLOTH_LAW, "tulle_world_set_cloth_cloth_law", 0, 0) /* both; -; the law */             \
+    X(CLOTH_OBSTACLE_LAW, "tulle_world_set_cloth_obstacle_law", 0, 0)                              \
+    X(OBSTACLE_OBSTACLE_LAW, "tulle_world_set_obstacle_obstacle_law", 0, 0)                        \
+    X(MATERIAL_LAW, "tulle_world_set_material_law", 0, 0)     /* names in place of indices */      \
     X(FILTER, "tulle_object_set_filter", 0, 0)                /* index, kind; category, mask */    \
     X(PAIR_FILTER, "tulle_world_set_pair_filter", 0, 0)       /* -; whether there is one */        \
     X(TRANSFORM, "tulle_obstacle_set_next_transform", 3, 4)   /* obstacle; travel; pose */         \
     X(POSITIONS, "tulle_obstacle_set_next_positions", ANY, 0) /* obstacle; travel; positions */    \
     X(PIN_TARGETS, "tulle_cloth_set_pin_targets", ANY, 0)     /* cloth; pin; positions */          \
     X(GRAVITY, "tulle_world_set_gravity", 3, 0)               /* -; -; gravity */                  \
-    X(WIND, "tulle_world_set_wind", WIND_COUNT, 0)            /* -; seed; all else of it */        \
+    X(WIND, "tulle_world_set_wind", 0, 0)                     /* the wind */                       \
     X(MATERIAL, "tulle_cloth_set_material", 0, 0)             /* cloth; the material */            \
     X(THICKNESS, "tulle_cloth_set_thickness", 1, 0)           /* cloth; -; thickness */            \
     X(RELEASE_PIN, "tulle_cloth_release_pin", 0, 0)           /* cloth; pin */                     \
@@ -57,10 +60,10 @@ enum { RECORD_MAGIC_BYTES = 8, RECORD_HEAD_BYTES = 16, RECORD_HASH_BYTES = 8 };
     X(FORCE, "tulle_obstacle_add_force", 3, 3)       /* obstacle; -; point or none, force */       \
     X(TORQUE, "tulle_obstacle_add_torque", 3, 0)     /* obstacle; -; torque */                     \
     X(LOCKS, "tulle_obstacle_set_locks", 0, 0)       /* obstacle; translations, rotations */       \
-    X(DRIVE, "tulle_obstacle_set_drive", DRIVE_COUNT, 0) /* obstacle; -; the drive or none */      \
-    X(WATCH, "tulle_world_watch_events", 1, 0)           /* -; kinds, capacity; force or none */   \
-    X(WAKE_CLOTH, "tulle_cloth_wake", 0, 0)              /* cloth */                               \
-    X(ADD_CLOTH, "tulle_world_add_cloth", 0, 0)          /* the def; so for the next one */        \
+    X(DRIVE, "tulle_obstacle_set_drive", 0, 0)       /* obstacle; whether there is one; it */      \
+    X(WATCH, "tulle_world_watch_events", 0, 0)       /* -; whether it watches; what */             \
+    X(WAKE_CLOTH, "tulle_cloth_wake", 0, 0)          /* cloth */                                   \
+    X(ADD_CLOTH, "tulle_world_add_cloth", 0, 0)      /* the def; so for the next one */            \
     X(ADD_OBSTACLE, "tulle_world_add_obstacle", 0, 0)                                              \
     X(REMOVE_CLOTH, "tulle_world_remove_cloth", 0, 0)       /* cloth */                            \
     X(REMOVE_OBSTACLE, "tulle_world_remove_obstacle", 0, 0) /* obstacle */                         \
@@ -106,6 +109,10 @@ typedef struct recorded_call {
         tulle_obstacle_def obstacle; /* read_frame: null or not */
         tulle_attachment_def attachment;
         tulle_material material;
+        tulle_wind wind;
+        tulle_contact_law law;
+        tulle_body_drive drive;
+        tulle_event_watch watch;
         recorded_state state;
     } def;
     const char *texts[2]; /* of the kinds that have texts; or null */
@@ -124,8 +131,8 @@ typedef struct record_stream {
 } record_stream;
 
 /* Writes a call as a block behind what is in the stream; or reads the payload of one, whose kind
- * is known. Status: TULLE_ERROR_OUT_OF_MEMORY, or TULLE_ERROR_PARSE where a payload is not one of
- * its kind. */
+ * is known. Status: TULLE_ERROR_OUT_OF_MEMORY, TULLE_ERROR_PARSE where a payload is not one of its
+ * kind, TULLE_ERROR_UNSUPPORTED where defs have other values; texts[0] is whose. */
 tulle_status recorded_call_write(record_stream *stream, const recorded_call *call);
 tulle_status recorded_call_read(record_stream *stream, recorded_call *call);
 

@@ -82,6 +82,11 @@ static tulle_status read_block(replay *self, size_t *place, recorded_call *call,
         .is_reading = true, .at = body, .end = body + payload, .scratch = &self->scratch};
     tulle_status const status = recorded_call_read(&stream, call);
     if (status == TULLE_ERROR_OUT_OF_MEMORY) return refuse_memory(self);
+    if (status == TULLE_ERROR_UNSUPPORTED)
+        return error_set(&self->error, TULLE_ERROR_PARSE,
+                         "the recording was made by Tulle %.15s, whose defs have other values than "
+                         "those of Tulle %s: take the version that made it",
+                         call->texts[0] ? call->texts[0] : "of no name", tulle_version());
     if (status != TULLE_OK)
         return refuse_block(self, begin, "a block does not hold what its call takes");
     *state = BLOCK_READ;
@@ -184,17 +189,8 @@ static tulle_status add_obstacle(replay *self, recorded_call *call) {
     return tulle_world_add_obstacle(self->world, def, NULL, &self->error);
 }
 
-/* The law in the first array of a call. */
-static const tulle_contact_law *read_law(const recorded_call *call, tulle_contact_law *law) {
-    const double *const numbers = call->arrays[0].data;
-    if (!numbers) return NULL;
-    *law = (tulle_contact_law){numbers[0], numbers[1], numbers[2]};
-    return law;
-}
-
 static tulle_status make_law(replay *self, const recorded_call *call) {
-    tulle_contact_law law;
-    const tulle_contact_law *const given = read_law(call, &law);
+    const tulle_contact_law *const given = &call->def.law;
     const uint32_t *const generations = call->generations;
     tulle_cloth_id const cloths[2] = {{call->ids[0], generations[0]},
                                       {call->ids[1], generations[1]}};
@@ -234,17 +230,7 @@ static tulle_status make_cloth_call(replay *self, recorded_call *call) {
     case RECORD_PAIR_FILTER:
         return tulle_world_set_pair_filter(world, number ? give_answer : NULL, self, error);
     case RECORD_GRAVITY: return tulle_world_set_gravity(world, first->data, error);
-    case RECORD_WIND: {
-        const double *const d = first->data;
-        if (!d) return tulle_world_set_wind(world, NULL, error);
-        tulle_wind const wind = {.velocity = {d[0], d[1], d[2]},
-                                 .gust_strength = d[3],
-                                 .gust_length = d[4],
-                                 .gust_time = d[5],
-                                 .seed = call->numbers[0],
-                                 .drag_coefficient = d[6]};
-        return tulle_world_set_wind(world, &wind, error);
-    }
+    case RECORD_WIND: return tulle_world_set_wind(world, &call->def.wind, error);
     case RECORD_MATERIAL: return tulle_cloth_set_material(world, cloth, &call->def.material, error);
     case RECORD_THICKNESS:
         return tulle_cloth_set_thickness(world, cloth, first->data ? first->data[0] : 0.0, error);
@@ -266,11 +252,7 @@ static tulle_status make_cloth_call(replay *self, recorded_call *call) {
         return tulle_attachment_set_points(world, call->ids[0], first->data, first->count / 3,
                                            error);
     case RECORD_RELEASE: return tulle_attachment_release(world, call->ids[0], error);
-    default: {
-        tulle_event_watch const watch = {(unsigned)number, first->data ? first->data[0] : 0.0,
-                                         (size_t)call->numbers[1]};
-        return tulle_world_watch_events(world, first->data ? &watch : NULL, error);
-    }
+    default: return tulle_world_watch_events(world, number ? &call->def.watch : NULL, error);
     }
 }
 
@@ -281,7 +263,6 @@ static tulle_status make_obstacle_call(replay *self, recorded_call *call) {
     tulle_obstacle_id const id = {call->ids[0], call->generations[0]};
     const double *const first = call->arrays[0].data, *const second = call->arrays[1].data;
     tulle_travel const travel = (tulle_travel)call->numbers[0];
-    tulle_body_drive drive;
     switch (call->kind) {
     case RECORD_OBSTACLE: return add_obstacle(self, call);
     case RECORD_TRANSFORM:
@@ -300,8 +281,8 @@ static tulle_status make_obstacle_call(replay *self, recorded_call *call) {
         return tulle_obstacle_set_locks(world, id, (unsigned)call->numbers[0],
                                         (unsigned)call->numbers[1], error);
     default:
-        if (first) memcpy(&drive, first, sizeof drive); /* doubles throughout */
-        return tulle_obstacle_set_drive(world, id, first ? &drive : NULL, error);
+        return tulle_obstacle_set_drive(world, id, call->numbers[0] ? &call->def.drive : NULL,
+                                        error);
     }
 }
 

@@ -158,63 +158,19 @@ tulle_status world_build_model(tulle_world *world, tulle_error *error) {
     return TULLE_OK;
 }
 
-/* Hash of what a saved state must fit: meshes, rest shapes, masses, factors, time scripts. */
+/* Hash of what a saved state must fit: the defs, and the laws and filters of pairs. */
 static uint64_t hash_defs(const tulle_world *world) {
-    uint64_t hash = HASH_SEED;
-    size_t const vector_bytes = 3 * world->model.vertex_count * sizeof(double);
-    hash = hash_bytes(hash, &world->model.cloths.count, sizeof world->model.cloths.count);
-    hash = hash_bytes(hash, &world->model.obstacles.count, sizeof world->model.obstacles.count);
-    hash = hash_bytes(hash, world->model.rest, vector_bytes);
-    for (size_t i = 0; i < world->model.cloths.count; i++) {
-        const world_cloth *const cloth = &world->model.cloths.data[i];
-        for (size_t k = 0; k < cloth->crease_count; k++) {
-            hash = hash_bytes(hash, cloth->creases[k].vertices, sizeof cloth->creases[k].vertices);
-            hash = hash_bytes(hash, &cloth->creases[k].angle, sizeof cloth->creases[k].angle);
-        }
-        if (cloth->factors)
-            hash = hash_bytes(hash, cloth->factors,
-                              cloth->mesh.triangle_count * sizeof *cloth->factors);
-    }
-    hash = hash_bytes(hash, world->model.topo.triangles,
-                      3 * world->model.topo.triangle_count * sizeof(uint32_t));
-    hash =
-        hash_bytes(hash, world->model.inverse_masses, world->model.vertex_count * sizeof(double));
-    hash = hash_bytes(hash, world->model.laws,
-                      world->model.set.surface_count * world->model.set.surface_count *
-                          sizeof(contact_law));
-    if (world->model.collides)
-        hash = hash_bytes(hash, world->model.collides,
-                          world->model.set.surface_count * world->model.set.surface_count);
-    if (world->model.grains)
-        hash = hash_bytes(hash, world->model.grains,
-                          world->model.set.surface_count * sizeof *world->model.grains);
-    hash = hash_bytes(hash, world->model.def.gravity, sizeof world->model.def.gravity);
-    hash = hash_bytes(hash, &world->model.minimum_gap, sizeof world->model.minimum_gap);
-    if (world->model.plastic_count > 0)
-        hash = hash_bytes(hash, &world->model.plastic_count, sizeof world->model.plastic_count);
-    if (world->model.cloth_rest_count > 0) {
-        hash = hash_bytes(hash, &world->model.def.sleep_speed, sizeof world->model.def.sleep_speed);
-        hash = hash_bytes(hash, &world->model.def.sleep_time, sizeof world->model.def.sleep_time);
-    }
-    int const choices[3] = {(int)world->model.def.response, (int)world->model.def.motion_space,
-                            (int)world->model.def.membrane};
-    hash = hash_bytes(hash, choices, sizeof choices);
-    for (size_t i = 0; i < world->model.obstacles.count; i++) {
-        const world_obstacle *const o = &world->model.obstacles.data[i];
-        if (o->drive == TULLE_DRIVE_NONE)
-            hash = hash_bytes(hash, o->motion.keys, o->motion.key_count * sizeof *o->motion.keys);
-        else
-            hash = hash_bytes(hash, &o->drive, sizeof o->drive);
-        hash = hash_bytes(hash, &o->appear_time, sizeof o->appear_time);
-        if (o->body.is_dynamic) {
-            hash = hash_bytes(hash, &o->rigid, sizeof o->rigid);
-            hash = hash_bytes(hash, &o->body.start_time, sizeof o->body.start_time);
-            double const sleep[2] = {o->body.sleep_speed, o->body.sleep_time};
-            if (sleep[0] > 0.0) hash = hash_bytes(hash, sleep, sizeof sleep);
-        }
-        hash = hash_bytes(hash, &o->disappear_time, sizeof o->disappear_time);
-    }
-    return hash;
+    const step_model *const model = &world->model;
+    uint64_t hash = world->first.def_hash;
+    size_t const pair_count = model->set.surface_count * model->set.surface_count;
+    size_t const counts[2] = {model->cloths.count, model->obstacles.count};
+    hash = hash_bytes(hash, counts, sizeof counts);
+    for (size_t i = 0; i < counts[0]; i++)
+        hash = hash_bytes(hash, &model->cloths.data[i].label.def_hash, sizeof hash);
+    for (size_t i = 0; i < counts[1]; i++)
+        hash = hash_bytes(hash, &model->obstacles.data[i].label.def_hash, sizeof hash);
+    hash = hash_bytes(hash, model->laws, pair_count * sizeof(contact_law));
+    return model->collides ? hash_bytes(hash, model->collides, pair_count) : hash;
 }
 
 /* Obstacles at the time of the start and their presence; null: at time 0. Cloth and rigid bodies go

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "world/defs.h"
+#include "world/fields/fields.h"
 #include "world/record/record.h"
 #include "world/sleep/cloth_sleep.h"
 #include "world/ties/ties.h"
@@ -14,15 +15,12 @@
 
 static const double POINT_MAX = 1e100;    /* [m] as for meshes */
 static const double STIFFNESS_MAX = 1e12; /* [N/m] */
-static const double WEIGHT_MAX = 1e6;     /* of barycentric coordinates */
 static const double SUM_TOLERANCE = 1e-6; /* of their sum */
 
 tulle_attachment_def tulle_attachment_def_default(void) {
-    return (tulle_attachment_def){.cookie = ATTACHMENT_DEF_COOKIE,
-                                  .max_distance = (double)INFINITY,
-                                  .stiffness = (double)INFINITY,
-                                  .break_force = (double)INFINITY,
-                                  .release_time = (double)INFINITY};
+    tulle_attachment_def def;
+    fields_set_defaults(&attachment_def_fields, &def);
+    return def;
 }
 
 /* ---- checks ---- */
@@ -41,16 +39,6 @@ static tulle_status check_holder(const tulle_world *world, const tulle_attachmen
         return refuse(error, "names an obstacle that the world does not have");
     if (is_cloth && world_find_cloth(world, def->other_cloth) == SIZE_MAX)
         return refuse(error, "names another cloth that the world does not have");
-    return TULLE_OK;
-}
-
-static tulle_status check_numbers(const tulle_attachment_def *def, tulle_error *error) {
-    if (!(def->max_distance > 0.0)) return refuse(error, "has a max_distance that is not over 0");
-    if (!(def->stiffness > 0.0) || (isfinite(def->stiffness) && !(def->stiffness <= STIFFNESS_MAX)))
-        return refuse(error, "has a stiffness that is not over 0 and at most 1e12 N/m, nor "
-                             "INFINITY");
-    if (!(def->break_force > 0.0)) return refuse(error, "has a break_force that is not over 0");
-    if (isnan(def->release_time)) return refuse(error, "has a release_time that is no number");
     return TULLE_OK;
 }
 
@@ -82,9 +70,7 @@ static tulle_status check_places(const tulle_world *world, const tulle_attachmen
             world->model.topo.triangles + 3 * ((size_t)range->triangle_begin + def->triangles[i]);
         double sum = 0.0;
         for (size_t k = 0; k < 3; k++) {
-            double const weight = def->weights[3 * i + k];
-            if (!(fabs(weight) <= WEIGHT_MAX)) sum = (double)NAN;
-            sum += weight;
+            sum += def->weights[3 * i + k];
             if (corners[k] == begin + def->vertices[i])
                 return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                                  "an attachment holds vertex %u at a triangle of its own",
@@ -170,7 +156,7 @@ static size_t add_ties(tulle_world *world, const tulle_attachment_def *def, uint
 /* What can be said of a def before the start, too. */
 static tulle_status check_def(const tulle_world *world, const tulle_attachment_def *def,
                               tulle_error *error) {
-    if (def->cookie != ATTACHMENT_DEF_COOKIE)
+    if (def->cookie != attachment_def_fields.cookie)
         return refuse(error, "needs a def made by tulle_attachment_def_default");
     if (world->model.def.response != TULLE_RESPONSE_COUPLED)
         return refuse(error, "needs TULLE_RESPONSE_COUPLED");
@@ -182,9 +168,10 @@ static tulle_status check_def(const tulle_world *world, const tulle_attachment_d
     if ((def->triangles != NULL) != (def->weights != NULL))
         return refuse(error, "gives triangles and weights together, or none of them");
     tulle_status status = check_holder(world, def, error);
-    if (status == TULLE_OK) status = check_numbers(def, error);
-    if (status == TULLE_OK && def->points)
-        status = check_points(def->points, def->vertex_count, error);
+    if (status == TULLE_OK)
+        status = fields_check(&attachment_def_fields, def, "an attachment", NULL, error);
+    if (status == TULLE_OK && isfinite(def->stiffness) && def->stiffness > STIFFNESS_MAX)
+        return refuse(error, "has a stiffness that is neither at most 1e12 N/m nor INFINITY");
     return status;
 }
 

@@ -36,11 +36,11 @@ static void bad_bodies_are_refused(void **state) {
                    "only one of");
     expect_refusal(&box,
                    &(tulle_body){.is_dynamic = 1, .mass = 1.0, .velocity = {0.0, (double)INFINITY}},
-                   bad, "velocity y");
+                   bad, "velocity[1]");
     expect_refusal(&box, &(tulle_body){.is_dynamic = 1, .mass = 1.0, .linear_damping = -1.0}, bad,
-                   "linear damping");
+                   "linear_damping");
     expect_refusal(&box, &(tulle_body){.is_dynamic = 1, .mass = 1.0, .start_time = (double)NAN},
-                   bad, "start time");
+                   bad, "start_time");
     expect_refusal(&open, &(tulle_body){.is_dynamic = 1, .mass = 1.0}, TULLE_ERROR_INVALID_MESH,
                    "is open at the edge");
     expect_refusal(&box, &(tulle_body){.is_dynamic = 1, .mass = 1e-307}, bad, "mass is 1e-307");

@@ -278,7 +278,7 @@ static void bad_values_are_refused(void **state) {
     tulle_obstacle_def obstacle = tulle_obstacle_def_default();
     obstacle.mesh = tulle_mesh_get_view(&box);
     static const double speeds[] = {-1.0, (double)NAN, 0.01}, times[] = {0.5, 0.5, 0.0};
-    static const char *const parts[] = {"sleep speed", "sleep speed", "sleep time"};
+    static const char *const parts[] = {"sleep_speed", "sleep_speed", "sleep_time"};
     for (int i = 0; i < 3; i++) {
         tulle_error error = {0};
         obstacle.body = (tulle_body){
