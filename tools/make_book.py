@@ -6,9 +6,8 @@ usage: make_book.py OUT [ROOT]   exit 1 if a public name is undocumented
 
 A page in docs/ links to a header by its path in the tree; in the book that is the header's page in reference/. A link to the Python
 package, or to what makes its structs, leads to its page there, too. A link to
-another file outside docs/ (a scene, an example, a script) leads to a page source/PATH that shows it. The diaries in lab/ are no
-part of the book: where a page links to one, the book has the file's name. A table of keys, whose last column is their meaning, gets
-the class `keys`; on a narrow screen book.css sets a key's meaning below the key.
+another file outside docs/ (a scene, an example, a script) leads to a page source/PATH that shows it. The diaries in lab/ do not
+belong to the book: where a page links to one, the book has the file's name.
 """
 import json
 import os
@@ -24,7 +23,6 @@ import make_reference
 PYTHON_PAGES = {"python/tulle": "reference/python.md", "python/generate.py": "reference/python_structs.md"}
 LANGUAGES = {".c": "c", ".h": "c", ".py": "python", ".sh": "bash", ".yaml": "yaml", ".yml": "yaml", ".cmake": "cmake"}
 LINK = re.compile(r"\]\(([^()\s<>#]+)((?:#[^()\s]*)?)\)")
-KEYS = re.compile(r"^\|(?: [^|\n]+ \|){3,5} meaning \|\n(?:\|.*\n)+", re.M)
 LAB_LINK = re.compile(r"\[([^\[\]]*)\]\((?:\.\./)+(lab/[^()\s#]*)(?:#[^()\s]*)?\)")
 
 
@@ -81,8 +79,7 @@ class Book:
             for name in names:
                 place = os.path.relpath(os.path.join(folder, name), docs).replace(os.sep, "/")
                 if name.endswith(".md"):
-                    text = self.mend_links(place, check_links.read(os.path.join(folder, name)))
-                    self.write(place, KEYS.sub(lambda match: f'<div class="keys" markdown>\n\n{match.group(0)}\n</div>\n', text))
+                    self.write(place, self.mend_links(place, check_links.read(os.path.join(folder, name))))
                 elif name.endswith((".png", ".svg", ".css")):
                     os.makedirs(os.path.dirname(os.path.join(self.out, place)), exist_ok=True)
                     shutil.copy(os.path.join(folder, name), os.path.join(self.out, place))

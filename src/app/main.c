@@ -42,10 +42,11 @@ static void print_help(FILE *stream) {
           stream);
     for (const subcommand *entry = subcommands; entry->name; entry++)
         fprintf(stream, "  %-10s %s\n", entry->name, entry->summary);
-    fputs("\n`tulle SUBCOMMAND --help` tells more; `tulle --version` prints the version.\n"
-          "Exit codes: 0 fine, 1 check found intersections, mend left some, replay a difference,\n"
-          "2 bad usage or input, 3 the run could not go on, 4 out of memory, 130 interrupted.\n",
-          stream);
+    fputs(
+        "\n`tulle SUBCOMMAND --help` describes one of them; `tulle --version` prints the version.\n"
+        "Exit codes: 0 fine, 1 check found intersections, mend left some, replay a difference,\n"
+        "2 bad usage or input, 3 the run failed, 4 out of memory, 130 interrupted.\n",
+        stream);
 }
 
 static int refuse(const char *name) {

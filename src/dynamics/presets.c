@@ -26,7 +26,7 @@ typedef struct preset {
     " of Kumari and Khurana, Regenerated Cellulose-Based Denim Fabric for Tropical Regions, "      \
     "Journal of Textiles 2016, 4614168, table 5, one value for warp and weft; limit, weight and "  \
     "friction are estimates"
-#define USUAL "estimates: usual values of such cloth; springs chosen for drape"
+#define USUAL "estimates: usual values of such a cloth; springs chosen for drape"
 #define FENG "Feng, Huang, Xu and Wang, ACM Transactions on Graphics 41(6), 2022"
 #define LI                                                                                         \
     "Li, Kaufman and Jiang, Codimensional Incremental Potential Contact, 2021, whose code does "   \
@@ -69,7 +69,7 @@ static const preset PRESETS[] = {
       DAMPING(5e-4, 2e-3, 0.05),
       FRICTION(0.40)}},
     {"silk",
-     USUAL "; bending such that it drapes as silk is said to",
+     USUAL "; bending chosen so that it drapes as silk is said to",
      0.16e-3,
      0,
      {.area_density = 0.070,
@@ -161,7 +161,7 @@ static const preset PRESETS[] = {
       FRICTION(0.35)}},
     {"cotton-broadcloth",
      "estimates: bending and its hysteresis after the cotton broad of " MATSUDAIRA
-     "; the rest usual of such cloth",
+     "; the rest usual for such a cloth",
      0.50e-3,
      0,
      {.area_density = 0.12,
@@ -174,7 +174,7 @@ static const preset PRESETS[] = {
       FRICTION(0.35)}},
     {"canvas",
      "estimates: weight, thickness, warp, weft and limits after the canvas of " LI
-     "; bending the median of fabrics of that weight of " FENG "; the rest usual of such cloth",
+     "; bending the median of fabrics of that weight of " FENG "; the rest usual for such a cloth",
      0.53e-3,
      0,
      {.area_density = 0.294,
@@ -187,7 +187,7 @@ static const preset PRESETS[] = {
       FRICTION(0.40)}},
     {"chiffon",
      "estimates: weight and bending the mean and the medians of the eight lightest of 120 fabrics "
-     "of " FENG "; the rest usual of such cloth",
+     "of " FENG "; the rest usual for such a cloth",
      0.12e-3,
      0,
      {.area_density = 0.024,
@@ -213,7 +213,7 @@ static const preset PRESETS[] = {
       FRICTION(0.30)}},
     {"wool-coating",
      "estimates: weight, thickness, warp, weft and limits after the wool of " LI
-     "; bending the median of fabrics of that weight of " FENG "; the rest usual of such cloth",
+     "; bending the median of fabrics of that weight of " FENG "; the rest usual for such a cloth",
      1.28e-3,
      0,
      {.area_density = 0.481,
@@ -226,7 +226,7 @@ static const preset PRESETS[] = {
       FRICTION(0.40)}},
     {"wool-stretch",
      "estimates: weight and thickness of wool with 5 % of elastane after " PENAVA
-     "; the rest usual of such cloth",
+     "; the rest usual for such a cloth",
      0.33e-3,
      0,
      {.area_density = 0.178,
@@ -240,7 +240,7 @@ static const preset PRESETS[] = {
     {"polyester-plain",
      "estimates: weight and thickness after " PENAVA
      "; bending about the median of fabrics of that weight of " FENG
-     "; the rest usual of such cloth",
+     "; the rest usual for such a cloth",
      0.25e-3,
      0,
      {.area_density = 0.165,
@@ -253,7 +253,7 @@ static const preset PRESETS[] = {
       FRICTION(0.25)}},
     {"polyester-faille",
      "estimates: bending and its hysteresis after the polyester faille of " MATSUDAIRA
-     "; the rest usual of such cloth",
+     "; the rest usual for such a cloth",
      0.22e-3,
      0,
      {.area_density = 0.10,
@@ -303,9 +303,8 @@ static const preset PRESETS[] = {
       FRICTION(0.25)}},
     {"glass-plain",
      "estimates: shear and its hysteresis after the plain glass weave of Cao et al. 2008, as "
-     "digitised by others; warp and weft less than a tenth of what glass of that weight has, so "
-     "that "
-     "it can be solved; the rest usual of such cloth",
+     "digitised by others; warp and weft less than a tenth of the values of glass of that weight, "
+     "so that it can be solved; the rest usual for such a cloth",
      0.60e-3,
      0,
      {.area_density = 0.60,

@@ -565,8 +565,8 @@ static tulle_status check_input(const tulle_mesh *mesh, double tolerance,
     for (size_t i = 0; status == TULLE_OK && i < 3 * mesh->vertex_count; i++)
         if (!(fabs(mesh->positions[i]) <= 1e100))
             return error_set(error, TULLE_ERROR_INVALID_MESH,
-                             "vertex %zu has a coordinate that is no finite number below 1e100; "
-                             "no repair knows where it belongs",
+                             "vertex %zu has a coordinate that is not a finite number below 1e100; "
+                             "this cannot be repaired",
                              i / 3);
     return status;
 }

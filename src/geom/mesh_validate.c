@@ -346,8 +346,8 @@ tulle_status mesh_validate(memory *heap, tulle_mesh_view mesh, tulle_mesh_role r
                            tulle_mesh_lines lines, tulle_error *error) {
     check c = {.heap = heap, .mesh = mesh, .lines = lines, .error = error};
     if ((int)role < TULLE_MESH_ROLE_CLOTH || (int)role > TULLE_MESH_ROLE_DEFORMING)
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "role %d is none of tulle_mesh_role",
-                         (int)role);
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                         "role %d is not a value of tulle_mesh_role", (int)role);
     if (mesh.triangle_count == 0)
         return error_set(error, TULLE_ERROR_INVALID_MESH,
                          "the mesh has no triangles (%zu vertices); at least one is needed",

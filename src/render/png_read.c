@@ -70,8 +70,8 @@ static tulle_status fail(const char *path, decoder *in, tulle_error *error) {
         return error_set_at(error, TULLE_ERROR_OUT_OF_MEMORY, path, 0, 0,
                             "no memory to read a picture");
     if (ferror(in->file)) return error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "cannot be read");
-    return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
-                        "this is no picture that can be read: %s", in->message);
+    return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0, "this picture cannot be read: %s",
+                        in->message);
 }
 
 tulle_status render_image_read_png(const char *path, render_image *image, const char *note_key,
@@ -84,7 +84,7 @@ tulle_status render_image_read_png(const char *path, render_image *image, const 
     decoder in = {.file = is_regular ? fdopen(file, "rb") : NULL, .image = image, .error = error};
     if (!in.file) {
         error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "cannot be opened: %s",
-                     file < 0 || is_regular ? strerror(errno) : "is no regular file");
+                     file < 0 || is_regular ? strerror(errno) : "is not a regular file");
         if (file >= 0) close(file);
         return TULLE_ERROR_IO;
     }

@@ -301,11 +301,10 @@ tulle_status scene_drive_obstacle(const tulle_scene *loaded, tulle_scene_world *
                                   tulle_error *error) {
     const scene_obstacle *const obstacle = &loaded->obstacles[index];
     if (tulle_scene_is_obstacle_moving(loaded, index))
-        return error_set(
-            error, TULLE_ERROR_UNSUPPORTED,
-            "'%s' follows the script of the scene; only what stands still, and bodies, "
-            "can be moved by hand",
-            obstacle->name);
+        return error_set(error, TULLE_ERROR_UNSUPPORTED,
+                         "'%s' follows the script of the scene; only static obstacles and rigid "
+                         "bodies can be moved by hand",
+                         obstacle->name);
     memory heap = memory_default();
     size_t attachment_count = 0;
     for (size_t c = 0; c < loaded->cloth_count; c++)

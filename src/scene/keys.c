@@ -167,8 +167,8 @@ static const schema_key contact_table[] = {
      FRICTION_VALUE,
      .fallback = "0.3",
      FIELD(contact_keys, friction),
-     .meaning = "Coulomb coefficient of cloths that do not slide on one another, unless pairs or "
-                "materials say otherwise"},
+     .meaning = "Coulomb coefficient between cloths that do not slide on one another, unless pairs "
+                "or materials say otherwise"},
     DYNAMIC_FRICTION(contact_keys,
                      "the coefficient of cloths that slide on one another; at most friction"),
     {.name = "response",
@@ -194,8 +194,9 @@ static const schema_key contact_table[] = {
      .fallback = "patches",
      FIELD(contact_keys, method),
      .meaning = "how pairs are found. patches: refitted trees that skip pairs within one certified "
-                "patch; refit: the same without patches; bvox: voxel trees built anew; paper: a "
-                "voxel tree for each patch. The result is the same, the time is not"},
+                "patch; refit: the same without patches; bvox: voxel trees built again in each "
+                "search; paper: a "
+                "voxel tree for each patch. They differ in time, not in the result"},
     {.name = "cone",
      .type = SCHEMA_CHOICE,
      .choices = cone_words,
@@ -217,15 +218,15 @@ static const schema_key contact_table[] = {
      .fallback = "on",
      FIELD(contact_keys, certificate),
      .meaning = "on: the search skips only patches that are proven not to touch themselves; off: "
-                "it skips all, as in the paper, and cloth may pass through itself within a patch, "
-                "an exception to the promise"},
+                "it skips all patches, as in the paper, and cloth may pass through itself within a "
+                "patch, an exception to the promise"},
     {.name = "patches",
      .type = SCHEMA_CHOICE,
      .choices = patches_words,
      .fallback = "keep",
      FIELD(contact_keys, patches),
      .meaning = "keep: patches live from step to step and are checked again; grow: every search "
-                "grows them anew, as method paper always does"},
+                "grows them again, as method paper always does"},
     {.name = "impact_rounds",
      .type = SCHEMA_INTEGER,
      .fallback = "5",
@@ -239,7 +240,7 @@ static const schema_key contact_table[] = {
      .fallback = "refuse",
      FIELD(contact_keys, start_intersections),
      .meaning = "what to do with cloth that intersects at the start. refuse: end the run; ignore: "
-                "let these pairs be until they have come apart, an exception to the promise; "
+                "ignore these pairs until they have come apart, an exception to the promise; "
                 "untangle: move the cloth until "
                 "nothing intersects"},
     {.name = "untangle_limit",
@@ -260,8 +261,8 @@ static const schema_key contact_table[] = {
      .fallback = "lag",
      FIELD(contact_keys, on_pinch),
      .meaning = "what to do when obstacles close on cloth. lag: a mesh sequence stays behind its "
-                "frames where there is no room, and what is rigid ends the run; stop: end the run; "
-                "slow: as lag, and what is rigid is held until there is room"},
+                "frames where there is no room, and a pinch of rigid obstacles ends the run; stop: "
+                "end the run; slow: as lag, but rigid obstacles wait until there is room"},
     {.name = "pairs",
      .type = SCHEMA_LIST,
      .map = &pair_map,
@@ -299,8 +300,8 @@ static const schema_key solver_table[] = {
      .choices = quality_words,
      .fallback = "normal",
      FIELD(solver_keys, quality),
-     .meaning = "how far solves go that cost much: see [Performance](performance.md); the promise "
-                "is the same"},
+     .meaning = "how exactly costly solves are solved, see [Performance](performance.md); the "
+                "promise does not depend on it"},
     {.name = "cg_tolerance",
      .type = SCHEMA_NUMBER,
      .fallback = "1e-4",
@@ -425,9 +426,8 @@ static const schema_key scene_table[] = {
      FIELD(scene_keys, on_overstretch),
      .beside = "membrane",
      .beside_choices = 1U << TULLE_MEMBRANE_WOVEN,
-     .meaning =
-         "where a yarn of woven cloth is stretched beyond its material's limit. warn: the run "
-         "goes on and tells of it at its end; stop: the run fails there"},
+     .meaning = "what to do when a yarn of woven cloth is stretched beyond its material's limit. "
+                "warn: the run continues and reports it at its end; stop: the run fails"},
     {.name = "contact",
      .type = SCHEMA_MAP,
      .map = &contact_map,

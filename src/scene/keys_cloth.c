@@ -6,7 +6,7 @@ static const schema_key keyframe_table[] = {
      ANY_TIME,
      .flags = SCHEMA_REQUIRED,
      FIELD(keyframe_keys, time),
-     .meaning = "time of the keyframe, later than that of the one before"},
+     .meaning = "time of the keyframe, later than the keyframe before"},
     {.name = "translate",
      POINT,
      .fallback = "[0, 0, 0]",
@@ -112,7 +112,7 @@ static const schema_key attach_table[] = {
      .maximum = 1e12,
      .flags = SCHEMA_ABOVE_MINIMUM,
      FIELD(attach_keys, breaks_at),
-     .meaning = "a vertex that is held by more breaks off"},
+     .meaning = "a vertex that needs more force breaks off"},
     {.name = "release",
      ANY_TIME,
      .fallback = "never",
@@ -172,7 +172,8 @@ static const schema_key rest_table[] = {
      .minimum = 0.5,
      .maximum = 2,
      FIELD(rest_keys, shrink),
-     .meaning = "factor on all lengths at rest: 0.9 for what draws together, as an elastic band"},
+     .meaning =
+         "factor on all lengths at rest: 0.9 for cloth that draws together, as an elastic band"},
     {.name = "folds",
      .type = SCHEMA_CHOICE,
      .choices = folds_words,
@@ -191,8 +192,9 @@ static const schema_key rest_table[] = {
      FIELD(rest_keys, creases),
      .meaning = "edges that are folded at rest; of two of one edge the last counts"},
 };
-const schema_map rest_map = {
-    .title = "Rest", .meaning = "The shape in which nothing pulls.", MAP_OF(rest_table, rest_keys)};
+const schema_map rest_map = {.title = "Rest",
+                             .meaning = "The shape in which no part of the cloth pulls.",
+                             MAP_OF(rest_table, rest_keys)};
 
 static const schema_key region_table[] = {
     VERTEX_CHOICE(region_keys, "the triangles whose corners all lie ", "the triangles ",
@@ -203,7 +205,8 @@ static const schema_key region_table[] = {
      .minimum = 0.5,
      .maximum = 2,
      FIELD(region_keys, shrink),
-     .meaning = "factor on the lengths at rest of these triangles, beside that of the whole cloth"},
+     .meaning =
+         "factor on the lengths at rest of these triangles, times the factor of the whole cloth"},
     {.name = "stiffness",
      .type = SCHEMA_NUMBER,
      .fallback = "1",
@@ -211,7 +214,7 @@ static const schema_key region_table[] = {
      .maximum = 100,
      FIELD(region_keys, stiffness),
      .meaning = "factor on all stiffness of the material in these triangles, in stretch, shear and "
-                "bending, beside that of the stiffness_file: 20 for a stiff collar"},
+                "bending, times the factor of the stiffness_file: 20 for a stiff collar"},
     {.name = "grain",
      .type = SCHEMA_VECTOR,
      .flags = SCHEMA_OPTIONAL,
@@ -258,7 +261,7 @@ static const schema_key cloth_table[] = {
      .type = SCHEMA_MAP,
      .map = &rest_map,
      FIELD(cloth_keys, rest),
-     .meaning = "the shape in which nothing pulls; by default the start"},
+     .meaning = "the shape in which no part of the cloth pulls; by default the start"},
     {.name = "grain",
      .type = SCHEMA_VECTOR,
      .fallback = "[1, 0, 0]",
@@ -279,15 +282,15 @@ static const schema_key cloth_table[] = {
      FIELD(cloth_keys, grain_uv),
      .derived = "grain",
      .meaning = "direction of the warp in the plane of the mesh file's texture coordinates, as "
-                "patterns of garments lie there; friction_across goes on by grain"},
+                "patterns of garments lie there; friction_across still follows grain"},
     {.name = "stiffness_file",
      .type = SCHEMA_PATH,
      .flags = SCHEMA_OPTIONAL,
      FIELD(cloth_keys, stiffness_file),
      .derived = "1 everywhere",
      .meaning = "text file with a factor on all stiffness of the material for each vertex, 0.01 to "
-                "100, in the order of the mesh; a triangle takes the mean of its corners. What "
-                "stands behind # is passed over"},
+                "100, in the order of the mesh; a triangle takes the mean of its corners. Text "
+                "after # is ignored"},
     {.name = "thickness",
      .type = SCHEMA_NUMBER,
      .unit = UNIT_LENGTH,

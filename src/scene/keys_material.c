@@ -183,5 +183,5 @@ static const schema_key material_table[] = {
 };
 const schema_map material_map = {
     .title = "Material",
-    .meaning = "Values of the fabric, not of the mesh: a finer mesh drapes the same.",
+    .meaning = "Values of the fabric, not of the mesh: a finer mesh drapes alike.",
     MAP_OF(material_table, material_keys)};

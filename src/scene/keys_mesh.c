@@ -60,8 +60,8 @@ static const schema_key mesh_table[] = {
      .applies = ROUND,
      BY_SHAPE,
      FIELD(mesh_keys, radius),
-     .meaning = "radius; of a torus that of its centre line, of needle, nail and sceptre that of "
-                "the shaft"},
+     .meaning =
+         "radius; of a torus: of its centre line; of needle, nail and sceptre: of the shaft"},
     {.name = "inner_radius",
      POSITIVE_LENGTH(0),
      .applies = BIT(CAPE) | BIT(TORUS),
@@ -73,7 +73,7 @@ static const schema_key mesh_table[] = {
      .applies = HIGH,
      BY_SHAPE,
      FIELD(mesh_keys, height),
-     .meaning = "height along z; of grounds and tiles that of their bumps"},
+     .meaning = "height along z; of grounds and tiles: of their bumps"},
     {.name = "tip_height",
      POSITIVE_LENGTH(0),
      .applies = BIT(NEEDLE),
@@ -149,7 +149,7 @@ static const schema_key mesh_table[] = {
      .applies = CUT,
      FIELD(mesh_keys, irregular),
      .meaning =
-         "moves inner vertices and turns diagonals at random; outline and area stay the same"},
+         "moves inner vertices and turns diagonals at random; outline and area do not change"},
     {.name = "seed",
      AUTO_SEED,
      FIELD(mesh_keys, seed),

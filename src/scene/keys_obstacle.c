@@ -63,11 +63,11 @@ static const schema_key sequence_table[] = {
      .choices = loop_names,
      .fallback = "once",
      FIELD(sequence_keys, loop),
-     .meaning = "what follows the last frame. once: it stands still; pingpong: backwards to the "
-                "first frame, forwards again, and so on; repeat: the first frame, and so on. The "
-                "ends must meet then: from the last frame to the first no vertex may go more than "
-                "twice as far as one goes between other frames. A last frame that is the first "
-                "once more counts once"},
+     .meaning =
+         "what follows the last frame. once: it stands still; pingpong: backwards to the "
+         "first frame, forwards again, and so on; repeat: the first frame, and so on. The ends "
+         "must then meet: from the last frame to the first no vertex may move more than twice as "
+         "far as between other frames. If the last frame repeats the first, it counts once"},
     {.name = "start",
      ANY_TIME,
      .derived = "as the file has it; 0 with first or interval, and where it has none",
@@ -110,13 +110,13 @@ static const schema_key motion_table[] = {
      .derived = "origin of the obstacle",
      FIELD(motion_keys, pivot),
      .beside = "keyframes",
-     .meaning = "point that keyframes turn about, in scene coordinates; in those of the copy where "
-                "there are copies"},
+     .meaning = "point that keyframes turn about, in scene coordinates; if there are copies, in "
+                "coordinates of the copy"},
 };
 const schema_map motion_map = {
     .title = "Motion",
     .meaning = "How an obstacle moves. Displacements and turns are along the axes of the scene. "
-               "Those of a copy on a ring or a spiral are along the axes of that copy.",
+               "If copies stand on a ring or a spiral, they are along the axes of each copy.",
     MAP_OF(motion_table, motion_keys),
     .needs_alternative = true};
 
@@ -189,9 +189,9 @@ static const schema_key dynamic_table[] = {
 const schema_map dynamic_map = {
     .title = "Rigid body",
     .meaning = "An obstacle that answers contact with cloth, with obstacles and with other bodies. "
-               "Its mesh must face outwards, and be closed unless area_density is given. It may "
-               "intersect nothing at the start. `dynamic: true` is a body with all defaults, "
-               "`false` is none.",
+               "Its mesh must face outwards, and be closed unless area_density is given. At the "
+               "start it must not intersect anything. `dynamic: true` makes a body with all "
+               "defaults, `false` makes no body.",
     MAP_OF(dynamic_table, dynamic_keys),
     .takes_flag = true};
 
@@ -387,7 +387,7 @@ static const schema_key obstacle_table[] = {
      .flags = SCHEMA_OPTIONAL,
      FIELD(obstacle_keys, dynamic),
      .derived = "none",
-     .meaning = "makes it a rigid body, which contact moves"},
+     .meaning = "makes it a rigid body, which moves by contact"},
     {.name = "appears",
      ANY_TIME,
      .fallback = "start",
@@ -419,7 +419,7 @@ static const schema_key obstacle_table[] = {
      .flags = SCHEMA_OPTIONAL | SCHEMA_PICTURE,
      FIELD(obstacle_keys, hidden),
      .derived = "`false`",
-     .meaning = "leaves it out of pictures, so that what it encloses is seen"},
+     .meaning = "leaves it out of pictures, so that its inside can be seen"},
 };
 const schema_map obstacle_map = {.title = "Obstacle",
                                  .meaning =

@@ -37,23 +37,24 @@ static const schema_key place_table[] = {
      .flags = SCHEMA_SECOND_ALTERNATIVE,
      FIELD(place_keys, on_top_of),
      .meaning = "brings its lowest point to the height of the highest point of an obstacle, with "
-                "all its copies, at the start. An obstacle can only stand on one that is before it "
-                "in the file"},
+                "all its copies, at the start. An obstacle can only stand on an obstacle that "
+                "comes before it in the file"},
     {.name = "as",
      .type = SCHEMA_NAME,
      .flags = SCHEMA_OPTIONAL,
      FIELD(place_keys, as),
      .derived = "by its own box",
-     .meaning = "goes where an obstacle goes, without scale, rotate and the other keys of place: "
-                "what was modelled on a body stays on it. A copy has a number: post.002"},
+     .meaning =
+         "moves to the place of an obstacle, without scale, rotate and the other keys of place: "
+         "cloth that was modelled on a body stays on it. A copy has a number: post.002"},
 };
 const schema_map place_map = {
     .title = "Place",
     .meaning =
-        "Sets a mesh down by its box, so that nobody has to know its coordinates. The keys scale, "
-        "up, rotate, size or height, center, on or on_top_of, and translate act in this order: the "
-        "box is that of the mesh as scale, up and rotate leave it, at the start, and translate "
-        "moves what was set down, as `[0, 0, 5 mm]` for a gap. Size and height scale evenly. "
+        "Sets a mesh down by its box, so that nobody has to know its coordinates. The keys act in "
+        "this order: scale, up, rotate, size or height, center, on or on_top_of, translate. The "
+        "box is the box of the mesh at the start, after scale, up and rotate. translate moves the "
+        "mesh after it was set down, as `[0, 0, 5 mm]` for a gap. Size and height scale evenly. "
         "Copies are set down by their layout after that; every frame of a mesh sequence is placed "
         "as the first one, and a rest file as its cloth. Points of pins and regions are in scene "
         "coordinates, after all this.",

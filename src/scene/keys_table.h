@@ -71,8 +71,9 @@
         .name = "scale", .type = SCHEMA_VECTOR, .derived = "1, or the unit of the file",           \
         .least_count = 3, .most_count = 3, .minimum = -1e6, .maximum = 1e6,                        \
         .flags = SCHEMA_UNIFORM | SCHEMA_NOT_ZERO, FIELD(owner, scale),                            \
-        .meaning = "factor along x, y, z, or one for all; applied first. A negative one mirrors: " \
-                   "fronts stay fronts, and what faces outwards goes on to do so"                  \
+        .meaning =                                                                                 \
+            "factor along x, y, z, or one for all; applied first. A negative factor mirrors: "     \
+            "fronts stay fronts, and outer sides stay outer sides"                                 \
     }
 #define ROTATE(owner)                                                                              \
     {                                                                                              \

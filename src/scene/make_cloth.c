@@ -9,7 +9,7 @@
 bool check_grain(const scene_work *work, const schema_head *head, const schema_vector *grain) {
     if (vec3_norm(vec3_load(grain->value, 0)) > 0.0) return true;
     problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(head, "grain"),
-                "%s.grain: is no direction; give one, as [0, 1, 0]", head->path);
+                "%s.grain: is not a direction; give for example [0, 1, 0]", head->path);
     return false;
 }
 

@@ -213,10 +213,11 @@ tulle_status drop_flat(const scene_work *work, const char *path, tulle_mesh *mes
         if (marks[t]) marked++, first = t;
     if (marked == 0) return TULLE_OK;
     if (marked == count)
-        return error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
-                            "none of its %zu triangles has an area%s: the heights of all are under "
-                            "1e-9 of their longest edges; an obstacle needs one that has",
-                            count, when);
+        return error_set_at(
+            error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
+            "none of its %zu triangles has an area%s: the heights of all are under "
+            "1e-9 of their longest edges; an obstacle needs a triangle with an area",
+            count, when);
     char line[24] = "", more[48] = "";
     if (flat->lines) snprintf(line, sizeof line, ":%u", flat->lines[first]);
     if (marked > 1) snprintf(more, sizeof more, ", and %zu more", marked - 1);

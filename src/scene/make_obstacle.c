@@ -137,8 +137,8 @@ bool make_obstacles(const scene_work *work, const obstacle_keys *keys, size_t in
                         body->start <= begin
                             ? "%s.%s: is %g s, and the motion begins at %g s: the body never "
                               "follows it. Give a later start, or leave out the motion"
-                            : "%s.%s: does nothing: at its start (%g s) the body goes on as its "
-                              "motion, from %g s on, had it; leave this out",
+                            : "%s.%s: does nothing: at its start (%g s) the body keeps the "
+                              "velocity of its motion, which begins at %g s; leave this out",
                         body->head.path, idle, body->start, begin);
             return false;
         }

@@ -263,7 +263,7 @@ static bool lay_warps(const rest_work *work) {
     vec3 const grain = vec3_load(keys->grain.value, 0);
     vec3 const grain_uv = {keys->grain_uv.value[0], keys->grain_uv.value[1], 0.0};
     if (is_uv && !(vec3_norm(grain_uv) > 0.0))
-        return refuse(work, keys, "grain_uv", "is no direction; give one, as [0, 1]");
+        return refuse(work, keys, "grain_uv", "is not a direction; give for example [0, 1]");
     double *const warps = allocate(work, 3 * cloth->mesh.triangle_count);
     if (!warps) return false;
     for (size_t t = 0; t < cloth->mesh.triangle_count; t++) {

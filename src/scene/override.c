@@ -55,7 +55,7 @@ static bool read_step(override_work *work, bool is_first, path_step *step) {
     *step = (path_step){0};
     if (*work->cursor == '[' && !is_first) return read_index(work, step);
     if (!is_first) {
-        if (*work->cursor != '.') return refuse(work, "the path must go on with . or [");
+        if (*work->cursor != '.') return refuse(work, "the path must continue with . or [");
         work->cursor++;
     }
     size_t length = 0;

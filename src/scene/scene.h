@@ -16,9 +16,6 @@ void scene_print_problems(const tulle_scene_problems *problems, FILE *stream);
 tulle_status scene_load_material(const char *path, tulle_material *material,
                                  tulle_scene_problems *problems);
 
-/* Prints docs/guide/scene.md from the table of keys. */
-void scene_print_documentation(FILE *stream);
-
 /* Prints the table of keys as a JSON array: an object for each key of each kind of map, with its
  * path as "cloth[].mesh.shape", kind, unit, choices, default and meaning. */
 void scene_print_schema(FILE *stream);

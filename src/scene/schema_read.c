@@ -97,7 +97,7 @@ static void refuse_inapplicable(map_work *work, const scene_node *child) {
     join_path(work, child->key, path);
     const schema_key *selector = &work->map->keys[schema_find_key(work->map, work->map->selector)];
     if (!schema_is_given(work->map, work->head, work->map->selector)) {
-        complain(work, child->key_place, "%s: has a meaning only beside the key '%s'", path,
+        complain(work, child->key_place, "%s: has a meaning only together with the key '%s'", path,
                  selector->name);
         return;
     }

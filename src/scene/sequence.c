@@ -450,7 +450,7 @@ static tulle_status check_files(const scene_work *work, scene_sequence *sequence
         if (!is_same &&
             write_file_name(sequence->files, sequence->first + frame, path, sizeof path))
             return error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
-                                "its triangles differ from those of the frames before: all frames "
+                                "its triangles differ from the frames before: all frames "
                                 "of a mesh sequence have the same vertices and triangles");
     }
     return TULLE_OK;

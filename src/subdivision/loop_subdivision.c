@@ -34,8 +34,8 @@ static tulle_status check_def(const tulle_subdivision_def *def, tulle_error *err
                          TULLE_SUBDIVISION_LEVELS_MAX);
     if (!(def->crease_angle > 0.0) || !(def->corner_angle > 0.0))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the crease angle %g rad and the corner angle %g rad must both be over 0 "
-                         "(INFINITY: none)",
+                         "the crease angle %g rad and the corner angle %g rad must both be greater "
+                         "than 0 (INFINITY: none)",
                          def->crease_angle, def->corner_angle);
     if (def->crease_edge_count > 0 && !def->crease_edges)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,

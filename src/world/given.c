@@ -53,8 +53,7 @@ static world_obstacle *find_driven(tulle_world *world, tulle_obstacle_id id, tul
                   "%s: call tulle_world_start before it is given where to go", name);
     } else if (obstacle->drive != drive) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                  "%s: it is not driven in this way; add it with the drive %s", name,
-                  wanted[drive]);
+                  "%s: its drive is another one; add it with the drive %s", name, wanted[drive]);
     } else if (obstacle->given != GIVEN_NOTHING) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                   "%s: it was already given where to go in the next step", name);

@@ -455,7 +455,7 @@ tulle_status world_check_settings(tulle_world *world, const void *bytes, size_t 
     if (!split_settings(world, bytes, size, &split) || !settings_are_valid(world, &split))
         return error_set(error, TULLE_ERROR_PARSE,
                          "the saved state has a gravity, a wind, laws, materials or pins that no "
-                         "world has: start the run anew");
+                         "world has: start the run again");
     tulle_status const status = split.laws ? keep_first_laws(world, error) : TULLE_OK;
     return status == TULLE_OK ? prepare_cloths(world, &split, error) : status;
 }

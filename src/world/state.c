@@ -285,7 +285,7 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     if (header->magic[7] != STATE_MAGIC[7]) {
         return error_set(error, TULLE_ERROR_PARSE,
                          "the saved state is of another version of Tulle (format %c, this one "
-                         "reads %c): start the run anew",
+                         "reads %c): start the run again",
                          header->magic[7] >= ' ' && header->magic[7] <= '~' ? header->magic[7]
                                                                             : '?',
                          STATE_MAGIC[7]);
@@ -331,9 +331,9 @@ static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t
             if (objects[k] >= world->model.set.surface_count ||
                 triangles[k] >= world->model.surfaces[objects[k]].triangle_end -
                                     world->model.surfaces[objects[k]].triangle_begin) {
-                return error_set(error, TULLE_ERROR_PARSE,
-                                 "the saved state names triangles that are not there: start the "
-                                 "run anew");
+                return error_set(
+                    error, TULLE_ERROR_PARSE,
+                    "the saved state names triangles that are not there: start the run again");
             }
         }
     }
@@ -355,7 +355,7 @@ static tulle_status take_patches(tulle_world *world, const unsigned char *bytes,
     if (status == TULLE_ERROR_OUT_OF_MEMORY)
         return error_set(error, status, "no memory left to load the patches of the saved state");
     return error_set(error, TULLE_ERROR_PARSE,
-                     "the patches of the saved state cannot be read: start the run anew");
+                     "the patches of the saved state cannot be read: start the run again");
 }
 
 static tulle_status load_state(tulle_world *world, const void *bytes, size_t byte_count,
@@ -416,7 +416,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
         return error_set(error, status, "no memory left for the contacts of the saved state");
     if (status != TULLE_OK || !contact_store_fits(&next->contacts, &world->model.topo))
         return error_set(error, TULLE_ERROR_PARSE,
-                         "the contacts of the saved state cannot be read: start the run anew");
+                         "the contacts of the saved state cannot be read: start the run again");
     status = world_find_touching(world, next, error);
     if (status != TULLE_OK) return status;
     status = take_patches(world, cursor.bytes + cursor.used + parts.contact_bytes,

@@ -92,13 +92,13 @@ tulle_status world_check_state(const tulle_world *world, const motion_state *sta
     else if (!world_cloth_rests_are_valid(world, state))
         what = "a sleep that no cloth has";
     else if (!poses_are_valid(world, state->poses))
-        what = "obstacles in a pose that is none";
+        what = "obstacles in an impossible pose";
     else if (!world_holds_are_valid(world, state))
         what = "obstacles held back that are not there";
     else if (!are_bounded(state->lags, 3 * world->model.lag_vertex_count))
         what = "obstacles that lag too far behind their frames";
     else if (!world_ties_are_valid(world, state))
-        what = "attachments of what is not there";
+        what = "attachments of missing objects";
     if (!what) return TULLE_OK;
-    return error_set(error, TULLE_ERROR_PARSE, "the saved state has %s: start the run anew", what);
+    return error_set(error, TULLE_ERROR_PARSE, "the saved state has %s: start the run again", what);
 }

@@ -115,7 +115,7 @@ refuse 'press_00.obj: would be written twice, as a body and as a body' pressed.p
 refuse 'press_05.obj: would be written twice' pressed.pc2 --mesh sheet.obj --body 'press_*.obj' --body twins/press_05.obj --bodies-out nothing
 refuse 'no.pc2: would be written twice, as' pressed.pc2 --mesh sheet.obj --report ./no.pc2
 refuse 'layer_00.ply: is one of the files that are read' 'layer_*.ply' --colors 'layer_%02d.ply'
-refuse 'there is something that is no file' pressed.pc2 --mesh sheet.obj --report /dev/null
+refuse 'it exists and is not a regular file' pressed.pc2 --mesh sheet.obj --report /dev/null
 mkdir same
 mend 2 pressed.pc2 --mesh sheet.obj --body 'press_*.obj' -o 'same/press_%02d.obj' --bodies-out same
 grep -q 'press_00.obj: would be written twice' err || { fault "OUT among the bodies"; cat err; }

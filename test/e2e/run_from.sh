@@ -127,7 +127,7 @@ refuse "no rigid body 'slab'" bodies.yaml --from thrown:3 --set 'obstacles[2].me
 refuse 'missing' scene.yaml --from missing
 refuse 'intersect' scene.yaml --from first:12 --set 'obstacles[0].mesh.radius=0.2'
 "$TULLE" run scene.yaml --from first:3 -o first --force >/dev/null 2>stderr && fault "it replaced its own source"
-grep -q 'the one that is to be written' stderr || fault "its own source: $(cat stderr)"
+grep -q 'the directory of the new run' stderr || fault "its own source: $(cat stderr)"
 diff -rq first/frames.csv second/frames.csv >/dev/null; [ -s first/sheet.pc2 ] || fault "the source is gone"
 
 [ $faults = 0 ] && echo "runs from frames of others: as they should"

@@ -123,7 +123,7 @@ static void damaged_files_are_refused(void **state) {
     assert_int_equal(mkfifo(in_folder("pipe.png"), 0666), 0); /* nobody writes to it */
     assert_int_equal(render_image_read_png(in_folder("pipe.png"), &back, NULL, NULL, 0, &error),
                      TULLE_ERROR_IO);
-    assert_non_null(strstr(error.message, "is no regular file"));
+    assert_non_null(strstr(error.message, "is not a regular file"));
     unlink(in_folder("pipe.png"));
 }
 

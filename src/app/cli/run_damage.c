@@ -13,7 +13,7 @@ tulle_status run_damage_report(const char *command, const char *directory, tulle
     for (size_t i = 0; i < count; i++)
         app_print_message(command, "%s/%s: %s", directory, damages[i].file, damages[i].message);
     return error_set_at(error, TULLE_ERROR_PARSE, directory, 0, 0,
-                        "%zu of the run's files %s damaged; tulle run --resume goes on before the "
-                        "damage if a checkpoint does, and makes meshes again",
+                        "%zu of the run's files %s damaged; tulle run --resume continues from "
+                        "before the damage if there is such a checkpoint, and makes meshes again",
                         count, count == 1 ? "is" : "are");
 }

@@ -74,10 +74,9 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
          "smooth by N steps of Loop subdivision; each makes four triangles of one", 0,
          TULLE_SUBDIVISION_LEVELS_MAX, NULL},
         {"repair", 0, OPTION_FLAG, &words->repairs, NULL,
-         "make of a mesh one that can be cloth, and say what was done: drop triangles without "
-         "area\n"
-         "and duplicates, join boundaries that meet, cut where an edge has three triangles or a\n"
-         "vertex several fans, turn triangles alike, leave out loose vertices",
+         "make a mesh fit for cloth, and list the repairs: drop triangles without area "
+         "and\nduplicates, join boundaries that meet, cut where an edge has three triangles or "
+         "a\nvertex several fans, turn triangles alike, leave out loose vertices",
          0, 0, NULL},
         {"tolerance", 0, OPTION_TEXT, &words->tolerance, "LENGTH",
          "with --repair: how far apart boundaries may be that meet, as 0.1mm (default: 0)", 0, 0,
@@ -99,8 +98,8 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         {"fps", 0, OPTION_TEXT, &words->fps, "N",
          "frames in a second, where FROM has no times (default: 24)", 0, 0, NULL},
         {"interpolation", 0, OPTION_CHOICE, &words->interpolation, "linear|step",
-         "what .glb and .gltf show between frames: the way from one to the next (default), or\n"
-         "the one before",
+         "what .glb and .gltf show between two frames: a smooth transition (default), or "
+         "the\nfirst of the two",
          0, 0, interpolation_choices},
         {"double", 0, OPTION_FLAG, &words->is_double, NULL,
          "positions of .npz as float64 (default: float32)", 0, 0, NULL},
@@ -119,10 +118,10 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
             "(frame_%04d.obj or 'frame_*.obj'), to TO, a mesh, a point cache, an animation\n"
             "(.glb, .gltf, .usda, .npz, .abc), or numbered files of meshes (out_%04d.vtp, with "
             "the\n"
-            "numbers of their frames). A run becomes an animation with all its bodies, or with\n"
-            "the one that --body names.\n"
-            "Says what became of frames, axes and units, and what was lost. A subdivided\n"
-            "surface is judged: intersections are told, and the exit code stays 0.",
+            "numbers of their frames). A run becomes an animation with all its bodies, or "
+            "with\nthe body of --body.\nReports how frames, axes and units were converted, and any "
+            "losses. A subdivided\nsurface is judged: intersections are reported, and the exit "
+            "code stays 0.",
         .options = options,
         .option_count = sizeof options / sizeof options[0],
         .operand_minimum = 2,
@@ -423,7 +422,7 @@ static void print_frames(const convert_session *session) {
     uint32_t const absent =
         session->takes_all ? 0 : convert_source_count_absent(&session->source, frames);
     if (absent > 0)
-        printf("  %-11s in %u of them the body is not in the scene; written all the same\n", "",
+        printf("  %-11s in %u of them the body is not in the scene; they are written, too\n", "",
                absent);
 }
 
@@ -538,9 +537,8 @@ static void print_losses(const convert_session *session) {
             ".ply, .vtp, and .npz with --double",
             session->rounding.frame_count, session->rounding.first, session->rounding.text);
     if (target->format == CONVERT_STL)
-        PRINT_LOSS(count,
-                   "each triangle has corners of its own; a reader makes one vertex of those "
-                   "with the same coordinates");
+        PRINT_LOSS(count, "each triangle has corners of its own; a reader joins corners with the "
+                          "same coordinates to one vertex");
     if (convert_is_cache(target->format) && session->triangle_count > 0)
         PRINT_LOSS(count, "the point cache holds no triangles; keep them in a mesh file");
     if (source->kind != SOURCE_RUN && convert_get_format(source->path) == CONVERT_STL)

@@ -68,8 +68,7 @@ static tulle_status check_times(convert_scene *scene, const char *fps, tulle_err
     uint32_t const frame = index > 0 ? frame_range_get(scene->frames, index) : 0;
     if (index > 0 && !fps)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, scene->source->path, 0, 0,
-                            "the time of frame %u is not after that of frame %u; --fps gives "
-                            "frames other times",
+                            "frame %u is not later than frame %u; --fps gives frames other times",
                             frame, frame_range_get(scene->frames, index - 1));
     if (index == 0 && fps)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, scene->source->path, 0, 0,

@@ -287,11 +287,11 @@ static tulle_status read_file(convert_source *source, uint32_t frame, double *po
          memcmp(mesh.triangles, first->triangles, 3 * mesh.triangle_count * sizeof(uint32_t)) == 0))
         memcpy(positions, mesh.positions, 3 * mesh.vertex_count * sizeof(double));
     else
-        status = error_set_at(error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
-                              "its vertices or triangles (%zu and %zu) are others than in the "
-                              "first file (%zu and %zu): all files of a sequence have the same",
-                              mesh.vertex_count, mesh.triangle_count, first->vertex_count,
-                              first->triangle_count);
+        status = error_set_at(
+            error, TULLE_ERROR_INVALID_MESH, path, 0, 0,
+            "it has %zu vertices and %zu triangles, but the first file has %zu and %zu; all files "
+            "of a sequence must have the same vertices and triangles",
+            mesh.vertex_count, mesh.triangle_count, first->vertex_count, first->triangle_count);
     tulle_mesh_destroy(&mesh);
     return status;
 }
@@ -358,8 +358,8 @@ tulle_status convert_source_find_axes(const convert_source *source, axes_frame o
     if (!axes->unit) axes->unit = axes_find_unit(meters);
     if (axes->unit) return TULLE_OK;
     return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                        "its unit is %g m, which is none of m, cm, mm, in and ft; tulle convert "
-                        "--from-units says which one to take",
+                        "its unit is %g m, but only m, cm, mm, in and ft are known; choose one "
+                        "with tulle convert --from-units",
                         meters);
 }
 

@@ -48,7 +48,7 @@ tulle_status convert_target_check_place(const char *path, tulle_error *error) {
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
                             "cannot be written: its folder: %s", strerror(errno));
     if (stat(path, &facts) == 0 && !S_ISREG(facts.st_mode))
-        return refuse(path, error, "cannot be written: there is something that is no file");
+        return refuse(path, error, "cannot be written: it exists and is not a regular file");
     return TULLE_OK;
 }
 
@@ -69,7 +69,7 @@ tulle_status convert_target_open(const char *path, const char *pvd_path, convert
     target->is_numbered = name_pattern_is_meant(path);
     if (target->format == CONVERT_NONE)
         return refuse(path, error,
-                      "the name of what is written should end in .obj, .ply, .stl, .vtp, .pc2, "
+                      "the name of the output should end in .obj, .ply, .stl, .vtp, .pc2, "
                       ".mdd, .glb, .gltf, .usda, .npz or .abc");
     if (target->is_numbered) {
         if (convert_is_cache(target->format))
@@ -114,10 +114,11 @@ tulle_status convert_target_check(const convert_target *target, const convert_so
                                   frame_range frames, tulle_error *error) {
     uint32_t const count = frame_range_get_count(frames);
     if (count > 1 && convert_target_is_one_mesh(target))
-        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, target->path, 0, 0,
-                            "is one mesh, but there are %u frames; choose one by --frame, or name "
-                            "numbered files, as frame_%%04d.obj",
-                            count);
+        return error_set_at(
+            error, TULLE_ERROR_INVALID_ARGUMENT, target->path, 0, 0,
+            "is one mesh, but there are %u frames; choose a frame with --frame, or name "
+            "numbered files, as frame_%%04d.obj",
+            count);
     if (source->mesh.triangle_count == 0 && target->format == CONVERT_STL)
         return refuse(target->path, error, "STL holds triangles, but there are none");
     for (uint32_t i = 0; i < count; i++) {
@@ -181,7 +182,7 @@ static tulle_status append_frame(convert_target *target, tulle_mesh_view mesh, t
     if (!target->writer) {
         if (!make_temporary(target))
             return error_set_at(error, TULLE_ERROR_IO, target->path, 0, 0,
-                                "cannot be written: no temporary name beside it");
+                                "cannot be written: no free temporary name in its directory");
         status = tulle_pc2_writer_open(target->temporary, (uint32_t)mesh.vertex_count, 0,
                                        &target->writer, error);
         if (status == TULLE_OK) tulle_pc2_writer_defer_flush(target->writer);

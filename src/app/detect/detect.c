@@ -73,7 +73,7 @@ static options_outcome read_words(int argc, char **argv, detect_words *words) {
          .kind = OPTION_CHOICE,
          .value = &words->patches,
          .argument = "keep|grow",
-         .help = "keep patches from call to call, or grow them anew (default: keep)",
+         .help = "keep patches from call to call, or grow them again (default: keep)",
          .choices = patches_names},
         {.name = "threads",
          .letter = 't',
@@ -106,13 +106,11 @@ static options_outcome read_words(int argc, char **argv, detect_words *words) {
     const command_spec command = {
         .name = "detect",
         .operands = "START END",
-        .summary = "Finds what collides while the vertices of a surface move in straight lines "
-                   "from START\n"
-                   "to END (OBJ, PLY, VTP with the same triangles): vertices with triangles and "
-                   "edges with\n"
-                   "edges. Pairs that touch or cross at the start are told apart. Prints events, "
-                   "candidates\n"
-                   "at every stage, patches and times. The exit code is 0 with events and without.",
+        .summary = "Finds collisions while the vertices of a surface move in straight lines from "
+                   "START to\nEND (OBJ, PLY, VTP with the same triangles): vertices with triangles "
+                   "and edges with\nedges. Pairs that touch or cross at the start are marked. "
+                   "Prints events, candidates\nat every stage, patches and times. The exit code is "
+                   "0 with events and without.",
         .options = specs,
         .option_count = sizeof specs / sizeof specs[0],
         .operand_minimum = 2,

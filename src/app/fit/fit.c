@@ -63,7 +63,7 @@ static options_outcome read_words(int argc, char **argv, fit_words *words, size_
         .name = "fit",
         .operands = "FABRIC.yaml",
         .summary =
-            "Writes the material file of a fabric from what was measured on it. Bending\n"
+            "Writes the material file of a fabric from measurements. Bending\n"
             "lengths give bending at once. Drape tests are simulated until they give the drape\n"
             "coefficient: by other shear, or by other bending where no bending length is given.\n"
             "Says how sure each value is. Takes minutes; Ctrl-C ends it (130).",
@@ -269,7 +269,8 @@ static bool check_target(const char *path, bool replaces) {
     char folder[4096];
     const char *const slash = strrchr(path, '/');
     if (strlen(slash ? slash + 1 : path) == 0 || strlen(slash ? slash + 1 : path) > NAME_MAX) {
-        app_print_message("fit", "\"%s\" is no name of a file: it should have 1 to %d bytes", path,
+        app_print_message("fit",
+                          "\"%s\" cannot be the name of a file: it should have 1 to %d bytes", path,
                           NAME_MAX);
         return false;
     }

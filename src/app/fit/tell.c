@@ -30,11 +30,11 @@ static void tell_bending(const fit_story *story, const char *mark, FILE *stream)
         else if (isfinite(measures->lengths[1 - i]))
             fputs("not measured, in proportion to the other direction\n", stream);
         else if (found->unknown == FIT_BENDING && found->search.verdict == SEARCH_VAGUE)
-            fputs("the one that comes nearest to the drape coefficient\n", stream);
+            fputs("the best fit to the drape coefficient, not an exact one\n", stream);
         else if (found->unknown == FIT_BENDING)
             fputs("found by the drape coefficient\n", stream);
         else
-            app_print_names(stream, "that of %s\n", story->start);
+            app_print_names(stream, "taken from %s\n", story->start);
     }
 }
 
@@ -77,7 +77,7 @@ static void tell_shear(const fit_story *story, const char *mark, FILE *stream) {
     if (isfinite(story->measures->shear)) {
         fputs("measured\n", stream);
     } else if (found->unknown != FIT_SHEAR) {
-        app_print_names(stream, "that of %s\n", story->start);
+        app_print_names(stream, "taken from %s\n", story->start);
     } else if (search->verdict == SEARCH_FOUND) {
         fprintf(stream,
                 "found by the drape coefficient, %.3g to %.3g N/m fit; %.2g %% for each doubling\n",
@@ -85,17 +85,17 @@ static void tell_shear(const fit_story *story, const char *mark, FILE *stream) {
     } else {
         double least = 0.0, most = 0.0;
         find_range(search, &least, &most);
-        fprintf(stream,
-                "the drape coefficient cannot tell it: all from %.3g to %.3g N/m fit. From %.3g to "
-                "%.3g N/m the fabric drapes at %.1f to %.1f %%, %.2g %% for each doubling\n",
-                search->low, search->high, search->points[0].unknown,
-                search->points[search->point_count - 1].unknown, least, most,
-                search->slope * log(2.0));
+        fprintf(
+            stream,
+            "the drape coefficient cannot decide it: all from %.3g to %.3g N/m fit. From %.3g to "
+            "%.3g N/m the fabric drapes at %.1f to %.1f %%, %.2g %% for each doubling\n",
+            search->low, search->high, search->points[0].unknown,
+            search->points[search->point_count - 1].unknown, least, most, search->slope * log(2.0));
         if (found->keeps_shear)
-            app_print_names(stream, "%sit is that of %s; measure it, as KES-F does\n", mark,
+            app_print_names(stream, "%sit is taken from %s; measure it, as KES-F does\n", mark,
                             story->start);
         else
-            fprintf(stream, "%sit is the one that comes nearest\n", mark);
+            fprintf(stream, "%sit is the best fit, not an exact one\n", mark);
     }
 }
 
@@ -110,11 +110,11 @@ static void tell_bending_search(const fit_story *story, const char *mark, FILE *
                                   : "",
             /* B ~ c^3 */
             3.0 * search->slope / measure_length(found, search->unknown));
-    app_print_names(stream, "%sthe ratio of warp to weft is that of %s\n", mark, story->start);
+    app_print_names(stream, "%sthe ratio of warp to weft is taken from %s\n", mark, story->start);
     if (search->verdict == SEARCH_VAGUE)
         fprintf(stream,
-                "%sso stiff or so soft a fabric is not told by its drape coefficient; "
-                "measure bending lengths\n",
+                "%sthe drape coefficient says little about so stiff or so soft a fabric; measure "
+                "bending lengths\n",
                 mark);
 }
 

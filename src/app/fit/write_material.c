@@ -85,7 +85,7 @@ static void write_text(const fit_story *story, FILE *stream) {
     fit_tell(story, "# ", stream);
     app_print_names(stream,
                     "# Twist, hysteresis and springs are scaled with bending and shear. All else "
-                    "is that of %s.\n",
+                    "is taken from %s.\n",
                     story->start);
     write_name(stream, story->path);
     write_measures(stream, story->measures);

@@ -149,8 +149,8 @@ tulle_status film_check(const film_format *format, tulle_error *error) {
         return error_set(error, TULLE_ERROR_UNSUPPORTED,
                          "ffmpeg does not run (`ffmpeg -encoders` ends with %d)", end);
     return error_set(error, TULLE_ERROR_UNSUPPORTED,
-                     "this ffmpeg has no encoder %s, which %s films need; install one that has it, "
-                     "or choose another extension (.mp4, .webm, .gif)",
+                     "this ffmpeg has no encoder %s, which %s films need; install an ffmpeg that "
+                     "has it, or choose another extension (.mp4, .webm, .gif)",
                      format->encoder, format->extension);
 }
 

@@ -149,9 +149,9 @@ options_outcome picture_options_read(int argc, char **argv, picture_options *opt
         .operands = "RUN",
         .summary =
             "Makes ray traced pictures and films of a run's frames. A film needs ffmpeg. Its\n"
-            "frames are kept in NAME.frames until the film is whole: the same command goes on\n"
-            "with one that was interrupted. Ctrl-C ends after the frame under way, a second one\n"
-            "at once. --color patches, contacts and velocity need `tulle run --record debug`.",
+            "frames are kept in NAME.frames until the film is whole: if it is interrupted, "
+            "the\nsame command continues. Ctrl-C ends after the present frame, a second Ctrl-C "
+            "at\nonce. --color patches, contacts and velocity need `tulle run --record debug`.",
         .options = specs,
         .option_count = sizeof specs / sizeof specs[0],
         .operand_minimum = 1,

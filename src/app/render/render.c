@@ -52,8 +52,7 @@ static int report_failure(const picture_target *target, const picture_totals *to
     if (status == TULLE_ERROR_INTERRUPTED && keeps)
         app_print_message(
             "render",
-            "interrupted; %u of %u pictures are kept in %s, and the same command goes "
-            "on from there",
+            "interrupted; %u of %u pictures are kept in %s; the same command continues from there",
             whole, totals->frame_count, place);
     else if (status == TULLE_ERROR_INTERRUPTED)
         app_print_message("render", "interrupted; nothing was written");

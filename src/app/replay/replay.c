@@ -111,13 +111,10 @@ int app_replay(int argc, char **argv) {
     const command_spec command = {
         .name = command_name,
         .operands = "FILE",
-        .summary = "Repeats the calls of a host that tulle_world_record wrote to a file, bit for "
-                   "bit, and tells\n"
-                   "the first that comes to another status or another state. Exit code 0: none "
-                   "does, 1: one\n"
-                   "does, 2: a file that is no recording or is damaged. One that is cut off is "
-                   "repeated as far\n"
-                   "as it goes.",
+        .summary = "Repeats the calls of a host, bit for bit, from a file that tulle_world_record "
+                   "wrote, and\nnames the first call with another status or another state. Exit "
+                   "code 0: there is none,\n1: there is one, 2: the file is not a recording, or is "
+                   "damaged. A recording that is cut\noff is repeated up to its end.",
         .options = options,
         .option_count = sizeof options / sizeof options[0],
         .operand_minimum = 1,

@@ -34,7 +34,7 @@ struct run_source {
 
 static tulle_status refuse(const run_source *source, tulle_error *error, const char *words) {
     return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                        "the run cannot be gone on from: %s", words);
+                        "the run cannot be continued: %s", words);
 }
 
 void run_source_close(run_source *source, size_t body_count) {
@@ -77,13 +77,13 @@ static tulle_status check_run(const run_session *session, run_source *source, tu
     const tulle_run_lag *lags;
     size_t lag_count = 0;
     if (is_same_folder(source->path, session->options.directory))
-        return refuse(source, error, "it is the one that is to be written; give another directory");
+        return refuse(source, error, "it is the directory of the new run; give another directory");
     if (!info->has_velocities)
         return refuse(source, error,
                       "it keeps no velocities; run it with --record velocities, or debug");
     if (source->frame >= info->frame_count)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                            "the run cannot be gone on from frame %u: it has %u frames, counted "
+                            "the run cannot be continued from frame %u: it has %u frames, counted "
                             "from 0",
                             source->frame, info->frame_count);
     if (source->frame >= session->options.frame_count)
@@ -92,9 +92,9 @@ static tulle_status check_run(const run_session *session, run_source *source, tu
     double const interval = step * per_frame, former = info->time_step * info->steps_per_frame;
     if (fabs(interval - former) > INTERVAL_TOLERANCE * former)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                            "the run cannot be gone on from: its frames are %.9g s apart, those of "
-                            "the scene %.9g s; give time.step and time.steps_per_frame whose "
-                            "product is the former",
+                            "the run cannot be continued: its frames are %.9g s apart, but in the "
+                            "scene they are %.9g s apart; give time.step and time.steps_per_frame "
+                            "so that their product is the first number",
                             former, interval);
     if (tulle_run_reader_get_lags(source->reader, source->frame, &lags, &lag_count) != TULLE_OK ||
         lag_count > 0)
@@ -126,7 +126,7 @@ static tulle_status check_rigid(const run_source *source, const tulle_run_body *
             return TULLE_OK;
     }
     return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                        "the run cannot be gone on from: it has no rigid body '%s' of the same "
+                        "the run cannot be continued: it has no rigid body '%s' of the same "
                         "mesh in the same place; give it that, or simulate from the start",
                         body->name);
 }
@@ -154,7 +154,7 @@ static tulle_status match_body(run_session *session, size_t index, tulle_error *
     }
     if (!is_same && !body->is_obstacle)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                            "the run cannot be gone on from: it has no cloth '%s' of the same "
+                            "the run cannot be continued: it has no cloth '%s' of the same "
                             "triangles",
                             body->name);
     if (body->is_dynamic) {
@@ -167,7 +167,7 @@ static tulle_status match_body(run_session *session, size_t index, tulle_error *
     source->places[index] = malloc(3 * count * sizeof(double));
     if (!is_same) source->still[index] = calloc(3 * count, sizeof(double));
     if (!source->places[index] || (!is_same && !source->still[index]))
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the run to go on from");
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the run to continue");
     if (!is_same) memcpy(source->places[index], body->mesh.positions, 3 * count * sizeof(double));
     return TULLE_OK;
 }
@@ -179,7 +179,7 @@ static tulle_status match_bodies(run_session *session, tulle_error *error) {
     source->still = calloc(session->body_count, sizeof *source->still);
     source->transforms = calloc(source->info->body_count, sizeof *source->transforms);
     if (!source->bodies || !source->places || !source->still || !source->transforms)
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the run to go on from");
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the run to continue");
     source->is_same = source->info->body_count == session->body_count;
     tulle_status status = TULLE_OK;
     for (size_t i = 0; i < session->body_count && status == TULLE_OK; i++)
@@ -193,7 +193,7 @@ tulle_status run_source_open(run_session *session, tulle_error *error) {
     uint64_t frame;
     session->source = source;
     if (!source || !split_words(session->options.from, &path, &frame))
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the run to go on from");
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the run to continue");
     source->path = path;
     tulle_status status = tulle_run_reader_open(path, &source->reader, error);
     if (status != TULLE_OK) return status;
@@ -260,7 +260,7 @@ tulle_status run_source_start(run_session *session, tulle_error *error) {
         moment.vertex_count += session->bodies[i].mesh.vertex_count;
     double *const joined = malloc(6 * moment.vertex_count * sizeof *joined);
     if (!joined)
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the run to go on from");
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the run to continue");
     moment.positions = joined;
     moment.velocities = joined + 3 * moment.vertex_count;
     double *at = joined;
@@ -298,8 +298,7 @@ static tulle_status map_debug(run_session *session, uint32_t frame, tulle_run_de
             source->still[i] = calloc(3 * session->bodies[i].mesh.vertex_count, sizeof(double));
         session->velocities[i] = own ? own : source->still[i];
         if (!session->velocities[i] && !session->bodies[i].is_static)
-            return error_set(error, TULLE_ERROR_OUT_OF_MEMORY,
-                             "no memory for the run to go on from");
+            return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory for the run to continue");
     }
     *mapped = *found;
     mapped->velocities = session->velocities;
@@ -358,7 +357,7 @@ tulle_status run_source_copy(run_session *session, tulle_error *error) {
         if (status == TULLE_OK) status = copy_frame(session, frame, error);
     }
     snprintf(session->totals.message, sizeof session->totals.message,
-             "frames 0 to %u are those of the run %.300s, of the scene with the hash %016llx",
+             "frames 0 to %u come from the run %.300s, of the scene with the hash %016llx",
              source->frame, source->path, (unsigned long long)source->info->scene_hash);
     return status;
 }

@@ -76,7 +76,7 @@ static options_outcome read_words(int argc, char **argv, run_words *words) {
          "threads; the result is the same for any number (default: one per processor)", 1,
          THREADS_MAX, NULL},
         {"resume", 0, OPTION_FLAG, &words->resumes, NULL,
-         "go on from the last checkpoint in DIR; start the run if there is none", 0, 0, NULL},
+         "continue from the last checkpoint in DIR; start the run if there is none", 0, 0, NULL},
         {"force", 0, OPTION_FLAG, &words->replaces, NULL, "replace the run in DIR", 0, 0, NULL},
         {"set", 's', OPTION_LIST, &words->overrides, "PATH=VALUE",
          "change a key of the scene, as time.frames=10; may be repeated", 0, 0, NULL},
@@ -89,7 +89,7 @@ static options_outcome read_words(int argc, char **argv, run_words *words) {
          0, record_choices},
         {"from", 0, OPTION_TEXT, &words->from, "RUN[:FRAME]",
          "begin with the frames of RUN, which keeps velocities, up to FRAME (default: its last), "
-         "and go on from there with the scene as it is now",
+         "and continue from there with the scene as it is now",
          0, 0, NULL},
         {"list-left", 0, OPTION_TEXT, &words->left, "FILE",
          "if the start is refused, list the pairs of triangles that intersect as CSV", 0, 0, NULL},
@@ -102,7 +102,7 @@ static options_outcome read_words(int argc, char **argv, run_words *words) {
         .summary =
             "Simulates the scene and writes a directory: the mesh of each body as OBJ, its\n"
             "frames as PC2 (Blender's Mesh Cache) if it moves, report.csv with a line for each\n"
-            "step, and checkpoints. --resume goes on from the last checkpoint.\n"
+            "step, and checkpoints. --resume continues from the last checkpoint.\n"
             "Ctrl-C undoes the step under way, writes a checkpoint and exits with 130; a\n"
             "second one ends at once. While the start is untangled, Ctrl-C ends the run before\n"
             "anything is written.",
@@ -263,9 +263,9 @@ static tulle_status load_checkpoint(run_session *session, const tulle_run_checkp
     if (tulle_world_get_state_hash(world) != checkpoint->state_hash ||
         tulle_world_get_step_count(world) != checkpoint->step) {
         *error = (tulle_error){.status = TULLE_ERROR_PARSE,
-                               .message = "the checkpoint gives another state than it was made of; "
-                                          "was it written by another version? Use --force to start "
-                                          "anew"};
+                               .message =
+                                   "the checkpoint gives another state than it was made of; "
+                                   "was it written by another version? Use --force to start again"};
         snprintf(error->file, sizeof error->file, "%s", session->options.directory);
         return error->status;
     }
@@ -403,7 +403,8 @@ static int end_run(run_session *session, tulle_status status, tulle_error *error
     }
     if (state == TULLE_RUN_INTERRUPTED)
         app_print_message(
-            "run", "interrupted after step %llu; the same line with --resume goes on from there",
+            "run",
+            "interrupted after step %llu; the same command with --resume continues from there",
             (unsigned long long)steps);
     print_summary(session, state == TULLE_RUN_FAILED ? error->message : NULL);
     tulle_run_set_outcome(session->writer, &session->outcome);

@@ -369,7 +369,7 @@ static void answer_example(view_client *client, const view_request *request) {
 
 void editing_take_request(view_session *session, view_client *client, view_request *request) {
     if (!session->document.is_editable) {
-        client_push_error(client, request, "this is no scene that can be edited");
+        client_push_error(client, request, "this scene cannot be edited");
         return;
     }
     switch (request->type) {

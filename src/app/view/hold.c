@@ -232,7 +232,7 @@ static tulle_status set_material(hold_scene *held, const view_request *request,
                                  tulle_error *error) {
     tulle_material material;
     if (request->object >= get_cloth_count(held))
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "object %u is no cloth",
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "object %u is not a cloth",
                          request->object);
     if (tulle_material_preset(request->name, &material) != TULLE_OK)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "there is no such preset");
@@ -246,7 +246,7 @@ static tulle_status set_friction(hold_scene *held, const view_request *request,
     const tulle_scene_world *const built = held->built;
     size_t const cloth = request->object;
     if (cloth >= built->cloth_count)
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "object %u is no cloth",
+        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "object %u is not a cloth",
                          request->object);
     double const own = scene_get_object_facts(held->scene, cloth).restitution;
     tulle_status status = TULLE_OK;

@@ -111,7 +111,7 @@ static void take_pick(view_session *session, view_client *client, const view_req
 
 static void take_live(view_session *session, view_client *client, const view_request *request) {
     if (!session->live)
-        client_push_error(client, request, "this is no scene that is simulated");
+        client_push_error(client, request, "no scene is simulated here");
     else if (!live_post(session->live, request, client->number))
         client_push_error(client, request, "too many commands wait for the simulation");
 }

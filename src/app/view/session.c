@@ -66,7 +66,7 @@ static tulle_status open_source(view_session *session, tulle_error *error) {
     bool const is_scene = has_ending(path, ".yaml") || has_ending(path, ".yml");
     if (options->replay && !is_scene)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "--replay repeats what was done in a scene; give a scene");
+                         "--replay repeats actions in a scene; give a scene");
     if (options->replay) {
         tulle_status const status = read_replayed(session, error);
         if (status != TULLE_OK) return status;

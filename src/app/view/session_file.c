@@ -83,7 +83,7 @@ tulle_status session_file_check(const char *text, const tulle_scene *scene, cons
     uint64_t hash = 0;
     status = root->type == JSON_OBJECT
                  ? json_take_whole(&document, root, "tulle_session", &version, error)
-                 : error_set(error, TULLE_ERROR_PARSE, "this is no session");
+                 : error_set(error, TULLE_ERROR_PARSE, "this is not a session");
     if (status == TULLE_OK && version != 1)
         status = error_set(error, TULLE_ERROR_PARSE, "a session of another version");
     if (status == TULLE_OK) status = json_take_hash(&document, root, "scene_hash", &hash, error);
@@ -109,7 +109,7 @@ const char *session_file_read_line(const char *text, session_line *line, tulle_e
     const json_value *const root = json_get_root(&document);
     tulle_status status = root->type == JSON_OBJECT
                               ? json_take_count(&document, root, "at", &line->at, error)
-                              : error_set(error, TULLE_ERROR_PARSE, "a line is no JSON object");
+                              : error_set(error, TULLE_ERROR_PARSE, "a line is not a JSON object");
     if (status == TULLE_OK) status = json_take_string(&document, root, "type", &type, error);
     bool const is_end = status == TULLE_OK && strcmp(type, "end") == 0;
     if (is_end) status = read_end(&document, root, line, error);

@@ -38,7 +38,7 @@ int app_view(int argc, char **argv) {
         {"no-browser", 'n', OPTION_FLAG, &stays_closed, NULL, "print the address and open nothing",
          0, 0, NULL},
         {"replay", 'r', OPTION_TEXT, &chosen.replay, "FILE",
-         "repeat what was done in a scene, as saved to NAME.session", 0, 0, NULL},
+         "repeat the actions in a scene, as saved to NAME.session", 0, 0, NULL},
         {"threads", 't', OPTION_INTEGER, &threads, "N",
          "threads of the simulation; the result does not depend on it (default: one per processor)",
          1, THREADS_MAX, NULL},
@@ -63,7 +63,7 @@ int app_view(int argc, char **argv) {
     if (!is_address(chosen.listen)) {
         app_print_message("view",
                           "--listen: \"%s\" should be an address of this machine in numbers, as "
-                          "192.168.1.5 or ::1; --host-name tells its names",
+                          "192.168.1.5 or ::1; --host-name gives its names",
                           chosen.listen);
         return APP_EXIT_BAD_INPUT;
     }

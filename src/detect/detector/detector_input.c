@@ -43,9 +43,9 @@ static tulle_status check_settings(const tulle_detect_def *def, tulle_error *err
         status = check_distance(def->thickness, "the thickness", error);
     if (status != TULLE_OK) return status;
     if ((unsigned)def->method > TULLE_DETECT_PAPER)
-        return INVALID("method %d is none of tulle_detect_method", (int)def->method);
+        return INVALID("method %d is not a value of tulle_detect_method", (int)def->method);
     if ((unsigned)def->cone > TULLE_CONE_PAPER)
-        return INVALID("cone %d is none of tulle_detect_cone", (int)def->cone);
+        return INVALID("cone %d is not a value of tulle_detect_cone", (int)def->cone);
     if (!(def->max_angle > 0.0 && def->max_angle < RIGHT_ANGLE))
         return INVALID("the widest cone is %g rad; it must lie between 0 and pi/2, both excluded",
                        def->max_angle);

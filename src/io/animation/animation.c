@@ -71,7 +71,7 @@ tulle_status animation_read_pose(animation_job *job, size_t surface, uint32_t fr
     for (int i = 0; i < 3; i++) is_good = is_good && isfinite((float)pose[i]);
     if (!is_good)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, job->path, 0, 0,
-                            "%s, frame %u: the pose is no translation and unit quaternion",
+                            "%s, frame %u: the pose is not a translation and a unit quaternion",
                             job->def->surfaces[surface].name, frame);
     for (int i = 3; i < 7; i++) pose[i] /= length;
     return TULLE_OK;
@@ -151,7 +151,7 @@ static tulle_status check_surface(const char *path, const tulle_animation_def *d
     if (!is_rigid || s->prototype > number ||
         def->surfaces[s->prototype].prototype != s->prototype ||
         def->surfaces[s->prototype].motion != TULLE_ANIMATION_RIGID)
-        return refuse(error, path, "a surface names a prototype that is none");
+        return refuse(error, path, "a surface names a prototype that is not a surface");
     const tulle_mesh_view *const own = &s->mesh, *const shown = &def->surfaces[s->prototype].mesh;
     bool is_same =
         own->vertex_count == shown->vertex_count && own->triangle_count == shown->triangle_count;

@@ -310,8 +310,8 @@ static tulle_status take_numbers(gltf_file *file, const json_value *item, uint64
         status = take_size(file, item, "byteOffset", 0, &numbers->offset, error);
     if (status) return status;
     if (get_size(numbers->type) == 0)
-        return json_fail(&file->json, item, error, "\"componentType\" is %u, which is none",
-                         numbers->type);
+        return json_fail(&file->json, item, error,
+                         "\"componentType\" is %u, which glTF does not have", numbers->type);
     if (numbers->slice == GLTF_NONE || count == 0) return TULLE_OK;
     uint64_t const size = get_size(numbers->type) * numbers->width;
     uint64_t const end = numbers->offset + (count - 1) * get_stride(file, numbers) + size;
@@ -372,7 +372,7 @@ static tulle_status read_accessors(gltf_file *file, tulle_error *error) {
             normalized && normalized->type == JSON_BOOL && normalized->number != 0.0;
         accessor.numbers.width = find_width(type);
         if (accessor.numbers.width == 0)
-            return json_fail(&file->json, item, error, "\"type\" is none that there is");
+            return json_fail(&file->json, item, error, "\"type\" is not a type of glTF");
         status = take_numbers(file, item, accessor.count, &accessor.numbers, error);
         if (status == TULLE_OK) status = take_sparse(file, item, &accessor, error);
         if (status) return status;

@@ -240,7 +240,7 @@ static tulle_status add_piece(gltf_scene *scene, uint32_t node, const json_value
     if (status == TULLE_OK && json_find(&file->json, primitive, "mode"))
         status = json_take_whole(&file->json, primitive, "mode", &mode, error);
     if (status == TULLE_OK && mode > MODE_FAN)
-        status = json_fail(&file->json, primitive, error, "\"mode\" is none that there is");
+        status = json_fail(&file->json, primitive, error, "\"mode\" is not a mode of glTF");
     if (status) return status;
     if (mode > MODE_POINTS && mode < MODE_TRIANGLES) {
         scene->passed_primitives++;

@@ -50,7 +50,7 @@ tulle_status npz_array_fail(const npz_archive *archive, const npz_array *array, 
 static tulle_status read_bytes(const npz_archive *archive, uint64_t place, size_t count,
                                unsigned char *bytes, tulle_error *error) {
     if (place > archive->size || count > archive->size - place)
-        return fail(archive, place, "the archive ends before what should be here", error);
+        return fail(archive, place, "the archive ends too early: data is missing here", error);
     ssize_t const got = file_read_at(archive->file, bytes, count, place);
     if (got < 0) return file_fail(error, archive->path, errno, "cannot be read");
     if ((size_t)got < count) return fail(archive, place, "the archive became shorter", error);
@@ -99,9 +99,10 @@ static tulle_status read_end(npz_archive *archive, tulle_error *error) {
     memory_release(archive->heap, tail, size);
     if (status) return status;
     if (!is_found)
-        return fail(archive, archive->size,
-                    "there is no end record of a ZIP archive; it is no .npz file, or cut short",
-                    error);
+        return fail(
+            archive, archive->size,
+            "there is no end record of a ZIP archive; it is not an .npz file, or it is cut short",
+            error);
     status = read_end64(archive, first + at, error);
     if (status) return status;
     if (archive->directory > archive->size ||
@@ -408,7 +409,7 @@ static tulle_status read_head(npz_archive *archive, npz_array *array, tulle_erro
     uint64_t const length = bytes_load(begin + 8, count_size);
     array->first = 8 + count_size + length;
     if (memcmp(begin, "\x93NUMPY", 6) != 0 || begin[6] < 1 || begin[6] > 3)
-        return npz_array_fail(archive, array, error, "is no .npy file of version 1, 2 or 3");
+        return npz_array_fail(archive, array, error, "is not an .npy file of version 1, 2 or 3");
     if (array->first > size || length > HEAD_MAX)
         return npz_array_fail(archive, array, error, "its head of %llu bytes is too long",
                               (unsigned long long)length);

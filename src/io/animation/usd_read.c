@@ -37,10 +37,10 @@ static void describe(const usd_state *usd, tulle_animation_info *info) {
         animation_add_note(info, "when %zu are visible, so they always are", passed->changing);
     if (usd->scene.is_turning_too_fast) animation_add_note(info, "%s", ANIMATION_TOO_FAST);
     if (usd->scene.half_turn_line > 0)
-        animation_add_note(
-            info,
-            "which way round matrices turn by half a turn, as in line %d; a sample between tells",
-            usd->scene.half_turn_line);
+        animation_add_note(info,
+                           "a turn of half a circle between two matrices, as in line %d, has no "
+                           "direction; add a sample between them",
+                           usd->scene.half_turn_line);
     if (passed->skins > 0) animation_add_note(info, "skins of %zu meshes", passed->skins);
     if (passed->smooth > 0)
         animation_add_note(info, "the subdivision of %zu meshes", passed->smooth);

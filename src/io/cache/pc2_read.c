@@ -38,7 +38,7 @@ static tulle_status check_header(const char *path, const unsigned char *header, 
                                  bool may_be_cut, tulle_pc2_info *info, tulle_error *error) {
     if (memcmp(header, "POINTCACHE2", 12) != 0)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
-                            "byte 0: does not begin with \"POINTCACHE2\"; it is no PC2 file");
+                            "byte 0: does not begin with \"POINTCACHE2\"; it is not a PC2 file");
     uint32_t const version = (uint32_t)bytes_load(header + 12, 4);
     uint32_t const vertex_count = (uint32_t)bytes_load(header + 16, 4);
     uint32_t const frame_count = (uint32_t)bytes_load(header + PC2_FRAME_COUNT_PLACE, 4);
@@ -124,9 +124,10 @@ static tulle_status check_mdd(const char *path, int file, tulle_pc2_info *info,
     uint32_t const frame_count = (uint32_t)bytes_load_big_endian(header, 4);
     uint32_t const vertex_count = (uint32_t)bytes_load_big_endian(header + 4, 4);
     if (vertex_count < 1 || vertex_count > PC2_COUNT_LIMIT || frame_count > PC2_COUNT_LIMIT)
-        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
-                            "byte 0: %u frames and %u vertices cannot be; it is no MDD file",
-                            frame_count, vertex_count);
+        return error_set_at(
+            error, TULLE_ERROR_PARSE, path, 0, 0,
+            "byte 0: %u frames and %u vertices are impossible; it is not an MDD file", frame_count,
+            vertex_count);
     *info = (tulle_pc2_info){
         .vertex_count = vertex_count, .frame_count = frame_count, .frame_step = 1.0};
     /* Counts below 2^31 can overflow 64 bits as sizes, so the rest is divided. */
@@ -284,7 +285,7 @@ tulle_status pc2_check_header(const char *path, uint32_t vertex_count, uint32_t 
     pc2_encode_header(expected, vertex_count, counted);
     if (count == PC2_HEADER_SIZE && memcmp(header, expected, sizeof header) == 0) return TULLE_OK;
     return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
-                        "byte 0: the header is not that of %u vertices", vertex_count);
+                        "byte 0: the header does not fit %u vertices", vertex_count);
 }
 
 bool pc2_is_cut(const char *path, tulle_error *cut) {

@@ -72,8 +72,8 @@ static tulle_status read_format(memory *heap, const char *path, const file_data 
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++)
         if (ends_with(path, others[i].extension))
             return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
-                                "is %s, which is not read; export a mesh as .ply or .obj, what "
-                                "moves as .glb, .abc or .usda (USD's text form)",
+                                "is %s, which is not read; export a mesh as .ply or .obj, an "
+                                "animation as .glb, .abc or .usda (USD's text form)",
                                 others[i].name);
     return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
                         "its format is not known here; meshes end in .obj, .ply or .stl, "

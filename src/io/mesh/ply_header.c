@@ -146,7 +146,7 @@ static tulle_status read_line(text_cursor *text, ply_header *header, bool *is_la
     *is_last = text_word_is(word, "end_header");
     char shown[TEXT_SHOWN_SIZE];
     return *is_last ? TULLE_OK
-                    : text_fail(text, word.text, error, "\"%s\" is no keyword of a PLY header",
+                    : text_fail(text, word.text, error, "\"%s\" is not a keyword of a PLY header",
                                 text_show_word(word, shown));
 }
 

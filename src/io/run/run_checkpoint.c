@@ -88,7 +88,7 @@ static tulle_status decode(memory *heap, const char *path, const file_data *data
     size_t const hash_place = header_size - HASH_SIZE;
     if (version == 0 || memcmp(header, magic, 8) != 0)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
-                            "byte 0: is no checkpoint, or is cut within its header");
+                            "byte 0: is not a checkpoint, or is cut within its header");
     if (version > CHECKPOINT_VERSION)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "byte 8: version %u; only versions up to %d can be read",

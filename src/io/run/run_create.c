@@ -258,11 +258,12 @@ static tulle_status check_existing(const char *directory, run_directory_kind kin
                                    tulle_run_existing existing, tulle_error *error) {
     if ((int)existing != TULLE_RUN_REFUSE && (int)existing != TULLE_RUN_REPLACE)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "existing is %d, which is none of tulle_run_existing", (int)existing);
+                         "existing is %d, which is not a value of tulle_run_existing",
+                         (int)existing);
     if (kind == RUN_DIRECTORY_OTHER)
-        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, directory, 0, 0,
-                            "holds files but no run.json, so it is no run; choose a new or empty "
-                            "directory");
+        return error_set_at(
+            error, TULLE_ERROR_INVALID_ARGUMENT, directory, 0, 0,
+            "holds files but no run.json, so it is not a run; choose a new or empty directory");
     if (kind == RUN_DIRECTORY_RUN && existing == TULLE_RUN_REFUSE)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, directory, 0, 0,
                             "holds a run already; resume it (tulle run --resume), replace it "

@@ -42,11 +42,11 @@ tulle_status debug_file_open(debug_file *file, memory *heap, const char *directo
     if (fstat(file->file, &facts) != 0)
         status = file_fail(error, file->path, errno, "cannot be examined");
     else if (!S_ISREG(facts.st_mode))
-        status = error_set_at(error, TULLE_ERROR_IO, file->path, 0, 0, "is no regular file");
+        status = error_set_at(error, TULLE_ERROR_IO, file->path, 0, 0, "is not a regular file");
     else if (!read_at(file, 0, head, sizeof head))
         status = fail_read(file, 0, error, "the file ends within its head");
     else if (memcmp(head, DEBUG_MAGIC, 8) != 0)
-        status = fail_at(file, 0, error, "these are no debug records of a run");
+        status = fail_at(file, 0, error, "this does not hold debug records of a run");
     else if (bytes_load(head + 8, 8) != DEBUG_VERSION)
         status = fail_at(file, 8, error, "another version; only version 1 can be read");
     if (status) debug_file_close(file);

@@ -150,7 +150,7 @@ static tulle_status check_file(const char *directory, const char *name, mode_t w
                             "is a symbolic link; a run is not written through links, which may "
                             "lead out of its directory: put what it leads to in its place");
     if ((facts.st_mode & S_IFMT) != wanted)
-        return error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "is no %s; remove it",
+        return error_set_at(error, TULLE_ERROR_IO, path, 0, 0, "is not a %s; remove it",
                             wanted == S_IFREG ? "regular file" : "directory");
     return TULLE_OK;
 }
@@ -190,8 +190,8 @@ tulle_status run_directory_check_foreign(const char *directory, const run_record
             is_run_file(former, name, strlen(name)))
             continue;
         return error_set_at(error, TULLE_ERROR_IO, path, 0, 0,
-                            "is no file of the run that is to be replaced, but the new run has a "
-                            "file of this name; move it away, or choose another directory");
+                            "does not belong to the run that is to be replaced, but the new run "
+                            "has a file of this name; move it away, or choose another directory");
     }
 }
 

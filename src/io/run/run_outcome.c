@@ -99,7 +99,7 @@ void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *bo
     unsigned long long const steps = outcome->steps;
     if (failure) {
         begin_line(&into);
-        add(&into, "the run could not go on: %s", failure);
+        add(&into, "the run failed: %s", failure);
     }
     if (outcome->unconverged_steps > 0) {
         begin_line(&into);

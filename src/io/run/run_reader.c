@@ -179,9 +179,10 @@ static tulle_status read_directory(tulle_run_reader *reader, tulle_error *error)
     if (!status) status = run_reader_read_frames(reader, &damage);
     if (!status) status = drop_partial_frames(reader, &damage);
     if (status == TULLE_ERROR_PARSE)
-        return error_set_at(error, status, damage.file, damage.line, damage.column,
-                            "%s; tulle run --resume goes on before the damage if a checkpoint does",
-                            damage.message);
+        return error_set_at(
+            error, status, damage.file, damage.line, damage.column,
+            "%s; tulle run --resume continues from before the damage if there is such a checkpoint",
+            damage.message);
     if (status && error) *error = damage;
     if (!status) status = read_scene(reader, error);
     if (status) return status;

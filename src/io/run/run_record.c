@@ -199,7 +199,7 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
         difference = "it had another time step";
     if (old->bodies.count != new->bodies.count) difference = "it had another number of bodies";
     if (old->is_older_format)
-        difference = "an older version of tulle began it, whose runs are read but not gone on with";
+        difference = "an older version of tulle began it; its runs can be read but not resumed";
     for (size_t i = 0; i < old->bodies.count && !difference; i++)
         if (!is_same_body(old, new, i)) difference = "its bodies were others";
     if (!difference && old->writes_vtp != new->writes_vtp)
@@ -214,8 +214,8 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
     int const length = (int)(strlen(path) - strlen("/" RUN_FILE_RECORD));
     if (old->scene_hash != new->scene_hash && old->has_scene_text && !old->is_older_format)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
-                            "the run here cannot be resumed: %s, or another --set was given; to go "
-                            "on with the scene as it was: tulle run '%.*s/" RUN_FILE_SCENE
+                            "the run here cannot be resumed: %s, or another --set was given; to "
+                            "continue with the scene as it was: tulle run '%.*s/" RUN_FILE_SCENE
                             "' -o '%.*s' --resume; or run into another directory, or replace this "
                             "run (--force)",
                             difference, length, path, length, path);

@@ -157,7 +157,7 @@ static tulle_status find_checkpoint(candidate *tried, const run_record *old, boo
     }
     if (!try_checkpoint(tried, RUN_FILE_CHECKPOINT_BEFORE, NULL)) {
         if (has_newest || old->has_end) /* else it was killed between the two */
-            note(writer, "%s: %s; the run goes on from the checkpoint before, after step %llu",
+            note(writer, "%s: %s; the run continues from the checkpoint before, after step %llu",
                  newest.file, newest.message, (unsigned long long)tried->record.state.step);
         return drop_newest(writer, error);
     }

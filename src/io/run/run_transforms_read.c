@@ -91,7 +91,7 @@ tulle_status tulle_run_reader_read_transforms(tulle_run_reader *reader, uint32_t
     const checksum_line *const line = find_piece(reader, frame);
     if (!line)
         return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
-                            "the run does not tell where its bodies are in frame %u", frame);
+                            "the run does not say where its bodies are in frame %u", frame);
     size_t const size = (size_t)(line->sum.end - line->sum.begin);
     char *const bytes = memory_allocate(&reader->heap, size);
     if (!bytes) return file_fail_memory(error, path);

@@ -333,7 +333,7 @@ tulle_status tulle_run_close(tulle_run_writer *writer, tulle_run_state state, co
     tulle_status status = check_directory(writer, error);
     if (!status && !tulle_run_state_name(state))
         status = error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                           "state %d is none of tulle_run_state", (int)state);
+                           "state %d is not a value of tulle_run_state", (int)state);
     if (status) {
         run_writer_destroy(writer);
         return status;

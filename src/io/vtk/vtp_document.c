@@ -84,7 +84,7 @@ static uint64_t read_count(vtp_parser *parser, const XML_Char **attributes, cons
 static void read_file_element(vtp_parser *parser, const char *name, const XML_Char **attributes) {
     vtp_document *const document = parser->document;
     if (strcmp(name, "VTKFile") != 0) {
-        FAIL(parser, TULLE_ERROR_PARSE, "begins with <%.40s>, so it is no VTK XML file", name);
+        FAIL(parser, TULLE_ERROR_PARSE, "begins with <%.40s>, so it is not a VTK XML file", name);
         return;
     }
     const char *const type = find_attribute(attributes, "type");

@@ -15,7 +15,7 @@ uint32_t world_find_body(const tulle_world *world, tulle_obstacle_id id, tulle_e
     bool const is_valid = index != SIZE_MAX;
     if (!is_valid || !world->model.obstacles.data[index].body.is_dynamic) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                  is_valid ? "the obstacle is no body" : "the world has no such obstacle");
+                  is_valid ? "the obstacle is not a rigid body" : "the world has no such obstacle");
         return TULLE_NONE;
     }
     if (!world->is_started) {

@@ -263,7 +263,7 @@ tulle_status world_check_controls(const tulle_world *world, const void *bytes, s
     (void)world;
     if (is_valid) return TULLE_OK;
     return error_set(error, TULLE_ERROR_PARSE,
-                     "the saved state has locks or drives that no body has: start the run anew");
+                     "the saved state has locks or drives that no body has: start the run again");
 }
 
 void world_take_controls(tulle_world *world, const void *bytes, size_t size) {

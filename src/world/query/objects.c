@@ -89,7 +89,7 @@ void *tulle_object_get_user_data(const tulle_world *world, tulle_object_id id) {
 
 static tulle_status refuse_started(tulle_error *error) {
     return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                     "which objects collide is told before the world starts");
+                     "choose which objects collide before the world starts");
 }
 
 tulle_status tulle_object_set_filter(tulle_world *world, tulle_object_id id, uint32_t category,

@@ -235,7 +235,7 @@ static tulle_status check_mesh(tulle_mesh_view mesh, tulle_error *error) {
     if ((mesh.vertex_count > 0 && !mesh.positions) || (mesh.triangle_count > 0 && !mesh.triangles))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the mesh has a null array");
     if (mesh.triangle_count > UINT32_MAX)
-        return error_set(error, TULLE_ERROR_INVALID_MESH, "the mesh has over 2^32 triangles");
+        return error_set(error, TULLE_ERROR_INVALID_MESH, "the mesh has more than 2^32 triangles");
     for (size_t i = 0; i < 3 * mesh.vertex_count; i++)
         if (!(fabs(mesh.positions[i]) <= COORDINATE_MAX))
             return error_set(error, TULLE_ERROR_INVALID_MESH,

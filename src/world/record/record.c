@@ -34,8 +34,8 @@ tulle_status world_check_recording(const tulle_world *world, tulle_error *error)
     tulle_status const status = world->recording ? world->recording->stream.status : TULLE_OK;
     if (status == TULLE_OK) return TULLE_OK;
     return error_set(error, status,
-                     "the recording of the calls has ended early, because %s; end it by "
-                     "tulle_world_record to go on without",
+                     "the recording of the calls has ended early, because %s; end it with "
+                     "tulle_world_record to continue without it",
                      status == TULLE_ERROR_IO ? "its writer took no more"
                                               : "there was no memory for a block");
 }

@@ -442,7 +442,7 @@ tulle_status tulle_replay(const void *bytes, size_t byte_count, const tulle_repl
     *report = (tulle_replay_report){0};
     /* its last byte is the version */
     if (byte_count < RECORD_MAGIC_BYTES || memcmp(bytes, RECORD_MAGIC, RECORD_MAGIC_BYTES - 1) != 0)
-        return error_set(error, TULLE_ERROR_PARSE, "these bytes are no recording of a world");
+        return error_set(error, TULLE_ERROR_PARSE, "these bytes are not a recording of a world");
     if (((const char *)bytes)[RECORD_MAGIC_BYTES - 1] != RECORD_MAGIC[RECORD_MAGIC_BYTES - 1])
         return error_set(error, TULLE_ERROR_PARSE,
                          "the recording is of another version of the format than Tulle %s reads: "

@@ -166,8 +166,8 @@ static tulle_status check_patch_call(const tulle_world *world, tulle_cloth_id id
     }
     if (!(options->max_angle >= 0.0 && options->max_angle < RIGHT_ANGLE)) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the angle of patches is %g; it must be over 0 (0: the default) and under "
-                         "pi/2",
+                         "the angle of patches is %g; it must be greater than 0 (0: the default) "
+                         "and less than pi/2",
                          options->max_angle);
     }
     return TULLE_OK;

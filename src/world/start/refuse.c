@@ -132,7 +132,7 @@ tulle_status world_refuse_intersections(tulle_world *world, const double *positi
         "has come apart)",
         count, when, text,
         doubled > 0 ? "join vertices that are in one place ('tulle convert IN OUT "
-                      "--repair' joins those of boundaries), or "
+                      "--repair' joins boundary vertices), or "
                     : "",
         advice);
 }

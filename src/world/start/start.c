@@ -294,7 +294,7 @@ static const char *find_problem(const tulle_transform *body) {
             return "has a rigid body at a place or with a velocity that is not finite";
     return fabs(length2 - 1.0) <= UNIT_TOLERANCE
                ? NULL
-               : "has a rotation of a rigid body that is no unit quaternion";
+               : "has a rotation of a rigid body that is not a unit quaternion";
 }
 
 static tulle_status check_moment(const tulle_world *world, const tulle_moment *moment,

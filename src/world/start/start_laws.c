@@ -218,13 +218,13 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
     if (world->model.minimum_gap <= largest) return TULLE_OK;
     if (is_given)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the minimum gap (xi) of %g m is over half of the smallest contact "
+                         "the minimum gap (xi) of %g m is more than half of the smallest contact "
                          "distance (delta_c, thickness) of %g m; give at most %g m, or leave it "
                          "out: a fortieth of the contact distance",
                          world->model.minimum_gap, smallest, largest);
     return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                     "the minimum gap of %g m, which floats in files need where the scene reaches "
-                     "%g m from the origin, is over half of the contact distance of %g m: move "
+                     "the scene reaches %g m from the origin, where floats in files need a minimum "
+                     "gap of %g m; this is more than half of the contact distance of %g m: move "
                      "the scene nearer, use thicker cloth, or give the minimum gap (xi) yourself",
                      world->model.minimum_gap, extent, smallest);
 }

@@ -235,8 +235,8 @@ tulle_status tulle_world_step(tulle_world *world, double time_step, tulle_step_r
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the world is null");
     if (!(time_step > 0.0 && time_step <= TIME_STEP_MAX))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the time step is %g s; it must be over 0 and at most %g s", time_step,
-                         TIME_STEP_MAX);
+                         "the time step is %g s; it must be greater than 0 and at most %g s",
+                         time_step, TIME_STEP_MAX);
     recorded_call const call = {.kind = RECORD_STEP, .arrays = {{&time_step, 1}}};
     tulle_status status = world_begin_call(world, &call, error);
     if (status != TULLE_OK) return status;

@@ -89,7 +89,7 @@ static void bad_ones(void **unused) {
     put_file(whole.bytes, whole.byte_count - 30);
     expect(APP_EXIT_FINE, "the recording is cut off behind call 8, tulle_world_step", NULL, NULL);
     put_file("", 0);
-    expect(APP_EXIT_BAD_INPUT, "no recording of a world", NULL, NULL);
+    expect(APP_EXIT_BAD_INPUT, "not a recording of a world", NULL, NULL);
     put_file("TULLREC9", 8);
     expect(APP_EXIT_BAD_INPUT, "another version of the format", NULL, NULL);
     unsigned char *const byte = &whole.bytes[whole.byte_count - 100];

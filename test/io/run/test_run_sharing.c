@@ -110,7 +110,7 @@ static void a_failure_removes_its_own_files(void **state) {
     size_t const file_count = count_files(directory);
     def.body_count = BODY_COUNT;
     assert_int_equal(tulle_run_create(&def, TULLE_RUN_REPLACE, &writer, &error), TULLE_ERROR_IO);
-    assert_non_null(strstr(error.message, "is no file of the run that is to be replaced"));
+    assert_non_null(strstr(error.message, "does not belong to the run that is to be replaced"));
     assert_string_equal(error.file, test_path("failure/ground.obj"));
     assert_int_equal(count_files(directory), file_count);
     assert_sound(directory);

@@ -450,7 +450,7 @@ static void refusals_say_why(void **unused) {
                     packed = make_fault_form(6);
     file_form const base64 = make_fault_form(1);
     expect_refusal(&text, "type=\"PolyData\"", "type=\"UnstructuredGrid\"", "only PolyData");
-    expect_refusal(&text, "<VTKFile", "<html", "no VTK XML file");
+    expect_refusal(&text, "<VTKFile", "<html", "not a VTK XML file");
     expect_refusal(&text, "<?xml version=\"1.0\"?>",
                    "<!DOCTYPE a [<!ENTITY b \"b\"><!ENTITY c \"&b;&b;\">]>",
                    "document type declaration");
