@@ -153,9 +153,9 @@ refuse 'interpolation is for .glb' falls x.npz --interpolation step
 refuse 'fps is for formats' falls x.vtp --frame 0 --fps 3 --body sheet
 refuse 'its frames have times' falls x.glb --fps 3
 refuse 'its frames have times' sheet.usda x.glb --fps 3
-refuse 'frame 1 is not after that of frame 0; --fps gives' equal.mdd x.glb
+refuse 'frame 1 is not later than frame 0; --fps gives' equal.mdd x.glb
 sed 's/metersPerUnit = 1$/metersPerUnit = 0.5/' sheet.usda >half.usda
-refuse 'its unit is 0.5 m, which is none of' half.usda x.pc2
+refuse 'its unit is 0.5 m, but only m' half.usda x.pc2
 convert half.usda half.pc2 --from-units m
 cmp half.pc2 sheet.pc2 || fault "--from-units is not what is taken"
 sed 's/^\( *point3f\[\] points.timeSamples = \){/\1[/' sheet.usda >bad.usda

@@ -93,7 +93,7 @@ rm run/ground.obj
 damage flipped run/vtp/sheet.000004.vtp
 run -o run --resume >out 2>err || fault "damage behind the checkpoint before: exit $?: $(cat err)"
 grep -q 'run/ground.obj: damaged, and made again$' err || fault "the mesh is not told of: $(cat err)"
-grep -q 'sheet.000004.vtp: frame 4: damaged: .*; the run goes on from the checkpoint before, after step 5$' err ||
+grep -q 'sheet.000004.vtp: frame 4: damaged: .*; the run continues from the checkpoint before, after step 5$' err ||
     fault "the checkpoint is not told of: $(cat err)"
 
 # A run of an older version cannot be verified, and is not gone on with.
@@ -108,6 +108,30 @@ grep -q 'run: unverified: the run has no checksums$' err || fault "check of an o
 run -o run --resume >out 2>err
 [ $? = 2 ] || fault "an older run is resumed"
 grep -q 'an older version of tulle began it' err || fault "an older run: $(cat err)"
+
+# So is a checkpoint of another version, or with the state of another version: its bytes are whole, but nothing reads them.
+# other BYTE VALUE: the byte of checkpoint.bin gets the value, and the file its hash again
+other() {
+    rm -rf run
+    cp -R whole run
+    PYTHONPATH=$TULLE_SOURCE_DIR/test/e2e python3 -c 'import seal, sys
+path, at, value = sys.argv[1], int(sys.argv[2]), ord(sys.argv[3])
+data = bytearray(open(path, "rb").read())
+data[at] = value
+seal.SEED = 0xCBF29CE484222325
+data[88:96] = seal.hash_bytes(bytes(data[:88] + data[96:])).to_bytes(8, "little")
+open(path, "wb").write(data)' run/checkpoint.bin "$1" "$2"
+    rm run/checkpoint.previous.bin
+    cp -R run before
+    run -o run --frames 5 --resume >out 2>err
+    [ $? = 2 ] || fault "a checkpoint of another version is resumed: $(cat err)"
+    diff -r -x run.json before run >/dev/null || fault "a refused run is changed"
+    rm -rf before
+}
+other 8 9
+grep -q 'checkpoint.bin: byte 8: version 57; only versions up to 2 can be read' err || fault "another checkpoint: $(cat err)"
+other 103 1
+grep -q 'run/checkpoint.bin: the saved state is of another version of Tulle (format 1, this one reads' err || fault "another state: $(cat err)"
 
 [ $faults = 0 ] && echo "damage: named or made good"
 exit $faults

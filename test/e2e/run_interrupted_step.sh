@@ -55,7 +55,7 @@ for signal in INT TERM; do
     [ $code = 130 ] || fault "SIG$signal: exit $code, not 130"
     # a step left alone would go on for three quarters of its time
     awk -v taken=$taken -v s="$seconds" 'BEGIN { exit !(taken < 500 || taken < 250 * s) }' || fault "SIG$signal: took $taken ms"
-    grep -q '^tulle run: interrupted after step 1; the same line with --resume goes on from there$' cut.json || fault "SIG$signal: $(tail -n 2 cut.json)"
+    grep -q '^tulle run: interrupted after step 1; the same command with --resume continues from there$' cut.json || fault "SIG$signal: $(tail -n 2 cut.json)"
     grep -q '"event":"end","state":"interrupted","frames":2,' cut.json || fault "SIG$signal: no end event"
     [ "$(wc -l <cut/report.csv)" = 2 ] || fault "SIG$signal: report.csv has not the line of one step"
     "$TULLE" info cut | grep -q '^cut: run, interrupted$' || fault "info does not say interrupted"

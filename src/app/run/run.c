@@ -259,7 +259,10 @@ static tulle_status load_checkpoint(run_session *session, const tulle_run_checkp
     tulle_world *const world = session->built.world;
     tulle_status const status =
         tulle_world_load_state(world, checkpoint->bytes, checkpoint->byte_count, error);
-    if (status != TULLE_OK) return status;
+    if (status != TULLE_OK) {
+        snprintf(error->file, sizeof error->file, "%s/checkpoint.bin", session->options.directory);
+        return status;
+    }
     if (tulle_world_get_state_hash(world) != checkpoint->state_hash ||
         tulle_world_get_step_count(world) != checkpoint->step) {
         *error = (tulle_error){.status = TULLE_ERROR_PARSE,

@@ -335,8 +335,9 @@ static void test_half_turned_matrices(void **state) {
                        rows[axis]);
         assert_int_equal(tulle_animation_open(write_usd(text), &animation, &info, &error),
                          TULLE_OK);
-        assert_string_equal(info.note, "passed over: which way round matrices turn by half a turn, "
-                                       "as in line 15; a sample between tells");
+        assert_string_equal(info.note,
+                            "passed over: a turn of half a circle between two matrices, as in "
+                            "line 15, has no direction; add a sample between them");
         for (uint32_t i = 0; i < info.frame_count; i++) {
             double p[12];
             assert_int_equal(tulle_animation_read_frame(animation, i, p, &error), TULLE_OK);

@@ -245,7 +245,7 @@ static void distances_that_do_not_fit_are_refused(void **state) {
     } const cases[] = {
         {0.0, 0.0, 0.0, 0.0, NULL},
         {0.004, 0.005, 0.002, 0.0, NULL}, /* the bounds themselves */
-        {0.004, 0.0, 0.0021, 0.0, "the minimum gap (xi) of 0.0021 m is over half"},
+        {0.004, 0.0, 0.0021, 0.0, "the minimum gap (xi) of 0.0021 m is more than half"},
         {0.0, 0.0, 0.0026, 0.0, "give at most 0.0025 m"},
         {0.004, 0.0049, 0.0, 0.0, "the separation distance (delta_s) of 0.0049 m is under"},
         {0.006, 0.0055, 0.0, 0.0, "of 0.006 m between 'cloth 1' and 'cloth 1'"},
