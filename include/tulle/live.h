@@ -1,7 +1,7 @@
-/* tulle/live.h - what a host gives and changes while the world runs: poses of obstacles and pins
- * for the next step, gravity and wind, materials, thickness and pins of cloth, its sleep, starts in
- * the middle of a motion. Engines and editors need it: they know the next pose of a character, a
- * gripper or a hand only just before a step.
+/* tulle/live.h - control of a world that runs. A host gives poses of obstacles and pins for the
+ * next step. It changes gravity, wind, and materials, thickness, pins and sleep of cloth. It may
+ * start a world in the middle of a motion. Engines and editors need it: they know the next pose of
+ * a character, a gripper or a hand only just before a step.
  *
  * A step moves things from their present places to the given places. Rigid obstacles move as
  * between two keyframes, all else on straight lines. Friction and impacts see the velocity of that
@@ -14,7 +14,7 @@
  * does not count as a step.) A saved state holds where things are, not where they are to go; to
  * roll back, load a state and give the same poses again. Poses and targets are refused before the
  * start, and a second time for the same step. examples/live_character.c is a whole program; see
- * docs/guide/embed.md. */
+ * docs/guide/embed.md.  */
 #ifndef TULLE_LIVE_H
 #define TULLE_LIVE_H
 

@@ -88,7 +88,7 @@ typedef enum tulle_quality {
     TULLE_QUALITY_EXACT
 } tulle_quality;
 
-/* What cloth is made of within its surface. */
+/* How cloth resists stretch and shear. */
 typedef enum tulle_membrane {
     /* warp, weft and shear, each with a law of its own, and bending by direction; the same on every
      * mesh */

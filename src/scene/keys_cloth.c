@@ -121,13 +121,14 @@ static const schema_key attach_table[] = {
      FIELD(attach_keys, release),
      .meaning = "time at which the vertices are let go"},
 };
-const schema_map attach_map = {
-    .title = "Attachment",
-    .meaning = "Vertices of a cloth that keep their place over the nearest triangle of something, "
-               "wherever that goes and however it deforms. Points are in scene coordinates, where "
-               "the cloth starts.",
-    MAP_OF(attach_table, attach_keys),
-    .needs_alternative = true};
+const schema_map attach_map = {.title = "Attachment",
+                               .meaning =
+                                   "Vertices of a cloth that are attached to the nearest triangle "
+                                   "of an object. They follow the triangle wherever it moves and "
+                                   "however it deforms. Points are in scene coordinates, where "
+                                   "the cloth starts.",
+                               MAP_OF(attach_table, attach_keys),
+                               .needs_alternative = true};
 
 static const schema_key crease_table[] = {
     VERTEX_CHOICE(crease_keys, "the edges whose ends lie ",
@@ -223,7 +224,7 @@ static const schema_key region_table[] = {
      .minimum = -1e6,
      .maximum = 1e6,
      FIELD(region_keys, grain),
-     .derived = "that of the cloth",
+     .derived = "as of the cloth",
      .meaning =
          "direction of the warp in these triangles, in the mesh as it starts, of any length"},
 };

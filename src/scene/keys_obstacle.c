@@ -48,8 +48,8 @@ static const schema_key sequence_table[] = {
      FIELD(sequence_keys, fps),
      .meaning =
          "frames in a second, where the file has no times: numbered files; PC2, which counts "
-         "its start and its step in these frames; NPZ without times. All others have times "
-         "of their own, which hold"},
+         "its start and its step in these frames; NPZ without times. All other files have their "
+         "own times, which are used"},
     {.name = "speed",
      .type = SCHEMA_NUMBER,
      .fallback = "1",

@@ -29,7 +29,7 @@ expect 2 'area-density: "150" should be from 5gsm' a.yaml --bending-warp 19mm --
 expect 2 'shear: "nan" should be' a.yaml --bending-warp 19mm --shear nan
 expect 2 'shear: "0.9" should be .* with its unit' a.yaml --bending-warp 19mm --shear 0.9
 expect 2 'bending-error: 15 mm is more than a quarter' a.yaml --bending-warp 19mm --bending-error 15mm
-expect 2 '"" is no name of a file' '' --bending-warp 19mm
+expect 2 '"" cannot be the name of a file' '' --bending-warp 19mm
 expect 2 'stiffer yarns' a.yaml --bending-warp 19mm --shear 1e5N/m
 expect 2 'no fabric "cottn"; did you mean "cotton"' a.yaml --bending-warp 19mm --preset cottn
 expect 2 'give one of them' a.yaml --bending-warp 19mm --preset silk --from b.yaml

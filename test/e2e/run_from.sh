@@ -40,7 +40,7 @@ cmp -s <(head -21 first/report.csv) <(head -21 second/report.csv) || fault "repo
 [ "$(wc -l <second/report.csv)" = 49 ] || fault "report.csv has $(wc -l <second/report.csv) lines"
 [ "$(sed -n 12p second/frames.csv | cut -d, -f5)" = 4 ] || fault "what is new is there in frame 10"
 [ -z "$(sed -n 13p second/frames.csv | cut -d, -f5)" ] || fault "what is new is absent in frame 11"
-grep -q '"message": "frames 0 to 10 are those of the run first, of the scene with the hash [0-9a-f]\{16\}"' second/run.json ||
+grep -q '"message": "frames 0 to 10 come from the run first, of the scene with the hash [0-9a-f]\{16\}"' second/run.json ||
     fault "run.json says nothing of it"
 "$TULLE" check second >check.out || fault "it is not clean: $(tail -1 check.out)"
 "$TULLE" info second | grep -q 'files  *as the run wrote them' || fault "its files are not sound"

@@ -23,9 +23,9 @@ SCENE
 code=$?
 [ $code = 3 ] || fault "exit $code, not 3"
 grep -q "'cloth0' is pinched near (.*) m at .* s, by 'rising'; " stderr || { fault "message:"; cat stderr; }
-grep -q "^trouble: the run could not go on: 'cloth0' is pinched near" stdout || { fault "trouble:"; cat stdout; }
+grep -q "^trouble: the run failed: 'cloth0' is pinched near" stdout || { fault "trouble:"; cat stdout; }
 grep -q '^trouble: none' stdout && fault "a run that failed had no trouble"
-"$TULLE" info out | grep -q "trouble  *the run could not go on: 'cloth0' is pinched near" || fault "info: $("$TULLE" info out)"
+"$TULLE" info out | grep -q "trouble  *the run failed: 'cloth0' is pinched near" || fault "info: $("$TULLE" info out)"
 "$TULLE" check out >judged || fault "judge: $(tail -n 1 judged)"
 
 cat >pressed.yaml <<'SCENE'

@@ -117,7 +117,7 @@ static const refusal refusals[] = {
      "obstacles[0].mesh.height: does not apply to shape sphere; known here: file, shape, radius, "
      "resolution"},
     {"obstacles:\n  - mesh: {file: a.obj, height: 2}\n", false, 5, 25,
-     "obstacles[0].mesh.height: has a meaning only beside the key 'shape'"},
+     "obstacles[0].mesh.height: has a meaning only together with the key 'shape'"},
     {"obstacles:\n  - mesh: {file: a.obj, shape: box}\n", false, 5, 12,
      "obstacles[0].mesh: may have only one of the keys file, shape"},
     {"obstacles:\n  - mesh: {}\n", false, 5, 5,

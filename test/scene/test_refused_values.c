@@ -194,7 +194,7 @@ static const struct {
     {TIME SHEET, "cloth[5].mesh=3", TULLE_ERROR_PARSE, 0, 0,
      "index 5 is past the end of a list of 1"},
     {TIME SHEET, "cloth[0]mesh=3", TULLE_ERROR_PARSE, 0, 0,
-     "the path must go on with . or [; an override reads PATH=VALUE, as in time.frames=10 or "
+     "the path must continue with . or [; an override reads PATH=VALUE, as in time.frames=10 or "
      "'cloth[0].mesh.resolution=[40, 40]'"},
     {TIME SHEET, "cloth.mesh=3", TULLE_ERROR_PARSE, 0, 0,
      "the path does not fit the scene: before the key mesh it finds a list, not a map"},

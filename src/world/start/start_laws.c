@@ -222,11 +222,12 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
                          "distance (delta_c, thickness) of %g m; give at most %g m, or leave it "
                          "out: a fortieth of the contact distance",
                          world->model.minimum_gap, smallest, largest);
-    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                     "the scene reaches %g m from the origin, where floats in files need a minimum "
-                     "gap of %g m; this is more than half of the contact distance of %g m: move "
-                     "the scene nearer, use thicker cloth, or give the minimum gap (xi) yourself",
-                     world->model.minimum_gap, extent, smallest);
+    return error_set(
+        error, TULLE_ERROR_INVALID_ARGUMENT,
+        "the minimum gap of %g m, because the scene reaches %g m from the origin and its files "
+        "hold floats, is more than half of the contact distance of %g m: move the scene nearer, "
+        "use thicker cloth, or give the minimum gap (xi) yourself",
+        world->model.minimum_gap, extent, smallest);
 }
 
 /* Grain of the surfaces, if one of them has friction that depends on the direction. */

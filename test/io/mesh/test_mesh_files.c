@@ -518,7 +518,7 @@ static const bad_file bad_files[] = {
     {"f.ply", "ply\nformat utf8 1.0\n", 2, 8, "the format should be"},
     {"v.ply", "ply\nformat ascii 2.0\n", 2, 14, "version should be 1.0"},
     {"h.ply", "ply\nformat ascii 1.0\nelement vertex 3\n", 4, 1, "ends within the header"},
-    {"k.ply", "ply\nformat ascii 1.0\nelemnt vertex 3\n", 3, 1, "\"elemnt\" is no keyword"},
+    {"k.ply", "ply\nformat ascii 1.0\nelemnt vertex 3\n", 3, 1, "\"elemnt\" is not a keyword"},
     {"c.ply", "ply\nformat ascii 1.0\nelement vertex -3\n", 3, 16, "a name and a count"},
     {"c2.ply", "ply\nformat ascii 1.0\nelement vertex 99999999999999999999\n", 3, 16, "a count"},
     {"y.ply", "ply\nformat ascii 1.0\nproperty float x\n", 3, 9, "needs an element before"},

@@ -98,7 +98,7 @@ static void steps_are_described(void **state) {
          NULL,
          "none: every solve converged, no step was cut, nothing was rescued or pinched; cloth was "
          "stretched by at most 12.5 % at 0.5 s"},
-        {{.steps = 3}, NULL, "the disk is full", "the run could not go on: the disk is full"},
+        {{.steps = 3}, NULL, "the disk is full", "the run failed: the disk is full"},
         {{.steps = 3, .unconverged_steps = 1},
          NULL,
          NULL,
@@ -117,7 +117,7 @@ static void steps_are_described(void **state) {
          "cloth was stretched beyond what its material holds in 2 of 3 steps; at 7 triangles at "
          "most, by 12.5 % at 0.5 s"},
         {placed, "sheet", "it tore",
-         "the run could not go on: it tore\n"
+         "the run failed: it tore\n"
          "a solve did not converge in 4 of 4 steps; the largest residual was 0.125 at 0.5 s\n"
          "cloth was stretched by 50 % at 0.5 s, between vertices 4 and 7 of 'sheet', at (0.5, "
          "-0.25, 2)\n"

@@ -157,10 +157,10 @@ static void links_lead_nowhere(void **state) {
         size_t size, size_after;
         char *const before = get_file(inner, &size);
         for (int is_pipe = 0; is_pipe < 2; is_pipe++) {
-            if (strcmp(name, "run.json") == 0 && is_pipe) continue; /* then it is no run */
+            if (strcmp(name, "run.json") == 0 && is_pipe) continue; /* then it is not a run */
             assert_int_equal(is_pipe ? mkfifo(path, 0666) : symlink(outside, path), 0);
             assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error), TULLE_ERROR_IO);
-            if (!strstr(error.message, is_pipe ? "is no " : "is a symbolic link"))
+            if (!strstr(error.message, is_pipe ? "is not a " : "is a symbolic link"))
                 fail_msg("%s: %s", error.file, error.message);
             assert_string_equal(error.file, path);
             assert_int_equal(remove(path), 0);
