@@ -57,7 +57,9 @@ static const struct {
      "obstacles[0].dynamic.start: is 0 s, and the motion begins at 0 s: the body never follows it"},
     {TIME SHEET BOX
      "    dynamic: {start: 1, spin: [1, 0, 0]}\n    motion: {keyframes: [{time: 0}, {time: 1}]}\n",
-     7, 31, "obstacles[0].dynamic.spin: does nothing: at its start (1 s) the body keeps the velocity of its motion"},
+     7, 31,
+     "obstacles[0].dynamic.spin: does nothing: at its start (1 s) the body keeps the velocity of "
+     "its motion"},
     {TIME SPRINGS SHEET "    material: {poisson: 0.3}\n", 5, 25,
      "cloth[0].material.poisson: " WOVEN_ALONE "; give these, or set membrane: woven"},
     {TIME SPRINGS SHEET "    material: {warp: {stiffness: 900}}\n", 5, 22,

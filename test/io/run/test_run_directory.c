@@ -292,8 +292,9 @@ static void a_checkpoint_of_another_scene_is_passed_over(void **state) {
     plant_checkpoint(other, own, "checkpoint.bin");
     def = make_def(own, FRAME_COUNT);
     assert_int_equal(tulle_run_resume(&def, &writer, &checkpoint, &error), TULLE_OK);
-    assert_non_null(strstr(tulle_run_get_notes(writer), "the checkpoint is of another scene; the "
-                                                        "run continues from the checkpoint before"));
+    assert_non_null(strstr(tulle_run_get_notes(writer),
+                           "the checkpoint is of another scene; the "
+                           "run continues from the checkpoint before"));
     assert_int_equal(go_on(writer, &checkpoint, FRAME_COUNT, &error), TULLE_OK);
     assert_int_equal(tulle_run_close(writer, TULLE_RUN_FINISHED, "all is well", &error), TULLE_OK);
     assert_same_run(own, test_path("whole"));
