@@ -13,7 +13,7 @@ add_custom_command(OUTPUT ${package}/made
     COMMAND ${CMAKE_COMMAND} -E copy_directory ${PROJECT_SOURCE_DIR}/python/tulle ${package}/tulle
     COMMAND ${tulle_python_program} ${PROJECT_SOURCE_DIR}/python/generate.py ${PROJECT_SOURCE_DIR}/include ${package}/tulle
     COMMAND ${CMAKE_COMMAND} -E touch ${package}/made
-    DEPENDS ${package_sources} ${public_headers} ${PROJECT_SOURCE_DIR}/python/generate.py VERBATIM)
+    DEPENDS ${package_sources} ${public_headers} ${PROJECT_SOURCE_DIR}/python/generate.py ${PROJECT_SOURCE_DIR}/python/field_comments.py VERBATIM)
 set(in_all)
 if(TULLE_BUILD_TESTS)
     set(in_all ALL)

@@ -39,3 +39,8 @@ def test_libraries_that_do_not_fit(tmp_path: Path) -> None:
     for name in ("libtulle.so", "libtulle_io.so"):
         shutil.copy(other, tmp_path / name)
     assert "ImportError: tulle: the package does not fit" in run("import tulle.world", TULLE_LIBRARY_PATH=str(tmp_path)).stderr
+
+
+def test_help_tells_the_values_of_a_struct() -> None:
+    words = tulle.structs.Wind.__doc__ or ""
+    assert words.startswith("Wind: a mean velocity") and "\ngust_time: [s] 1e-6 .. 1e6, default 0.5: correlation time" in words

@@ -143,6 +143,7 @@ static void begin_anew(tulle_world *world, const object_lists *lists, const worl
     memcpy(world->model.def.gravity, before->first.settings.gravity,
            sizeof world->model.def.gravity);
     world->model.def.wind = before->first.settings.wind;
+    world->first.def_hash = before->first.def_hash;
     world->now.time = before->now.time;
     world_renumber_slots(world);
 }
