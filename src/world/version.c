@@ -29,6 +29,7 @@ static const struct_size SIZES[] = {
     SIZE_OF(tulle_check_result),
     SIZE_OF(tulle_cloth_def),
     SIZE_OF(tulle_cloth_id),
+    SIZE_OF(tulle_cloth_targets),
     SIZE_OF(tulle_contact),
     SIZE_OF(tulle_contact_law),
     SIZE_OF(tulle_counts),
