@@ -9,7 +9,7 @@ tools/limits.csv has a row for each limit: date, figure, value, granted. The las
 appended, never changed. A row that is higher than the one before says in `granted` what the growth was for.
 
 What a step reaches is counted by tools/count_reach.py: as a whole, and in a world that has started. Members are those of
-the struct itself. A file sees the context of a step if it includes world/step/step.h. The booleans of stage 7 are the
+the struct itself. A file sees the context of a step if it includes step/step_context.h. The booleans of stage 7 are the
 members of type bool in the headers and files that steer it (STAGE_7). Lines are raw lines of *.c and *.h.
 Habits are those of tools/count_habits.py.
 """
@@ -30,9 +30,9 @@ COLUMNS = ["date", "figure", "value", "granted"]
 LIMITS = "tools/limits.csv"
 STARTS = ["world_start"]
 STRUCTS = {"tulle_world": "src/world/world_state.h", "step_model": "src/step/step_model.h", "motion_state": "src/step/motion_state.h",
-           "step_work": "src/step/step_work.h", "step_context": "src/world/step/step.h", "retry_state": "src/world/step/step.h"}
-CONTEXT = "world/step/step.h"
-STAGE_7 = ("src/contact/response.h", "src/contact/solve/solve_motion.h", "src/contact/solve/solve_motion.c", "src/world/step/step.h")
+           "step_work": "src/step/step_work.h", "substep": "src/step/step_work.h", "step_context": "src/step/step_context.h", "retry_state": "src/step/step_context.h"}
+CONTEXT = "step/step_context.h"
+STAGE_7 = ("src/contact/response.h", "src/contact/solve/solve_motion.h", "src/contact/solve/solve_motion.c", "src/step/step_context.h")
 STRUCT = re.compile(r"\bstruct\s+(\w+)\s*\{")
 
 

@@ -83,6 +83,7 @@ typedef struct motion_state {
     known_elastic elastic;       /* of the cloths at `positions`; not saved */
     double *plastic;             /* of sliders (hysteresis.h): world->plastic_count */
     double time;                 /* [s] */
+    uint64_t step_count;         /* that led here */
     uint8_t *is_present;         /* per obstacle */
     uint8_t *particles;          /* particle_state of particle_count vertices */
     body_rest *rests;            /* per body */
@@ -100,8 +101,8 @@ typedef struct motion_state {
 
 enum { STATE_VECTORS_MAX = 4 };
 /* The vectors over all vertices that a state has, and how many they are. */
-static inline size_t world_list_vectors(const motion_state *state,
-                                        double *vectors[STATE_VECTORS_MAX]) {
+static inline size_t step_list_vectors(const motion_state *state,
+                                       double *vectors[STATE_VECTORS_MAX]) {
     vectors[0] = state->positions;
     vectors[1] = state->velocities;
     vectors[2] = state->previous_mean;

@@ -17,7 +17,7 @@
 #include "tulle/bodies.h"
 #include "tulle/live.h"
 
-enum { WORLD_NAME_BYTES = 80 };
+enum { WORLD_NAME_BYTES = 80, WORLD_MESSAGE_BYTES = 1024 };
 
 typedef struct world_pin {
     uint32_t *vertices; /* in the cloth's own numbering */
@@ -71,6 +71,12 @@ typedef struct world_cloth {
     uint32_t vertex_begin; /* in the world's numbering, set by the start */
 } world_cloth;
 
+/* Two frames of a mesh sequence. */
+typedef struct frame_cache {
+    double *positions[2]; /* [m] 3 * vertex_count */
+    uint32_t numbers[2];  /* TULLE_NONE: none yet */
+} frame_cache;
+
 typedef struct world_obstacle {
     char name[WORLD_NAME_BYTES];
     world_label label;
@@ -90,8 +96,7 @@ typedef struct world_obstacle {
     uint32_t frame_count;
     double frame_start_time, frame_interval; /* [s] */
     double appear_time, disappear_time;      /* [s] */
-    double *frames[2];                       /* two frames of the sequence, cached */
-    uint32_t frame_numbers[2];               /* which; TULLE_NONE: none yet */
+    frame_cache *frames;                     /* of the sequence; to read a frame fills it */
     tulle_body body;                         /* as the def said; the rest is for dynamic ones */
     rigid_body rigid;                        /* mass and moments */
     vec3 centre;                             /* [m] of mass, at motion zero */
@@ -129,8 +134,7 @@ typedef struct step_model {
     size_t pose_count;         /* all obstacles where one is driven as a whole, else 0 */
     size_t lag_vertex_count;   /* of obstacles that may lag (lag.h) */
     topology topo;
-    surface_range *surfaces;
-    surface_set set;
+    size_t surface_count;
     uint32_t *vertex_surface; /* surface of each vertex */
     double *rest;             /* [m] all vertices */
     double *inverse_masses;   /* [1/kg] 0 for obstacles */
@@ -151,5 +155,28 @@ typedef struct step_model {
     double edge_length;                                        /* [m] mean over all cloth */
     double height_share; /* of the lowest triangle in what is not low; 1: none is low */
 } step_model;
+
+static inline const char *world_surface_name(const step_model *model, size_t surface) {
+    size_t const cloth_count = model->cloths.count;
+    return surface < cloth_count ? model->cloths.data[surface].name
+                                 : model->obstacles.data[surface - cloth_count].name;
+}
+
+static inline const world_mesh *world_surface_mesh(const step_model *model, size_t surface) {
+    size_t const cloth_count = model->cloths.count;
+    return surface < cloth_count ? &model->cloths.data[surface].mesh
+                                 : &model->obstacles.data[surface - cloth_count].mesh;
+}
+
+/* Whether features of two surfaces are held apart at all, by what the host chose. */
+static inline bool world_pair_collides(const step_model *model, size_t a, size_t b) {
+    return !model->collides || model->collides[a * model->surface_count + b];
+}
+
+static inline world_label *world_get_label(const step_model *model, size_t surface) {
+    size_t const cloth_count = model->cloths.count;
+    return surface < cloth_count ? &model->cloths.data[surface].label
+                                 : &model->obstacles.data[surface - cloth_count].label;
+}
 
 #endif

@@ -6,9 +6,9 @@
  * step is accepted, so that a failure leaves the world as it was. */
 #include "base/error.h"
 #include "base/sort.h"
+#include "step/pinch/holds.h"
 #include "world/change/change.h"
 #include "world/fields/fields.h"
-#include "world/pinch/holds.h"
 #include "world/record/record.h"
 
 #include <math.h>
@@ -111,7 +111,7 @@ static uint8_t find_marks(const tulle_world *world, size_t surface) {
     if (surface < cloth_count) {
         bool const is_asked = is_watched(world->events, TULLE_EVENT_OVERSTRETCH_BEGIN) ||
                               is_watched(world->events, TULLE_EVENT_OVERSTRETCH_END);
-        const surface_range *const range = &world->model.surfaces[surface];
+        const surface_range *const range = &world->work.surfaces[surface];
         int cloth_marks = 0;
         for (size_t t = range->triangle_begin; is_asked && t < range->triangle_end; t++) {
             if (!cloth_is_overstretched(world->model.cloth_model, world->now.positions, t))
@@ -124,7 +124,7 @@ static uint8_t find_marks(const tulle_world *world, size_t surface) {
         return (uint8_t)cloth_marks;
     }
     size_t const obstacle = surface - cloth_count; /* all of them for the world */
-    int marks = world_is_held(world, &world->now, obstacle) ? IS_PINCHED : 0;
+    int marks = step_is_held(&world->model, &world->now, obstacle) ? IS_PINCHED : 0;
     if (obstacle == world->model.obstacles.count)
         return (uint8_t)(marks | (world->ignored.count > 0 ? IS_TANGLED : 0));
     if (world->now.is_present[obstacle]) marks |= IS_PRESENT;
@@ -147,7 +147,7 @@ static void add_event(tulle_world *world, tulle_event_kind kind, uint64_t key, d
     events->queue[at] = (tulle_event){.kind = kind,
                                       .object_a = (uint32_t)(key >> 32),
                                       .object_b = (uint32_t)key,
-                                      .step = world->step_count - 1,
+                                      .step = world->now.step_count - 1,
                                       .time = world->now.time,
                                       .force = force};
 }
@@ -199,9 +199,9 @@ void world_tell_events(tulle_world *world) {
         i += was <= is;
         k += is <= was;
     }
-    for (size_t s = 0; s <= world->model.set.surface_count; s++) {
+    for (size_t s = 0; s <= world->model.surface_count; s++) {
         uint8_t const was = events->marks[s], is = find_marks(world, s);
-        uint64_t const object = s < world->model.set.surface_count ? s : UINT32_MAX;
+        uint64_t const object = s < world->model.surface_count ? s : UINT32_MAX;
         events->marks[s] = is;
         for (size_t c = 0; was != is && c < sizeof changes / sizeof changes[0]; c++) {
             if (((was ^ is) & changes[c].mark) == 0) continue;
@@ -220,7 +220,7 @@ void world_restart_events(tulle_world *world) {
     events->first = events->count = 0;
     events->lost = 0;
     swap_looks(events);
-    for (size_t s = 0; s <= world->model.set.surface_count; s++)
+    for (size_t s = 0; s <= world->model.surface_count; s++)
         events->marks[s] = find_marks(world, s);
 }
 
@@ -249,8 +249,8 @@ static void renumber_queue(const world_change *change, world_events *events) {
 tulle_status world_carry_events(tulle_world *world, tulle_error *error) {
     const world_change *const change = world->change;
     world_events *const events = change->before->events;
-    size_t const count = world->model.set.surface_count;
-    size_t const count_before = change->before->model.set.surface_count;
+    size_t const count = world->model.surface_count;
+    size_t const count_before = change->before->model.surface_count;
     if (!events) return TULLE_OK;
     uint8_t *const marks = memory_allocate_zeroed(&world->heap, count + 1, 1);
     if (!marks) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
@@ -283,7 +283,7 @@ tulle_status world_carry_events(tulle_world *world, tulle_error *error) {
 static void destroy_events(tulle_world *world, world_events *events) {
     memory *const heap = &world->heap;
     if (!events) return;
-    memory_release(heap, events->marks, world->model.set.surface_count + 1);
+    memory_release(heap, events->marks, world->model.surface_count + 1);
     memory_release(heap, events->queue, events->watch.capacity * sizeof *events->queue);
     ARRAY_FREE(heap, &events->pairs);
     ARRAY_FREE(heap, &events->found);
@@ -326,7 +326,7 @@ tulle_status tulle_world_watch_events(tulle_world *world, const tulle_event_watc
     world_events *const events = memory_allocate_zeroed(heap, 1, sizeof *events);
     if (!events) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for events");
     events->watch = *watch;
-    events->marks = memory_allocate_zeroed(heap, world->model.set.surface_count + 1, 1);
+    events->marks = memory_allocate_zeroed(heap, world->model.surface_count + 1, 1);
     events->queue = memory_allocate(heap, watch->capacity * sizeof *events->queue);
     world->events = events;
     tulle_status const status =

@@ -6,9 +6,10 @@
 #include "tulle/live.h"
 
 #include "base/error.h"
-#include "world/lag/lag.h"
+#include "step/lag/lag.h"
+#include "step/sleep/cloth_sleep.h"
+#include "step/undo.h"
 #include "world/record/record.h"
-#include "world/sleep/cloth_sleep.h"
 
 #include <math.h>
 #include <string.h>
@@ -175,7 +176,7 @@ tulle_status tulle_cloth_set_targets(tulle_world *world, tulle_cloth_id id,
         if (i < count) cloth->targets[6 * count + i] = targets->is_led && targets->is_led[i];
     }
     cloth->is_drawn = true;
-    world_wake_cloth(world, &world->now, (size_t)(cloth - world->model.cloths.data));
+    step_wake_cloth(&world->model, &world->now, (size_t)(cloth - world->model.cloths.data));
     WORLD_RECORD(world, .kind = RECORD_TARGETS, RECORD_ID(id),
                  .arrays = {{to, 3 * count}, {departures, departures ? 3 * count : 0}},
                  .def.state = {targets->is_led, targets->is_led ? count : 0});
@@ -190,7 +191,10 @@ tulle_status tulle_world_place(tulle_world *world, const double *positions, size
     motion_state *const next = &world->next;
     size_t const slots = 2 * world->model.body_count, count = world->model.vertex_count - slots;
     tulle_status status = check_points(positions, vertex_count, count, "the world", error);
-    if (status == TULLE_OK) status = world_copy_start(world, error);
+    bool has_appeared; /* all is judged */
+    if (status == TULLE_OK &&
+        step_copy_start(&world->model, next, &world->work, &has_appeared) != TULLE_OK)
+        status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for contacts");
     if (status != TULLE_OK) return status;
     for (size_t v = 0; v < count; v++) {
         size_t const to = v < world->model.cloth_vertex_count ? v : v + slots;
@@ -202,7 +206,7 @@ tulle_status tulle_world_place(tulle_world *world, const double *positions, size
         vec3_store(next->velocities, to, vec3_make(0.0, 0.0, 0.0));
     }
     memset(next->lags, 0, 3 * world->model.lag_vertex_count * sizeof(double));
-    world_measure_lags(world, next);
+    step_measure_lags(&world->model, next, &world->work);
     next->previous_time_step = 0.0;
     next->elastic.is_known = false;
     next->contacts.contacts.count = 0;
@@ -210,12 +214,12 @@ tulle_status tulle_world_place(tulle_world *world, const double *positions, size
     if (status == TULLE_OK && world->intersections.count > 0)
         status = world_refuse_intersections(world, next->positions, "where all is placed", error);
     if (status != TULLE_OK) return status;
-    world_wake_cloths(world, next);
+    step_wake_cloths(&world->model, next);
     motion_state const old = world->now;
     world->now = *next;
     world->next = old;
     world->accepted_rows.rows.count = 0;
-    world->has_contacts = world->has_queries = false;
+    world->has_contacts = world->work.has_queries = false;
     WORLD_RECORD(world, .kind = RECORD_PLACE, .arrays = {{positions, 3 * vertex_count}});
     return TULLE_OK;
 }
@@ -271,7 +275,7 @@ tulle_status world_begin_given(tulle_world *world, tulle_error *error) {
 }
 
 void world_end_given(tulle_world *world, bool has_failed) {
-    if (has_failed) world->has_queries = false;
+    if (has_failed) world->work.has_queries = false;
     for (size_t i = 0; i < world->model.obstacles.count; i++) {
         world_obstacle *const obstacle = &world->model.obstacles.data[i];
         if (has_failed && obstacle->has_jumped) {

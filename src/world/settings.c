@@ -8,12 +8,12 @@
 
 #include "base/error.h"
 #include "base/hash.h"
-#include "world/bodies/bodies_sleep.h"
+#include "step/bodies/bodies_sleep.h"
+#include "step/sleep/cloth_sleep.h"
 #include "world/change/change.h"
 #include "world/defs.h"
 #include "world/fields/fields.h"
 #include "world/record/record.h"
-#include "world/sleep/cloth_sleep.h"
 #include "world/start/start.h"
 
 #include <math.h>
@@ -41,7 +41,7 @@ static void set_settings(tulle_world *world, const world_settings *settings) {
 }
 
 static size_t get_laws_size(const tulle_world *world) {
-    return world->model.set.surface_count * world->model.set.surface_count * sizeof(contact_law);
+    return world->model.surface_count * world->model.surface_count * sizeof(contact_law);
 }
 
 /* Keeps the laws of the start before one of them changes. */
@@ -126,7 +126,7 @@ static tulle_status prepare_machinery(tulle_world *world, cloth_settings setting
 static void use_machinery(tulle_world *world) {
     world_set_machinery(world, &world->spare);
     world->now.elastic.is_known = false;
-    world_wake_all(world, &world->now);
+    step_wake_all(&world->model, &world->now);
 }
 
 /* ---- calls ---- */
@@ -148,7 +148,7 @@ tulle_status tulle_world_set_gravity(tulle_world *world, const double gravity[3]
     if (status != TULLE_OK) return status;
     set_settings(world, &settings);
     note_def(world);
-    if (world->is_started) world_wake_all(world, &world->now);
+    if (world->is_started) step_wake_all(&world->model, &world->now);
     WORLD_RECORD(world, .kind = RECORD_GRAVITY, .arrays = {{gravity, 3}});
     return TULLE_OK;
 }
@@ -163,7 +163,7 @@ tulle_status tulle_world_set_wind(tulle_world *world, const tulle_wind *wind, tu
     if (status != TULLE_OK) return status;
     set_settings(world, &settings);
     note_def(world);
-    if (world->is_started && differs) world_wake_cloths(world, &world->now);
+    if (world->is_started && differs) step_wake_cloths(&world->model, &world->now);
     WORLD_RECORD(world, .kind = RECORD_WIND, .def.wind = *wind);
     return TULLE_OK;
 }
@@ -242,7 +242,7 @@ tulle_status tulle_cloth_release_pin(tulle_world *world, tulle_cloth_id id, size
         use_machinery(world);
     }
     cloth->pins[pin].has_targets = false;
-    world_wake_cloth(world, &world->now, world_find_cloth(world, id));
+    step_wake_cloth(&world->model, &world->now, world_find_cloth(world, id));
     WORLD_RECORD(world, .kind = RECORD_RELEASE_PIN, RECORD_ID(id), .numbers = {pin});
     return TULLE_OK;
 }
@@ -260,7 +260,7 @@ tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, do
                          cloth->name, thickness, least, most);
     tulle_status const status = keep_first_laws(world, error);
     if (status != TULLE_OK) return status;
-    size_t const count = world->model.set.surface_count, own = world_find_cloth(world, id);
+    size_t const count = world->model.surface_count, own = world_find_cloth(world, id);
     for (size_t other = 0; other < count; other++) {
         contact_law *const law = &world->model.laws[own * count + other];
         if (!(law->contact_distance > 0.0)) continue; /* nothing that it meets */
@@ -271,7 +271,7 @@ tulle_status tulle_cloth_set_thickness(tulle_world *world, tulle_cloth_id id, do
         law->separation_distance = world_get_separation(world, law->contact_distance);
         world->model.laws[other * count + own] = *law;
     }
-    world_wake_all(world, &world->now);
+    step_wake_all(&world->model, &world->now);
     WORLD_RECORD(world, .kind = RECORD_THICKNESS, RECORD_ID(id), .arrays = {{&thickness, 1}});
     return TULLE_OK;
 }
@@ -284,7 +284,7 @@ int tulle_cloth_is_asleep(const tulle_world *world, tulle_cloth_id id) {
 
 tulle_status tulle_cloth_wake(tulle_world *world, tulle_cloth_id id, tulle_error *error) {
     if (!world_find_started_cloth(world, id, error)) return TULLE_ERROR_INVALID_ARGUMENT;
-    world_wake_cloth(world, &world->now, world_find_cloth(world, id));
+    step_wake_cloth(&world->model, &world->now, world_find_cloth(world, id));
     WORLD_RECORD(world, .kind = RECORD_WAKE_CLOTH, RECORD_ID(id));
     return TULLE_OK;
 }
@@ -293,15 +293,15 @@ tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tull
                               tulle_error *error) {
     tulle_status const status = keep_first_laws(world, error);
     if (status != TULLE_OK) return status;
-    contact_law *const old = &world->model.laws[a * world->model.set.surface_count + b];
+    contact_law *const old = &world->model.laws[a * world->model.surface_count + b];
     contact_law changed = *old;
     changed.static_friction = law->static_friction;
     changed.dynamic_friction =
         law->dynamic_friction < 0.0 ? law->static_friction : law->dynamic_friction;
     changed.restitution = law->restitution;
     if (memcmp(old, &changed, sizeof changed) == 0) return TULLE_OK;
-    *old = world->model.laws[b * world->model.set.surface_count + a] = changed;
-    world_wake_all(world, &world->now);
+    *old = world->model.laws[b * world->model.surface_count + a] = changed;
+    step_wake_all(&world->model, &world->now);
     return TULLE_OK;
 }
 
@@ -525,8 +525,7 @@ static tulle_status carry_laws(tulle_world *world, tulle_error *error) {
     if (!(list_parts(before) & PART_LAWS)) return TULLE_OK;
     tulle_status const status = keep_first_laws(world, error);
     if (status != TULLE_OK) return status;
-    size_t const count = world->model.set.surface_count,
-                 count_before = before->model.set.surface_count;
+    size_t const count = world->model.surface_count, count_before = before->model.surface_count;
     for (size_t i = 0; i < count * count; i++) {
         uint32_t const a = change->sources[i / count], b = change->sources[i % count];
         if (a == TULLE_NONE || b == TULLE_NONE) continue;

@@ -10,12 +10,12 @@
  * later steps are and what reports say, but no position. Little-endian, doubles as they are. */
 #include "base/error.h"
 #include "base/hash.h"
+#include "step/bodies/bodies.h"
+#include "step/lag/lag.h"
+#include "step/pinch/holds.h"
+#include "step/undo.h"
 #include "tulle/live.h"
-#include "world/bodies/bodies.h"
-#include "world/lag/lag.h"
-#include "world/pinch/holds.h"
 #include "world/record/record.h"
-#include "world/step/search.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -55,23 +55,22 @@ static void take(byte_cursor *cursor, void *target, size_t byte_count) {
 }
 
 moving_run world_first_moving(const tulle_world *world) {
-    size_t const count = world->model.set.surface_count;
+    size_t const count = world->model.surface_count;
     size_t surface = world->model.cloths.count;
-    while (surface < count && !world->model.surfaces[surface].is_static) surface++;
-    return (moving_run){0,
-                        surface < count ? world->model.surfaces[surface].vertex_begin
-                                        : world->model.vertex_count,
-                        surface};
+    while (surface < count && !world->work.surfaces[surface].is_static) surface++;
+    return (moving_run){
+        0, surface < count ? world->work.surfaces[surface].vertex_begin : world->model.vertex_count,
+        surface};
 }
 
 bool world_next_moving(const tulle_world *world, moving_run *run) {
-    size_t const count = world->model.set.surface_count;
+    size_t const count = world->model.surface_count;
     if (run->surface >= count) return false;
     size_t surface = run->surface + 1;
-    while (surface < count && !world->model.surfaces[surface].is_static) surface++;
-    run->begin = world->model.surfaces[run->surface].vertex_end;
+    while (surface < count && !world->work.surfaces[surface].is_static) surface++;
+    run->begin = world->work.surfaces[run->surface].vertex_end;
     run->end =
-        surface < count ? world->model.surfaces[surface].vertex_begin : world->model.vertex_count;
+        surface < count ? world->work.surfaces[surface].vertex_begin : world->model.vertex_count;
     run->surface = surface;
     return true;
 }
@@ -102,13 +101,13 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     size_t const bytes = 3 * world->model.vertex_count * sizeof(double);
     uint64_t hash = HASH_SEED;
     double *vectors[STATE_VECTORS_MAX];
-    size_t const vector_count = world_list_vectors(now, vectors);
+    size_t const vector_count = step_list_vectors(now, vectors);
     for (size_t i = 0; i < vector_count; i++) hash = hash_bytes(hash, vectors[i], bytes);
     if (world->model.plastic_count > 0)
         hash = hash_bytes(hash, now->plastic, world->model.plastic_count * sizeof(double));
     double const clocks[2] = {now->time, now->previous_time_step};
     hash = hash_bytes(hash, clocks, sizeof clocks);
-    hash = hash_bytes(hash, &world->step_count, sizeof world->step_count);
+    hash = hash_bytes(hash, &world->now.step_count, sizeof world->now.step_count);
     hash = hash_bytes(hash, now->is_present, world->model.obstacles.count);
     hash = hash_bytes(hash, now->particles, world->model.particle_count);
     hash = hash_bytes(hash, now->rests, world->model.body_count * sizeof *now->rests);
@@ -127,7 +126,7 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
         hash = hash_bytes(hash, &now->attachment_count, sizeof now->attachment_count);
         hash = hash_bytes(hash, now->ties.data, now->ties.count * sizeof *now->ties.data);
     }
-    if (world_has_lags(world, now))
+    if (step_has_lags(&world->model, now))
         hash = hash_bytes(hash, now->lags, 3 * world->model.lag_vertex_count * sizeof(double));
     return contact_store_hash(&now->contacts, hash);
 }
@@ -140,7 +139,7 @@ typedef struct part_sizes {
 
 static size_t state_size(const tulle_world *world, part_sizes parts) {
     double *vectors[STATE_VECTORS_MAX];
-    size_t const vector_count = world_list_vectors(&world->now, vectors);
+    size_t const vector_count = step_list_vectors(&world->now, vectors);
     return sizeof(state_header) + 3 * vector_count * count_moving(world) * sizeof(double) +
            world->model.plastic_count * sizeof(double) + world->model.obstacles.count +
            world->model.particle_count + world->model.body_count * sizeof(body_rest) +
@@ -170,14 +169,14 @@ static part_sizes measure_parts(const tulle_world *world) {
         .setting_bytes = world_get_settings_size(world),
         .control_bytes = world_get_controls_size(world),
         .tie_count = world->now.ties.count,
-        .lag_count = world_has_lags(world, &world->now) ? world->model.lag_vertex_count : 0};
+        .lag_count = step_has_lags(&world->model, &world->now) ? world->model.lag_vertex_count : 0};
 }
 
 /* All but the header. */
 static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *cursor) {
     const motion_state *const now = &world->now;
     double *vectors[STATE_VECTORS_MAX];
-    size_t const vector_count = world_list_vectors(now, vectors);
+    size_t const vector_count = step_list_vectors(now, vectors);
     for (size_t i = 0; i < vector_count; i++) put_moving(cursor, world, vectors[i]);
     put(cursor, now->plastic, world->model.plastic_count * sizeof(double));
     put(cursor, now->is_present, world->model.obstacles.count);
@@ -211,7 +210,7 @@ static void write_state(const tulle_world *world, part_sizes parts, unsigned cha
                            .def_hash = world->def_hash,
                            .vertex_count = world->model.vertex_count,
                            .obstacle_count = world->model.obstacles.count,
-                           .step_count = world->step_count,
+                           .step_count = world->now.step_count,
                            .contact_bytes = parts.contact_bytes,
                            .patch_bytes = parts.patch_bytes,
                            .setting_bytes = parts.setting_bytes,
@@ -319,7 +318,7 @@ static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t
                  extra = count > old_count ? count - old_count : 0;
     if (!ARRAY_RESERVE(&world->heap, &world->ignored_start, count) ||
         !ARRAY_RESERVE(&world->heap, &world->ignored, extra) ||
-        !ARRAY_RESERVE(&world->heap, &world->ignored_keys, extra)) {
+        !ARRAY_RESERVE(&world->heap, &world->work.ignored_keys, extra)) {
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to load the state");
     }
     take(cursor, world->ignored_start.data, count * sizeof(tulle_intersection));
@@ -328,9 +327,9 @@ static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t
         uint32_t const objects[2] = {pair->object_a, pair->object_b};
         uint32_t const triangles[2] = {pair->triangle_a, pair->triangle_b};
         for (int k = 0; k < 2; k++) {
-            if (objects[k] >= world->model.set.surface_count ||
-                triangles[k] >= world->model.surfaces[objects[k]].triangle_end -
-                                    world->model.surfaces[objects[k]].triangle_begin) {
+            if (objects[k] >= world->model.surface_count ||
+                triangles[k] >= world->work.surfaces[objects[k]].triangle_end -
+                                    world->work.surfaces[objects[k]].triangle_begin) {
                 return error_set(
                     error, TULLE_ERROR_PARSE,
                     "the saved state names triangles that are not there: start the run again");
@@ -346,10 +345,10 @@ static tulle_status take_ignored(tulle_world *world, byte_cursor *cursor, size_t
 static tulle_status take_patches(tulle_world *world, const unsigned char *bytes, size_t byte_count,
                                  tulle_error *error) {
     if (!world->work.patches) return TULLE_OK;
-    tulle_status status = world_keep_patches(world);
+    tulle_status status = step_keep_patches(&world->work);
     if (status == TULLE_OK) {
         status = kept_patches_load(world->work.patches, bytes, byte_count);
-        if (status != TULLE_OK) world_restore_patches(world);
+        if (status != TULLE_OK) step_restore_patches(&world->work);
     }
     if (status == TULLE_OK) return status;
     if (status == TULLE_ERROR_OUT_OF_MEMORY)
@@ -378,7 +377,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     motion_state *const next = &world->next;
     byte_cursor cursor = {(unsigned char *)(uintptr_t)bytes, sizeof header};
     double *vectors[STATE_VECTORS_MAX];
-    size_t const vector_count = world_list_vectors(next, vectors);
+    size_t const vector_count = step_list_vectors(next, vectors);
     for (size_t i = 0; i < vector_count; i++) take_moving(&cursor, world, vectors[i]);
     take(&cursor, next->plastic, world->model.plastic_count * sizeof(double));
     take(&cursor, next->is_present, world->model.obstacles.count);
@@ -397,7 +396,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->ties.data, parts.tie_count * sizeof *next->ties.data);
     memset(next->lags, 0, 3 * world->model.lag_vertex_count * sizeof(double));
     take(&cursor, next->lags, 3 * parts.lag_count * sizeof(double));
-    world_measure_lags(world, next);
+    step_measure_lags(&world->model, next, &world->work);
     next->attachment_count = (uint32_t)header.attachment_count;
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;
@@ -430,17 +429,17 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     motion_state const old = world->now;
     world->now = *next;
     world->next = old;
-    world->step_count = header.step_count;
+    world->now.step_count = header.step_count;
     world->accepted_rows.rows.count = 0; /* a saved state has no rows */
-    world->has_contacts = world->has_queries = false;
+    world->has_contacts = world->work.has_queries = false;
     for (size_t i = 0; i < world->model.obstacles.count; i++) {
-        world_obstacle *const obstacle = &world->model.obstacles.data[i];
-        world->model.surfaces[world->model.cloths.count + i].is_present = world->now.is_present[i];
+        frame_cache *const frames = world->model.obstacles.data[i].frames;
+        world->work.surfaces[world->model.cloths.count + i].is_present = world->now.is_present[i];
         /* a live reader gives what belongs to the state from here on */
-        obstacle->frame_numbers[0] = obstacle->frame_numbers[1] = TULLE_NONE;
+        if (frames) frames->numbers[0] = frames->numbers[1] = TULLE_NONE;
     }
     world_end_given(world, true);
-    world_mark_bodies(world, &world->now);
+    step_mark_bodies(&world->model, &world->now, &world->work);
     world_restart_events(world);
     return TULLE_OK;
 }

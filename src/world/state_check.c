@@ -4,10 +4,11 @@
  * or that a mistake wrote: numbers that are not finite, flags and states out of their range,
  * objects that are not there. What passes cannot lead a step outside its arrays. */
 #include "base/error.h"
-#include "world/bodies/bodies.h"
-#include "world/pinch/holds.h"
-#include "world/sleep/cloth_sleep.h"
-#include "world/ties/ties.h"
+#include "step/bodies/bodies.h"
+#include "step/pinch/holds.h"
+#include "step/sleep/cloth_sleep.h"
+#include "step/ties/ties.h"
+#include "world/world_state.h"
 
 #include <math.h>
 #include <string.h>
@@ -64,7 +65,7 @@ static bool poses_are_valid(const tulle_world *world, const motion_pose *poses) 
 
 static bool vectors_are_finite(const tulle_world *world, const motion_state *state) {
     double *vectors[STATE_VECTORS_MAX];
-    size_t const count = world_list_vectors(state, vectors);
+    size_t const count = step_list_vectors(state, vectors);
     moving_run run = world_first_moving(world);
     do
         for (size_t i = 0; i < count; i++)
@@ -89,15 +90,15 @@ tulle_status world_check_state(const tulle_world *world, const motion_state *sta
         what = "flags of obstacles or vertices that mean nothing";
     else if (!rests_are_valid(world, state->rests))
         what = "rigid bodies in a state that no body has";
-    else if (!world_cloth_rests_are_valid(world, state))
+    else if (!step_cloth_rests_are_valid(&world->model, state))
         what = "a sleep that no cloth has";
     else if (!poses_are_valid(world, state->poses))
         what = "obstacles in an impossible pose";
-    else if (!world_holds_are_valid(world, state))
+    else if (!step_holds_are_valid(&world->model, state, &world->work))
         what = "obstacles held back that are not there";
     else if (!are_bounded(state->lags, 3 * world->model.lag_vertex_count))
         what = "obstacles that lag too far behind their frames";
-    else if (!world_ties_are_valid(world, state))
+    else if (!step_ties_are_valid(world, state))
         what = "attachments of missing objects";
     if (!what) return TULLE_OK;
     return error_set(error, TULLE_ERROR_PARSE, "the saved state has %s: start the run again", what);

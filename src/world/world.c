@@ -18,6 +18,14 @@ static tulle_status out_of_memory(tulle_error *error, const char *what) {
     return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for %s", what);
 }
 
+void world_point_work(tulle_world *world) {
+    step_work *const work = &world->work;
+    work->heap = &world->heap;
+    work->start = &world->now;
+    work->frames.tell = world->recording ? world_record_frame : NULL;
+    work->frames.context = world;
+}
+
 tulle_status tulle_world_create(const tulle_world_def *def, tulle_world **world,
                                 tulle_error *error) {
     if (!world) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for the world");
@@ -31,6 +39,7 @@ tulle_status tulle_world_create(const tulle_world_def *def, tulle_world **world,
     made->model.def = *def;
     made->work.threads = parallel_resolve_threads(def->threads);
     made->work.scratch = arena_make(&made->heap);
+    world_point_work(made);
     made->def_hash = HASH_SEED;
     made->first.def_hash = fields_hash(&world_def_fields, def, HASH_SEED);
     *world = made;
@@ -80,8 +89,10 @@ void world_destroy_cloth(memory *heap, world_cloth *cloth) {
 
 void world_destroy_obstacle(memory *heap, world_obstacle *obstacle) {
     size_t const vector_bytes = 3 * obstacle->mesh.vertex_count * sizeof(double);
-    memory_release(heap, obstacle->frames[0], vector_bytes);
-    memory_release(heap, obstacle->frames[1], vector_bytes);
+    if (obstacle->frames)
+        for (int i = 0; i < 2; i++)
+            memory_release(heap, obstacle->frames->positions[i], vector_bytes);
+    memory_release(heap, obstacle->frames, sizeof *obstacle->frames);
     if (obstacle->points) memory_release(heap, obstacle->points, vector_bytes);
     memory_release(heap, obstacle->given_positions, vector_bytes);
     motion_destroy(heap, &obstacle->motion);
@@ -266,7 +277,6 @@ static tulle_status copy_obstacle(memory *heap, const tulle_obstacle_def *def,
     obstacle->appear_time = def->appear_time;
     obstacle->disappear_time = def->disappear_time;
     obstacle->body = def->body;
-    obstacle->frame_numbers[0] = obstacle->frame_numbers[1] = TULLE_NONE;
     obstacle->drive = def->drive;
     obstacle->is_static = def->motion.key_count == 0 && !def->read_frame && !def->body.is_dynamic &&
                           def->drive == TULLE_DRIVE_NONE;
@@ -287,10 +297,14 @@ static tulle_status copy_obstacle(memory *heap, const tulle_obstacle_def *def,
         obstacle->given_positions = memory_allocate(heap, vector_bytes);
         if (!obstacle->given_positions) return TULLE_ERROR_OUT_OF_MEMORY;
     }
-    for (int i = 0; i < 2 && def->read_frame; i++) {
-        obstacle->frames[i] = memory_allocate(heap, vector_bytes);
-        if (!obstacle->frames[i]) return TULLE_ERROR_OUT_OF_MEMORY;
+    if (!def->read_frame) return TULLE_OK;
+    obstacle->frames = memory_allocate_zeroed(heap, 1, sizeof *obstacle->frames);
+    for (int i = 0; i < 2 && obstacle->frames; i++) {
+        obstacle->frames->numbers[i] = TULLE_NONE;
+        obstacle->frames->positions[i] = memory_allocate(heap, vector_bytes);
     }
+    if (!obstacle->frames || !obstacle->frames->positions[0] || !obstacle->frames->positions[1])
+        return TULLE_ERROR_OUT_OF_MEMORY;
     return TULLE_OK;
 }
 
@@ -387,7 +401,7 @@ const double *tulle_obstacle_get_velocities(const tulle_world *world, tulle_obst
 double tulle_world_get_time(const tulle_world *world) { return world ? world->now.time : 0.0; }
 
 uint64_t tulle_world_get_step_count(const tulle_world *world) {
-    return world ? world->step_count : 0;
+    return world ? world->now.step_count : 0;
 }
 
 void tulle_world_get_distances(const tulle_world *world, double *contact, double *separation,

@@ -10,8 +10,6 @@
 #include "tulle/events.h"
 #include "tulle/query.h"
 
-enum { WORLD_MESSAGE_BYTES = 1024 };
-
 /* The law of two objects that does not follow from their materials. */
 typedef struct world_pair_law {
     size_t first, second; /* indices among cloths or obstacles, cloths first, the lower first */
@@ -106,8 +104,7 @@ struct tulle_world {
     bool is_in_batch;       /* while tulle_worlds_step looks whether a world is there twice */
     uint64_t def_hash;      /* of all defs; guards loaded states */
     first_settings first;
-    cloth_machinery spare; /* of a state that is about to be loaded */
-    uint64_t step_count;
+    cloth_machinery spare;           /* of a state that is about to be loaded */
     row_list accepted_rows;          /* of the last substep of the last accepted step */
     intersection_list intersections; /* of the start, or of what last appeared */
     ARRAY(tulle_overlap)
@@ -115,40 +112,14 @@ struct tulle_world {
                                         them; else none */
     intersection_list ignored;       /* those that have not come apart */
     intersection_list ignored_start; /* the ignored ones at the start of the step */
-    ARRAY(uint64_t) ignored_keys;    /* the same as ignored_pair_key, ascending */
     ARRAY(tulle_contact) contacts;   /* accepted_rows as the user sees them, when has_contacts */
     bool has_contacts;
-    query_trees queries; /* of the last state that was asked, when has_queries */
-    bool has_queries;
     const world_change *change;            /* while objects come and go; else null */
     world_events *events;                  /* null: the host watches nothing */
     world_recording *recording;            /* null: calls are not recorded */
     tulle_untangle_report untangle_report; /* of the start */
     char message[WORLD_MESSAGE_BYTES];
 };
-
-static inline const char *world_surface_name(const tulle_world *world, size_t surface) {
-    size_t const cloth_count = world->model.cloths.count;
-    return surface < cloth_count ? world->model.cloths.data[surface].name
-                                 : world->model.obstacles.data[surface - cloth_count].name;
-}
-
-static inline const world_mesh *world_surface_mesh(const tulle_world *world, size_t surface) {
-    size_t const cloth_count = world->model.cloths.count;
-    return surface < cloth_count ? &world->model.cloths.data[surface].mesh
-                                 : &world->model.obstacles.data[surface - cloth_count].mesh;
-}
-
-/* Whether features of two surfaces are held apart at all, by what the host chose. */
-static inline bool world_pair_collides(const tulle_world *world, size_t a, size_t b) {
-    return !world->model.collides || world->model.collides[a * world->model.set.surface_count + b];
-}
-
-static inline world_label *world_get_label(const tulle_world *world, size_t surface) {
-    size_t const cloth_count = world->model.cloths.count;
-    return surface < cloth_count ? &world->model.cloths.data[surface].label
-                                 : &world->model.obstacles.data[surface - cloth_count].label;
-}
 
 /* slots.c: what an id names, as an index among the cloths or the obstacles; SIZE_MAX: nothing, the
  * world is null or the id is stale. */
@@ -180,9 +151,12 @@ const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a,
  * room for one. */
 uint32_t world_add_contact_material(tulle_world *world, const char *name);
 
-/* bodies.c: mass, inertia and centre of a dynamic obstacle, from its def. */
+/* start_bodies.c: mass, inertia and centre of a dynamic obstacle, from its def. */
 tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle_error *error);
 
+/* world.c: lets the work of steps point to the insides of this world, which may have been copied
+ * here. */
+void world_point_work(tulle_world *world);
 /* world.c: releases what an object owns. */
 void world_destroy_cloth(memory *heap, world_cloth *cloth);
 void world_destroy_obstacle(memory *heap, world_obstacle *obstacle);
@@ -265,16 +239,15 @@ bool world_next_moving(const tulle_world *world, moving_run *run);
 tulle_status world_check_state(const tulle_world *world, const motion_state *state,
                                tulle_error *error);
 
-/* kinematics.c: where obstacles and pins are to be at `end_time` (targets), and which vertices are
- * pinned at `time`. */
-tulle_status world_script_targets(tulle_world *world, double time, double end_time,
-                                  tulle_error *error);
-/* kinematics.c: where an obstacle that is added is at the time of the world. */
-tulle_status world_place_obstacle(tulle_world *world, size_t index, double *positions,
-                                  tulle_error *error);
-/* kinematics.c: which obstacles are there at `time`, into state->is_present and the surfaces. An
- * obstacle that appears into cloth is an error or is ignored, as the def says. */
-tulle_status world_update_presence(tulle_world *world, motion_state *state, tulle_error *error);
+/* words.c: adds what a step that succeeded has found to the world's message. Says why a step
+ * failed; returns the status. */
+void world_tell_findings(tulle_world *world);
+tulle_status world_tell_failure(tulle_world *world, tulle_status status, tulle_error *error);
+
+/* presence.c: judges obstacles that have just appeared in a state; all others are clean already.
+ * One that appears into cloth is an error or is ignored, as the def says. */
+tulle_status world_judge_appearance(tulle_world *world, const motion_state *state,
+                                    tulle_error *error);
 
 /* judge.c: exact intersections among present surfaces; replaces `list`. */
 tulle_status world_find_intersections(tulle_world *world, const double *positions,

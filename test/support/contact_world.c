@@ -3,9 +3,10 @@
 #include "support/pins.h"
 
 #include "base/hash.h"
+#include "step/script.h"
+#include "step/search.h"
 #include "support/test_support.h"
 #include "tulle/check.h"
-#include "world/step/search.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -60,9 +61,9 @@ static void look_inside(contact_world *world) {
     world->vertex_count = inside->model.vertex_count;
     world->cloth_vertex_count = inside->model.cloth_vertex_count;
     world->triangle_count = inside->model.topo.triangle_count;
-    world->surfaces = inside->model.surfaces;
+    world->surfaces = inside->work.surfaces;
     world->topo = &inside->model.topo;
-    world->set = &inside->model.set;
+    world->set = &inside->work.set;
     world->triangles = inside->model.topo.triangles;
     world->vertex_surface = inside->model.vertex_surface;
     world->x0 = inside->now.positions;
@@ -120,11 +121,10 @@ void start_contact_world(contact_world *world) {
     world->bounds = make_zeroed(3 * world->vertex_count, sizeof(double));
     world->certified_end = make_zeroed(3 * world->vertex_count, sizeof(double));
     world->particles = make_zeroed(world->vertex_count, 1);
-    world->context = (step_context){.world = world->world, .report = &world->report};
-    world->context.bounds = world->bounds;
-    world->context.certified_end = world->certified_end;
+    step_work *const work = &world->world->work;
+    world->context = (step_context){.model = &world->world->model, .work = work, .sub = &work->sub};
     world->settings = get_contact_scene(world, 1.0).settings;
-    assert_int_equal(world_script_targets(world->world, 0.0, 0.0, NULL),
+    assert_int_equal(step_script_targets(&world->world->model, work, 0.0, 0.0, NULL),
                      TULLE_OK); /* pins have no mass */
 }
 
@@ -144,11 +144,11 @@ void contact_world_destroy(contact_world *world) {
 contact_scene get_contact_scene(contact_world *world, double h) {
     step_context *const context = &world->context;
     context->state = &world->world->now;
-    context->time_step = context->whole_step = h;
-    context->carriers = world->carriers;
-    context->paper =
+    context->work->whole_step = context->sub->time_step = h;
+    context->work->carriers.used = world->carriers;
+    context->sub->paper =
         (paper_rules){world->def.motion_space, context->state->particles, world->particles};
-    contact_scene scene = world_make_scene(context);
+    contact_scene scene = step_make_scene(context);
     if (world->settings.solve_rounds > 0) scene.settings = world->settings;
     return scene;
 }
@@ -156,7 +156,10 @@ contact_scene get_contact_scene(contact_world *world, double h) {
 pair_source *find_contact_pairs(contact_world *world, const double *x1) {
     step_context *const context = &world->context;
     context->state = &world->world->now;
-    context->source = world_make_pair_source(context);
+    context->work->report = &world->report; /* a step lets go of it */
+    context->sub->bounds = world->bounds;
+    context->sub->certified_end = world->certified_end;
+    context->source = step_make_pair_source(context);
     assert_int_equal(context->source.renew(&context->source, x1), TULLE_OK);
     return &context->source;
 }

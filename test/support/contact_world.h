@@ -8,7 +8,8 @@
 #ifndef TULLE_TEST_SUPPORT_CONTACT_WORLD_H
 #define TULLE_TEST_SUPPORT_CONTACT_WORLD_H
 
-#include "world/step/step.h"
+#include "step/step_context.h"
+#include "world/world_state.h"
 
 enum { CONTACT_MAX_SURFACES = 16, CONTACT_MAX_PINS = 16 };
 

@@ -256,7 +256,7 @@ static void thickness_makes_the_laws_of_the_start(void **state) {
         tulle_world *const world = make_layers(0.0061, separations[i]);
         tulle_world *const thin = make_layers(0.0023, separations[i]);
         uint64_t const before = tulle_world_get_state_hash(world);
-        size_t const size = world->model.set.surface_count * world->model.set.surface_count *
+        size_t const size = world->work.set.surface_count * world->work.set.surface_count *
                             sizeof *world->model.laws;
         tulle_error error = {0};
         expect(TULLE_OK, tulle_cloth_set_thickness(world, CLOTH, 0.0023, &error), &error);

@@ -57,7 +57,7 @@ static void set(tulle_world *world, const char *a, const char *b, const tulle_co
 
 /* The law of two surfaces in force, in both orders. */
 static void expect(const tulle_world *world, size_t a, size_t b, const double expected[3]) {
-    size_t const count = world->model.set.surface_count;
+    size_t const count = world->work.set.surface_count;
     for (int i = 0; i < 2; i++) {
         const contact_law *const law = &world->model.laws[i == 0 ? a * count + b : b * count + a];
         if (law->static_friction != expected[0] || law->dynamic_friction != expected[1] ||

@@ -1,7 +1,7 @@
 /* For all distances that a world allows, patches are certified so widely that no pair within one
  * could be a row of stage 5 or a hit of stages 8 and 9, the tolerance of a hit included. */
 #include "support/small_world.h"
-#include "world/step/search.h"
+#include "world/world_state.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,10 +1,11 @@
 /* world/bodies/body_access.c - what users read of rigid bodies, and impulses that they give. */
+#include "world/bodies/body_access.h"
 #include "base/error.h"
 #include "contact/pairs/body_paths.h"
 #include "contact/solve/body_drives.h"
 #include "geom/distance.h"
-#include "world/bodies/bodies.h"
-#include "world/bodies/bodies_sleep.h"
+#include "step/bodies/bodies.h"
+#include "step/bodies/bodies_sleep.h"
 #include "world/record/record.h"
 
 #include <math.h>
@@ -35,7 +36,7 @@ tulle_status tulle_obstacle_get_transform(const tulle_world *world, tulle_obstac
     if (!transform) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for it");
     uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    const world_obstacle *const obstacle = get_body(world, body);
+    const world_obstacle *const obstacle = get_body(&world->model, body);
     size_t const slot = world->model.cloth_vertex_count + 2 * (size_t)body;
     quaternion const now = get_orientation(world, slot);
     quaternion const turn =
@@ -62,14 +63,14 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
     vec3 const at = vec3_load(point, 0), push = vec3_load(impulse, 0);
     if (!isfinite(at.x + at.y + at.z) || !isfinite(push.x + push.y + push.z))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the impulse is not finite");
-    if (!get_body_surface(world, body)->is_body ||
+    if (!get_body_surface(&world->model, &world->work, body)->is_body ||
         !world->now.is_present[world->model.body_obstacles[body]]) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "'%s' follows its script or is absent: it takes no impulse",
-                         get_body(world, body)->name);
+                         get_body(&world->model, body)->name);
     }
-    world_wake_body(world, &world->now, body);
-    const rigid_body *const rigid = &get_body(world, body)->rigid;
+    step_wake_body(&world->model, &world->now, body);
+    const rigid_body *const rigid = &get_body(&world->model, body)->rigid;
     size_t const slot = world->model.cloth_vertex_count + 2 * (size_t)body;
     double velocities[BODY_AXES];
     memcpy(velocities, world->now.velocities + 3 * slot, sizeof velocities);
@@ -89,21 +90,6 @@ tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obstacle_id id
     WORLD_RECORD(world, .kind = RECORD_IMPULSE, RECORD_ID(id),
                  .arrays = {{point, 3}, {impulse, 3}});
     return TULLE_OK;
-}
-
-void world_sum_contact_impulses(const row_list *rows, size_t slot, double impulse[3],
-                                double moment[3]) {
-    vec3 sum = {0.0, 0.0, 0.0}, turn = {0.0, 0.0, 0.0};
-    for (size_t i = 0; i < rows->rows.count; i++) {
-        const contact_row *const row = &rows->rows.data[i];
-        for (int side = 0; side < 2 && row->frame.has_body; side++) {
-            if (row->frame.slots[side] != slot) continue;
-            sum = vec3_add_scaled(sum, row->solve.impulse, side == 0 ? 1.0 : -1.0);
-            turn = vec3_add(turn, vec3_cross(row->frame.arms[side], row->solve.impulse));
-        }
-    }
-    vec3_store(impulse, 0, sum);
-    vec3_store(moment, 0, turn);
 }
 
 /* Impulses [N s] on a surface, and their moments [N m s] about a point. */
@@ -180,7 +166,7 @@ static void sum_scripted_impulses(const tulle_world *world, impulse_sum *sum) {
         const contact_row *const row = &world->accepted_rows.rows.data[i];
         add_contact(world, &row->frame, row->solve.impulse, sum);
     }
-    for (size_t s = 0; world->model.has_sleep && s < world->model.set.surface_count; s++)
+    for (size_t s = 0; world->model.has_sleep && s < world->model.surface_count; s++)
         if (has_slept(world, s, sum->surface)) add_stored(world, s, sum);
 }
 
@@ -201,13 +187,13 @@ tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world, tulle_
     uint32_t const state = body == TULLE_NONE ? BODY_SCRIPTED : world->now.rests[body].state;
     impulse_sum sum = {.surface = surface};
     if (body != TULLE_NONE)
-        sum.about = vec3_load(world->now.positions, get_first_slot(world, body));
+        sum.about = vec3_load(world->now.positions, get_first_slot(&world->model, body));
     if (state == BODY_SLEEPS) {
         memcpy(impulse, world->now.rests[body].impulse, 3 * sizeof(double));
         memcpy(angular_impulse, world->now.rests[body].moment, 3 * sizeof(double));
     } else if (state == BODY_FREE) {
-        world_sum_contact_impulses(&world->accepted_rows, get_first_slot(world, body), impulse,
-                                   angular_impulse);
+        step_sum_contact_impulses(&world->accepted_rows, get_first_slot(&world->model, body),
+                                  impulse, angular_impulse);
     } else {
         sum_scripted_impulses(world, &sum);
         vec3_store(impulse, 0, sum.impulse);
@@ -225,7 +211,7 @@ int tulle_obstacle_is_asleep(const tulle_world *world, tulle_obstacle_id id) {
 tulle_status tulle_obstacle_wake(tulle_world *world, tulle_obstacle_id id, tulle_error *error) {
     uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    world_wake_body(world, &world->now, body);
+    step_wake_body(&world->model, &world->now, body);
     WORLD_RECORD(world, .kind = RECORD_WAKE, RECORD_ID(id));
     return TULLE_OK;
 }

@@ -8,14 +8,14 @@
  * A drive of stiffness k and damping d gives  F = k (x* - x1) + d (v* - u)  with x1 = x0 + h u.
  * Over the time g in which forces act on u this is the impulse  push - gain u,  with gain = g (d +
  * h k),  push = g (k (x* - x0) + d v*). */
-#include "world/bodies/body_control.h"
 
 #include "base/error.h"
 #include "base/hash.h"
 #include "contact/pairs/body_paths.h"
 #include "contact/solve/body_drives.h"
-#include "world/bodies/bodies.h"
-#include "world/bodies/bodies_sleep.h"
+#include "step/bodies/bodies.h"
+#include "step/bodies/bodies_sleep.h"
+#include "world/bodies/body_access.h"
 #include "world/fields/fields.h"
 #include "world/record/record.h"
 
@@ -59,19 +59,11 @@ static tulle_status check_drive(const char *owner, const tulle_body_drive *drive
 /* Number of a body that is there and answers, or TULLE_NONE with an error. */
 static uint32_t find_free_body(const tulle_world *world, tulle_obstacle_id id, tulle_error *error) {
     uint32_t const body = world_find_body(world, id, error);
-    if (body == TULLE_NONE || body_answers(world, body)) return body;
+    if (body == TULLE_NONE || body_answers(&world->model, &world->work, body)) return body;
     error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
               "'%s' follows its script or is absent: it takes no velocities and no forces",
-              get_body(world, body)->name);
+              get_body(&world->model, body)->name);
     return TULLE_NONE;
-}
-
-/* ---- velocities and forces ---- */
-
-void world_stop_locked(const tulle_world *world, size_t body, double *velocities) {
-    double *const axes = velocities + 3 * get_first_slot(world, body);
-    for (int k = 0; k < BODY_AXES; k++)
-        if (world->model.controls[body].locks >> k & 1u) axes[k] = 0.0;
 }
 
 void world_set_body_velocity(tulle_world *world, size_t body, const double *velocities) {
@@ -79,7 +71,7 @@ void world_set_body_velocity(tulle_world *world, size_t body, const double *velo
     double given[BODY_AXES];
     memcpy(given, velocities, sizeof given);
     for (int k = 0; k < BODY_AXES; k++) {
-        size_t const i = 3 * get_first_slot(world, body) + (size_t)k;
+        size_t const i = 3 * get_first_slot(&world->model, body) + (size_t)k;
         if (world->model.controls[body].locks >> k & 1u) given[k] = 0.0;
         double const change = given[k] - now->velocities[i];
         if (now->previous_mean) { /* a jump is no acceleration: the history jumps with it */
@@ -95,7 +87,7 @@ tulle_status tulle_obstacle_set_velocity(tulle_world *world, tulle_obstacle_id i
                                          tulle_error *error) {
     uint32_t const body = find_free_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    const char *const name = get_body(world, body)->name;
+    const char *const name = get_body(&world->model, body)->name;
     const double *const given[2] = {velocity, angular_velocity};
     static const char *const whats[2] = {"velocity", "angular_velocity"};
     for (int i = 0; i < 2; i++) {
@@ -106,9 +98,10 @@ tulle_status tulle_obstacle_set_velocity(tulle_world *world, tulle_obstacle_id i
                 : TULLE_OK;
         if (status != TULLE_OK) return status;
     }
-    world_wake_body(world, &world->now, body);
+    step_wake_body(&world->model, &world->now, body);
     double velocities[BODY_AXES];
-    memcpy(velocities, world->now.velocities + 3 * get_first_slot(world, body), sizeof velocities);
+    memcpy(velocities, world->now.velocities + 3 * get_first_slot(&world->model, body),
+           sizeof velocities);
     for (size_t i = 0; i < 2; i++)
         if (given[i]) memcpy(velocities + 3 * i, given[i], 3 * sizeof(double));
     world_set_body_velocity(world, body, velocities);
@@ -121,7 +114,7 @@ tulle_status tulle_obstacle_set_velocity(tulle_world *world, tulle_obstacle_id i
 /* Adds to what the body is given for the next step. */
 static tulle_status give(tulle_world *world, uint32_t body, vec3 force, vec3 torque,
                          tulle_error *error) {
-    world_obstacle *const obstacle = get_body(world, body);
+    world_obstacle *const obstacle = get_body(&world->model, body);
     double sums[BODY_AXES];
     vec3_store(sums, 0, vec3_add(obstacle->given_force, force));
     vec3_store(sums, 1, vec3_add(obstacle->given_torque, torque));
@@ -132,7 +125,7 @@ static tulle_status give(tulle_world *world, uint32_t body, vec3 force, vec3 tor
     if (status != TULLE_OK) return status;
     obstacle->given_force = vec3_load(sums, 0);
     obstacle->given_torque = vec3_load(sums, 1);
-    world_wake_body(world, &world->now, body);
+    step_wake_body(&world->model, &world->now, body);
     return TULLE_OK;
 }
 
@@ -142,14 +135,14 @@ tulle_status tulle_obstacle_add_force(tulle_world *world, tulle_obstacle_id id,
     if (!force) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the force is null");
     uint32_t const body = find_free_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    const char *const name = get_body(world, body)->name;
+    const char *const name = get_body(&world->model, body)->name;
     tulle_status status =
         check_numbers(name, (given_numbers){"force", force, 3, -FORCE_MAX, FORCE_MAX}, error);
     if (status == TULLE_OK && point)
         status = check_numbers(
             name, (given_numbers){"point", point, 3, -COORDINATE_MAX, COORDINATE_MAX}, error);
     if (status != TULLE_OK) return status;
-    vec3 const centre = vec3_load(world->now.positions, get_first_slot(world, body));
+    vec3 const centre = vec3_load(world->now.positions, get_first_slot(&world->model, body));
     vec3 const at = point ? vec3_load(point, 0) : centre, pull = vec3_load(force, 0);
     status = give(world, body, pull, vec3_cross(vec3_sub(at, centre), pull), error);
     if (status == TULLE_OK && world->recording)
@@ -165,7 +158,7 @@ tulle_status tulle_obstacle_add_torque(tulle_world *world, tulle_obstacle_id id,
     if (!torque) return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "the torque is null");
     uint32_t const body = find_free_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
-    const char *const name = get_body(world, body)->name;
+    const char *const name = get_body(&world->model, body)->name;
     tulle_status status =
         check_numbers(name, (given_numbers){"torque", torque, 3, -FORCE_MAX, FORCE_MAX}, error);
     if (status != TULLE_OK) return status;
@@ -188,12 +181,12 @@ tulle_status tulle_obstacle_set_locks(tulle_world *world, tulle_obstacle_id id,
     if (translations > TULLE_LOCK_ALL || rotations > TULLE_LOCK_ALL)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: the locks are %u and %u; each must be a sum of TULLE_LOCK_X, _Y, _Z",
-                         get_body(world, body)->name, translations, rotations);
+                         get_body(&world->model, body)->name, translations, rotations);
     world->model.controls[body].locks = translations | rotations << 3;
-    if (body_answers(world, body))
+    if (body_answers(&world->model, &world->work, body))
         world_set_body_velocity(world, body,
-                                world->now.velocities + 3 * get_first_slot(world, body));
-    world_wake_body(world, &world->now, body);
+                                world->now.velocities + 3 * get_first_slot(&world->model, body));
+    step_wake_body(&world->model, &world->now, body);
     WORLD_RECORD(world, .kind = RECORD_LOCKS, RECORD_ID(id), .numbers = {translations, rotations});
     return TULLE_OK;
 }
@@ -209,7 +202,7 @@ tulle_status tulle_obstacle_set_drive(tulle_world *world, tulle_obstacle_id id,
     uint32_t const body = world_find_body(world, id, error);
     if (body == TULLE_NONE) return TULLE_ERROR_INVALID_ARGUMENT;
     tulle_status const status =
-        drive ? check_drive(get_body(world, body)->name, drive, error) : TULLE_OK;
+        drive ? check_drive(get_body(&world->model, body)->name, drive, error) : TULLE_OK;
     if (status != TULLE_OK) return status;
     bool is_driven = false;
     for (int k = 0; drive && k < 3; k++)
@@ -219,7 +212,7 @@ tulle_status tulle_obstacle_set_drive(tulle_world *world, tulle_obstacle_id id,
     memset(&control->drive, 0, sizeof control->drive);
     if (is_driven) control->drive = *drive;
     control->is_driven = is_driven;
-    world_wake_body(world, &world->now, body);
+    step_wake_body(&world->model, &world->now, body);
     WORLD_RECORD(world, .kind = RECORD_DRIVE, RECORD_ID(id), .numbers = {drive != NULL},
                  .def.drive = drive ? *drive : control->drive);
     return TULLE_OK;
@@ -270,77 +263,4 @@ void world_take_controls(tulle_world *world, const void *bytes, size_t size) {
     if (world->model.body_count > 0)
         memset(world->model.controls, 0, world->model.body_count * sizeof *world->model.controls);
     if (size > 0) memcpy(world->model.controls, bytes, size);
-}
-
-/* ---- in a substep ---- */
-
-bool world_prepare_drive(step_context *context, size_t body) {
-    tulle_world *const world = context->world;
-    const body_control *const control = &world->model.controls[body];
-    if (control->locks == 0 && !control->is_driven) return true;
-    body_drive *const drive = ARENA_NEW_ZEROED(&world->work.scratch, body_drive, 1);
-    if (!drive) return false;
-    for (int k = 0; k < BODY_AXES; k++) drive->is_locked[k] = control->locks >> k & 1u;
-    world_stop_locked(world, body, context->state->velocities);
-    context->scene.bodies[body].drive = drive;
-    return true;
-}
-
-void world_load_drive(const step_context *context, size_t body, double force_time) {
-    const tulle_world *const world = context->world;
-    contact_body *const moved = &context->scene.bodies[body];
-    const body_control *const control = &world->model.controls[body];
-    if (!moved->drive) return;
-    if (!control->is_driven) return;
-    const tulle_body_drive *const given = &control->drive;
-    quaternion const target = quaternion_multiply(
-        quaternion_normalize(quaternion_load(given->rotation)), get_body(world, body)->axes);
-    double ways[BODY_AXES];
-    vec3_store(ways, 0, vec3_sub(vec3_load(given->position, 0), moved->start.position));
-    vec3_store(ways, 1, quaternion_find_turn(moved->start.orientation, target));
-    for (int k = 0; k < BODY_AXES; k++) {
-        bool const turns = k >= 3;
-        int const axis = k % 3;
-        double const stiffness = (turns ? given->angular_stiffness : given->stiffness)[axis];
-        double const damping = (turns ? given->angular_damping : given->damping)[axis];
-        double const speed = (turns ? given->angular_velocity : given->velocity)[axis];
-        double const limit = (turns ? given->torque_limit : given->force_limit)[axis];
-        if (moved->drive->is_locked[k]) continue;
-        moved->drive->gains[k] = force_time * (damping + context->time_step * stiffness);
-        moved->drive->pushes[k] = force_time * (stiffness * ways[k] + damping * speed);
-        moved->drive->limits[k] = force_time * limit;
-    }
-}
-
-void world_note_drive(const step_context *context, size_t body) {
-    const tulle_world *const world = context->world;
-    const body_control *const control = &world->model.controls[body];
-    const body_drive *const drive = context->scene.bodies[body].drive;
-    double *const forces = context->state->drive_forces + BODY_AXES * body;
-    memset(forces, 0, BODY_AXES * sizeof *forces);
-    double const time = world->work.system.force_time;
-    for (int k = 0; drive && control->is_driven && k < BODY_AXES; k++) {
-        double const limit =
-            k < 3 ? control->drive.force_limit[k] : control->drive.torque_limit[k - 3];
-        forces[k] = fmax(-limit, fmin(limit, drive->impulses[k] / time));
-    }
-}
-
-double world_measure_control_work(const step_context *context) {
-    const tulle_world *const world = context->world;
-    double const whole = context->time_step / world->work.system.force_time;
-    double work = 0.0;
-    for (size_t b = 0; b < world->model.body_count; b++) {
-        const world_obstacle *const obstacle = get_body(world, b);
-        size_t const slot = get_first_slot(world, b);
-        const double *const u = context->mean_velocity + 3 * slot;
-        const body_drive *const drive = context->scene.bodies[b].drive;
-        if (!context->scene.bodies[b].is_free) continue;
-        for (int k = 0; drive && k < BODY_AXES; k++) work += whole * drive->impulses[k] * u[k];
-        vec3 const way =
-            vec3_sub(vec3_load(context->end, slot), vec3_load(context->state->positions, slot));
-        work += vec3_dot(obstacle->given_force, way) +
-                context->time_step * vec3_dot(obstacle->given_torque, vec3_load(u, 1));
-    }
-    return work;
 }

@@ -5,17 +5,17 @@
 #include "base/error.h"
 #include "contact/rows/contact_store.h"
 #include "dynamics/hysteresis.h"
-#include "world/bodies/bodies.h"
-#include "world/bodies/bodies_sleep.h"
-#include "world/lag/lag.h"
-#include "world/sleep/cloth_sleep.h"
+#include "step/bodies/bodies.h"
+#include "step/bodies/bodies_sleep.h"
+#include "step/lag/lag.h"
+#include "step/sleep/cloth_sleep.h"
 
 #include <math.h>
 #include <string.h>
 
 /* What is new in it is carried over below, too. */
 #if UINTPTR_MAX == UINT64_MAX
-_Static_assert(sizeof(motion_state) == 3056, "carry over all of motion_state");
+_Static_assert(sizeof(motion_state) == 3064, "carry over all of motion_state");
 #endif
 
 /* ---- numbers ---- */
@@ -27,8 +27,8 @@ static uint32_t map_vertex(const tulle_world *world, uint32_t vertex) {
     uint32_t const source = before->model.vertex_surface[vertex];
     uint32_t const target = world->change->targets[source];
     if (target == TULLE_NONE) return TULLE_NONE;
-    return vertex - before->model.surfaces[source].vertex_begin +
-           world->model.surfaces[target].vertex_begin;
+    return vertex - before->work.surfaces[source].vertex_begin +
+           world->work.surfaces[target].vertex_begin;
 }
 
 static uint32_t map_triangle(const tulle_world *world, uint32_t triangle) {
@@ -38,8 +38,8 @@ static uint32_t map_triangle(const tulle_world *world, uint32_t triangle) {
         before->model.vertex_surface[before->model.topo.triangles[3 * (size_t)triangle]];
     uint32_t const target = world->change->targets[source];
     if (target == TULLE_NONE) return TULLE_NONE;
-    return triangle - before->model.surfaces[source].triangle_begin +
-           world->model.surfaces[target].triangle_begin;
+    return triangle - before->work.surfaces[source].triangle_begin +
+           world->work.surfaces[target].triangle_begin;
 }
 
 static uint32_t map_edge(const tulle_world *world, uint32_t edge) {
@@ -49,8 +49,8 @@ static uint32_t map_edge(const tulle_world *world, uint32_t edge) {
         before->model.vertex_surface[before->model.topo.edges[2 * (size_t)edge]];
     uint32_t const target = world->change->targets[source];
     if (target == TULLE_NONE) return TULLE_NONE;
-    return edge - before->model.surfaces[source].edge_begin +
-           world->model.surfaces[target].edge_begin;
+    return edge - before->work.surfaces[source].edge_begin +
+           world->work.surfaces[target].edge_begin;
 }
 
 /* The obstacle that was this one before. */
@@ -74,16 +74,16 @@ static uint32_t find_body_source(const tulle_world *world, size_t body) {
 static void carry_vectors(motion_state *now, size_t to, const motion_state *old, size_t from,
                           size_t count) {
     double *targets[STATE_VECTORS_MAX], *sources[STATE_VECTORS_MAX];
-    size_t const vector_count = world_list_vectors(now, targets);
-    (void)world_list_vectors(old, sources);
+    size_t const vector_count = step_list_vectors(now, targets);
+    (void)step_list_vectors(old, sources);
     for (size_t i = 0; i < vector_count; i++)
         memcpy(targets[i] + 3 * to, sources[i] + 3 * from, 3 * count * sizeof(double));
 }
 
 static void carry_surface(tulle_world *world, size_t surface, size_t source) {
     const tulle_world *const before = world->change->before;
-    const surface_range *const range = &world->model.surfaces[surface];
-    size_t const to = range->vertex_begin, from = before->model.surfaces[source].vertex_begin;
+    const surface_range *const range = &world->work.surfaces[surface];
+    size_t const to = range->vertex_begin, from = before->work.surfaces[source].vertex_begin;
     size_t const count = range->vertex_end - range->vertex_begin;
     motion_state *const now = &world->now;
     carry_vectors(now, to, &before->now, from, count);
@@ -109,10 +109,11 @@ static void carry_lags(tulle_world *world) {
     for (size_t i = 0; i < world->model.obstacles.count; i++) {
         uint32_t const source = change->sources[world->model.cloths.count + i];
         size_t const count = world->model.obstacles.data[i].mesh.vertex_count;
-        if (!world_may_lag(world, i)) continue;
+        if (!step_may_lag(&world->model, i)) continue;
         size_t from = 0;
         for (size_t k = 0; source != TULLE_NONE && k < source - before->model.cloths.count; k++)
-            if (world_may_lag(before, k)) from += before->model.obstacles.data[k].mesh.vertex_count;
+            if (step_may_lag(&before->model, k))
+                from += before->model.obstacles.data[k].mesh.vertex_count;
         if (source != TULLE_NONE) {
             memcpy(world->now.lags + 3 * to, before->now.lags + 3 * from,
                    3 * count * sizeof(double));
@@ -134,7 +135,7 @@ static void make_history(tulle_world *world) {
         world->model.body_count > 0 ? world->model.surface_bodies[added] : TULLE_NONE;
     if (!is_cloth && body == TULLE_NONE) return;
     size_t const first =
-        is_cloth ? world->model.surfaces[added].vertex_begin : get_first_slot(world, body);
+        is_cloth ? world->work.surfaces[added].vertex_begin : get_first_slot(&world->model, body);
     size_t const count = is_cloth ? world->model.cloths.data[added].mesh.vertex_count : 2;
     size_t const begin = 3 * first, bytes = 3 * count * sizeof(double);
     memcpy(world->now.previous_mean + begin, world->now.velocities + begin, bytes);
@@ -160,8 +161,8 @@ static void carry_bodies(tulle_world *world) {
     for (size_t b = 0; b < world->model.body_count; b++) {
         uint32_t const source = find_body_source(world, b);
         if (source == TULLE_NONE) continue;
-        carry_vectors(now, get_first_slot(world, b), &before->now, get_first_slot(before, source),
-                      2);
+        carry_vectors(now, get_first_slot(&world->model, b), &before->now,
+                      get_first_slot(&before->model, source), 2);
         now->rests[b] = before->now.rests[source];
         now->rests[b].group = map_group(world, b, now->rests[b].group);
         memcpy(now->drive_forces + BODY_AXES * b, before->now.drive_forces + BODY_AXES * source,
@@ -169,14 +170,14 @@ static void carry_bodies(tulle_world *world) {
         world->model.controls[b] = before->model.controls[source];
     }
     now->lost_energy = world->model.body_count > 0 ? before->now.lost_energy : 0.0;
-    world_mark_bodies(world, now);
+    step_mark_bodies(&world->model, now, &world->work);
 }
 
 void world_carry_state(tulle_world *world) {
     const world_change *const change = world->change;
     world->now.previous_time_step = change->before->now.previous_time_step;
     world->now.attachment_count = change->before->now.attachment_count;
-    for (size_t s = 0; s < world->model.set.surface_count; s++)
+    for (size_t s = 0; s < world->model.surface_count; s++)
         if (change->sources[s] != TULLE_NONE) carry_surface(world, s, change->sources[s]);
     carry_lags(world);
     make_history(world);
@@ -188,9 +189,9 @@ void world_carry_plastic(tulle_world *world) {
     if (world->model.plastic_count == 0 || change->before->model.plastic_count == 0) return;
     for (size_t s = 0; s < world->model.cloths.count; s++) {
         if (change->sources[s] == TULLE_NONE) continue;
-        const surface_range *const from = &change->before->model.surfaces[change->sources[s]];
+        const surface_range *const from = &change->before->work.surfaces[change->sources[s]];
         size_t const count = SLIDER_COUNT * (size_t)(from->triangle_end - from->triangle_begin);
-        memcpy(world->now.plastic + SLIDER_COUNT * (size_t)world->model.surfaces[s].triangle_begin,
+        memcpy(world->now.plastic + SLIDER_COUNT * (size_t)world->work.surfaces[s].triangle_begin,
                change->before->now.plastic + SLIDER_COUNT * (size_t)from->triangle_begin,
                count * sizeof(double));
     }
@@ -245,9 +246,9 @@ static void carry_ties(tulle_world *world) {
         if (tie.vertex != TULLE_NONE && (is_point || tie.corners[0] != TULLE_NONE))
             now->ties.data[now->ties.count++] = tie;
         else if (tie.vertex != TULLE_NONE)
-            world_wake_cloth_at(world, now, tie.vertex);
+            step_wake_cloth_at(&world->model, now, tie.vertex);
         else if (tie.corners[0] != TULLE_NONE)
-            world_wake_cloth_at(world, now, tie.corners[0]);
+            step_wake_cloth_at(&world->model, now, tie.corners[0]);
     }
 }
 
@@ -295,9 +296,9 @@ static void wake_left(tulle_world *world) {
             uint32_t const body = map_body(world, ends[k]);
             uint32_t const surface = world->change->targets[ends[k]];
             if (body != TULLE_NONE)
-                world_wake_body(world, &world->now, body);
+                step_wake_body(&world->model, &world->now, body);
             else if (surface < world->model.cloth_rest_count)
-                world_wake_cloth(world, &world->now, surface);
+                step_wake_cloth(&world->model, &world->now, surface);
         }
     }
     for (size_t b = 0; b < before->model.body_count; b++) {
@@ -309,7 +310,7 @@ static void wake_left(tulle_world *world) {
             uint32_t const source = find_body_source(world, k);
             if (source != TULLE_NONE && before->now.rests[source].state == BODY_SLEEPS &&
                 before->now.rests[source].group == gone->group)
-                world_wake_body(world, &world->now, k);
+                step_wake_body(&world->model, &world->now, k);
         }
     }
 }

@@ -128,7 +128,7 @@ static void begin_anew(tulle_world *world, const object_lists *lists, const worl
                       .work.stop.is_wanted = before->work.stop.is_wanted,
                       .work.stop.context = before->work.stop.context,
                       .work.patch_rules.keeps_all = before->work.patch_rules.keeps_all,
-                      .step_count = before->step_count,
+                      .now.step_count = before->now.step_count,
                       .work.step_end = before->work.step_end,
                       .intersections.data = before->intersections.data,
                       .intersections.capacity = before->intersections.capacity,
@@ -139,6 +139,7 @@ static void begin_anew(tulle_world *world, const object_lists *lists, const worl
                       .untangle_report = before->untangle_report};
     memcpy(world->message, before->message, sizeof world->message);
     world->work.scratch = arena_make(&world->heap);
+    world_point_work(world);
     /* as the start had them; world_carry_settings puts back what was changed since */
     memcpy(world->model.def.gravity, before->first.settings.gravity,
            sizeof world->model.def.gravity);
@@ -170,6 +171,7 @@ static void go_back(tulle_world *world, tulle_world *before, object_lists *lists
     before->overlaps.capacity = world->overlaps.capacity;
     before->untangle_report = world->untangle_report;
     *world = *before;
+    world_point_work(world);
     world_renumber_slots(world);
 }
 
@@ -179,6 +181,7 @@ static void let_go(tulle_world *world, tulle_world *before, size_t removed) {
     before->heap = now.heap;
     before->events = NULL; /* they were carried over */
     *world = *before;      /* what is released lies where it was made */
+    world_point_work(world);
     size_t const cloth_count = world->model.cloths.count;
     bool const is_cloth = removed < cloth_count;
     world_release_start(world);
@@ -209,6 +212,7 @@ static tulle_status change_objects(tulle_world *world, const wanted_change *want
     } else {
         map_surfaces(world, wanted, &lists, &change);
         before = *world;
+        world_point_work(&before);
         change.before = &before;
         begin_anew(world, &lists, &change);
         const tulle_tasks *const tasks = parallel_use(world->work.tasks);

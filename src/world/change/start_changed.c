@@ -3,8 +3,9 @@
  * new. */
 #include "base/error.h"
 #include "dynamics/hysteresis.h"
-#include "world/bodies/bodies.h"
-#include "world/bodies/bodies_sleep.h"
+#include "step/bodies/bodies.h"
+#include "step/bodies/bodies_sleep.h"
+#include "step/script.h"
 #include "world/change/change.h"
 #include "world/start/inside.h"
 #include "world/start/start.h"
@@ -17,14 +18,14 @@
 static void fill_arrays(tulle_world *world) {
     const world_change *const change = world->change;
     const tulle_world *const before = change->before;
-    for (size_t s = 0; s < world->model.set.surface_count; s++) {
+    for (size_t s = 0; s < world->model.surface_count; s++) {
         uint32_t const source = change->sources[s];
         if (source == TULLE_NONE) {
             world_fill_surface(world, s);
             continue;
         }
-        const surface_range *const range = &world->model.surfaces[s];
-        size_t const from = before->model.surfaces[source].vertex_begin;
+        const surface_range *const range = &world->work.surfaces[s];
+        size_t const from = before->work.surfaces[source].vertex_begin;
         memcpy(world->model.rest + 3 * (size_t)range->vertex_begin, before->model.rest + 3 * from,
                3 * (size_t)(range->vertex_end - range->vertex_begin) * sizeof(double));
         for (uint32_t v = range->vertex_begin; v < range->vertex_end; v++)
@@ -42,12 +43,12 @@ static tulle_status place_added(tulle_world *world, tulle_error *error) {
         size_t const index = added - world->model.cloths.count;
         const world_obstacle *const obstacle = &world->model.obstacles.data[index];
         double *const place = world->now.positions + 3 * (size_t)obstacle->vertex_begin;
-        status = world_place_obstacle(world, index, place, error);
+        status = step_place_obstacle(&world->model, &world->work, index, place, error);
         world->now.is_present[index] =
             world->now.time >= obstacle->appear_time && world->now.time < obstacle->disappear_time;
     }
     for (size_t i = 0; i < world->model.obstacles.count; i++)
-        world->model.surfaces[world->model.cloths.count + i].is_present = world->now.is_present[i];
+        world->work.surfaces[world->model.cloths.count + i].is_present = world->now.is_present[i];
     size_t const offset = 3 * (world->model.cloth_vertex_count + 2 * world->model.body_count);
     memcpy(world->next.positions + offset, world->now.positions + offset,
            (3 * world->model.vertex_count - offset) * sizeof(double));
@@ -70,13 +71,13 @@ static tulle_status judge_added(tulle_world *world, tulle_error *error) {
     if (world->model.def.start_intersections == TULLE_START_IGNORE)
         return world_carry_ignored(world, error);
     char when[WORLD_NAME_BYTES + 32];
-    snprintf(when, sizeof when, "when '%s' is added", world_surface_name(world, added));
+    snprintf(when, sizeof when, "when '%s' is added", world_surface_name(&world->model, added));
     if (count > 0 && world->model.def.start_intersections == TULLE_START_REFUSE)
         return world_refuse_intersections(world, world->now.positions, when, error);
     if (count > 0) {
         world_mark_held(world);
         status = world_untangle(world, error);
-        world_wake_all(world, &world->now);
+        step_wake_all(&world->model, &world->now);
     }
     inside_question const question = {.when = when, .has_added = true, .added = added};
     return status == TULLE_OK ? world_refuse_inside(world, world->now.positions, question, error)

@@ -47,7 +47,7 @@ tulle_counts tulle_world_get_counts(const tulle_world *world) {
     counts.cloths = world->model.cloths.count;
     counts.obstacles = world->model.obstacles.count;
     for (size_t i = 0; i < counts.cloths + counts.obstacles; i++) {
-        const world_mesh *const mesh = world_surface_mesh(world, i);
+        const world_mesh *const mesh = world_surface_mesh(&world->model, i);
         bool const is_cloth = i < counts.cloths;
         *(is_cloth ? &counts.cloth_vertices : &counts.obstacle_vertices) += mesh->vertex_count;
         *(is_cloth ? &counts.cloth_triangles : &counts.obstacle_triangles) += mesh->triangle_count;
@@ -58,12 +58,12 @@ tulle_counts tulle_world_get_counts(const tulle_world *world) {
 tulle_object_info tulle_object_get_info(const tulle_world *world, tulle_object_id id) {
     size_t const object = world_find_object(world, id, NULL);
     if (object == SIZE_MAX) return (tulle_object_info){0};
-    const world_mesh *const mesh = world_surface_mesh(world, object);
-    const world_label *const label = world_get_label(world, object);
+    const world_mesh *const mesh = world_surface_mesh(&world->model, object);
+    const world_label *const label = world_get_label(&world->model, object);
     bool const is_static =
         object >= world->model.cloths.count &&
         world->model.obstacles.data[object - world->model.cloths.count].is_static;
-    return (tulle_object_info){.name = world_surface_name(world, object),
+    return (tulle_object_info){.name = world_surface_name(&world->model, object),
                                .vertex_count = mesh->vertex_count,
                                .triangle_count = mesh->triangle_count,
                                .triangles = mesh->triangles,
@@ -76,13 +76,13 @@ tulle_status tulle_object_set_user_data(tulle_world *world, tulle_object_id id, 
                                         tulle_error *error) {
     size_t const object = world_find_object(world, id, error);
     if (object == SIZE_MAX) return TULLE_ERROR_INVALID_ARGUMENT;
-    world_get_label(world, object)->user_data = user_data;
+    world_get_label(&world->model, object)->user_data = user_data;
     return TULLE_OK;
 }
 
 void *tulle_object_get_user_data(const tulle_world *world, tulle_object_id id) {
     size_t const object = world_find_object(world, id, NULL);
-    return object == SIZE_MAX ? NULL : world_get_label(world, object)->user_data;
+    return object == SIZE_MAX ? NULL : world_get_label(&world->model, object)->user_data;
 }
 
 /* ---- which pairs collide ---- */
@@ -97,7 +97,7 @@ tulle_status tulle_object_set_filter(tulle_world *world, tulle_object_id id, uin
     size_t const object = world_find_object(world, id, error);
     if (object == SIZE_MAX) return TULLE_ERROR_INVALID_ARGUMENT;
     if (world->is_started) return refuse_started(error);
-    world_label *const label = world_get_label(world, object);
+    world_label *const label = world_get_label(&world->model, object);
     label->category = category;
     label->mask = mask;
     WORLD_RECORD(world, .kind = RECORD_FILTER, .ids = {id.index, (uint32_t)id.kind},
@@ -121,8 +121,8 @@ bool world_choose_pairs(tulle_world *world) {
                  count = cloth_count + world->model.obstacles.count;
     for (size_t a = 0; a < count; a++) {
         for (size_t b = a + 1; b < count; b++) {
-            const world_label *const first = world_get_label(world, a);
-            const world_label *const second = world_get_label(world, b);
+            const world_label *const first = world_get_label(&world->model, a);
+            const world_label *const second = world_get_label(&world->model, b);
             bool const may_meet = a < cloth_count ||
                                   world->model.obstacles.data[a - cloth_count].body.is_dynamic ||
                                   world->model.obstacles.data[b - cloth_count].body.is_dynamic;
@@ -130,8 +130,8 @@ bool world_choose_pairs(tulle_world *world) {
             bool const is_known =
                 change && change->sources[a] != TULLE_NONE && change->sources[b] != TULLE_NONE;
             if (is_known)
-                collides =
-                    world_pair_collides(change->before, change->sources[a], change->sources[b]);
+                collides = world_pair_collides(&change->before->model, change->sources[a],
+                                               change->sources[b]);
             if (collides && may_meet && world->rules.pair_filter && !is_known) {
                 collides =
                     world->rules.pair_filter(world->rules.pair_context, world,
@@ -148,6 +148,6 @@ bool world_choose_pairs(tulle_world *world) {
             world->model.collides[a * count + b] = world->model.collides[b * count + a] = 0;
         }
     }
-    world->model.set.collides = world->model.collides;
+    world->work.set.collides = world->model.collides;
     return true;
 }

@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/sort.h"
 #include "detect/queries/surface_queries.h"
+#include "step/lag/room.h"
 #include "tulle/check.h"
 #include "world/world_state.h"
 
@@ -19,22 +20,17 @@ tulle_status tulle_world_update_queries(tulle_world *world, tulle_error *error) 
     if (!world || !world->is_started)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "only a world that has started can be asked; call tulle_world_start");
-    if (world->has_queries) return TULLE_OK;
-    if (!world->queries.trees &&
-        !query_trees_make(&world->queries, &world->heap, &world->model.set, world->work.broad,
-                          world->model.rest, world->model.topo.triangle_count))
-        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for trees of queries");
-    query_trees_fit(&world->queries, &world->model.set, world->now.positions, world->work.threads);
-    world->has_queries = true;
-    return TULLE_OK;
+    tulle_status const status = step_update_queries(&world->model, &world->work);
+    return status == TULLE_OK ? status
+                              : error_set(error, status, "no memory left for trees of queries");
 }
 
 /* Puts a query to all present objects with a category in the mask. */
 static void ask(const tulle_world *world, uint32_t mask, tree_query *query) {
-    for (size_t s = 0; s < world->model.set.surface_count; s++) {
-        uint32_t const category = world_get_label(world, s)->category;
-        if (world->model.surfaces[s].is_present && (mask == 0 || (category & mask)))
-            query_tree_visit(&world->queries.trees[s], query);
+    for (size_t s = 0; s < world->model.surface_count; s++) {
+        uint32_t const category = world_get_label(&world->model, s)->category;
+        if (world->work.surfaces[s].is_present && (mask == 0 || (category & mask)))
+            query_tree_visit(&world->work.queries.trees[s], query);
     }
 }
 
@@ -55,7 +51,7 @@ static void describe_hit(const tulle_world *world, const surface_hit *found, tul
     const uint32_t *const corners = world->model.topo.triangles + 3 * (size_t)found->triangle;
     uint32_t const surface = world->model.vertex_surface[corners[0]];
     hit->object = tulle_world_get_object(world, surface);
-    hit->triangle = found->triangle - world->model.surfaces[surface].triangle_begin;
+    hit->triangle = found->triangle - world->work.surfaces[surface].triangle_begin;
     memcpy(hit->weights, found->weights, sizeof hit->weights);
     vec3_store(hit->position, 0, found->position);
     hit->distance = found->distance;
@@ -175,7 +171,7 @@ static void visit_overlap(tree_query *query, uint32_t triangle) {
     if (search->found->count < search->found->capacity)
         search->found->triangles[search->found->count] = (tulle_found_triangle){
             tulle_world_get_object(world, surface),
-            triangle - world->model.surfaces[surface].triangle_begin, search->other};
+            triangle - world->work.surfaces[surface].triangle_begin, search->other};
     search->found->count++;
 }
 

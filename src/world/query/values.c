@@ -5,8 +5,12 @@
  * straight into the caller's memory; only forces are gathered beforehand. */
 #include "base/error.h"
 #include "dynamics/hysteresis.h"
-#include "world/lag/lag.h"
+#include "step/choose_damping.h"
+#include "step/lag/lag.h"
+#include "tulle/paper.h"
+#include "world/world_state.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Puts three numbers where the caller wants those of an item. */
@@ -100,7 +104,7 @@ tulle_status tulle_object_copy_values(const tulle_world *world, tulle_object_id 
                                       tulle_error *error) {
     size_t const object = world_find_object(world, id, error);
     if (object == SIZE_MAX) return TULLE_ERROR_INVALID_ARGUMENT;
-    const char *const name = world_surface_name(world, object);
+    const char *const name = world_surface_name(&world->model, object);
     if (!world->is_started)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: call tulle_world_start before its values are copied", name);
@@ -112,7 +116,7 @@ tulle_status tulle_object_copy_values(const tulle_world *world, tulle_object_id 
     if (values == TULLE_VALUES_STRAINS && !has_strains)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: has no strains of yarns; only woven cloth has", name);
-    const surface_range *const range = &world->model.surfaces[object];
+    const surface_range *const range = &world->work.surfaces[object];
     size_t const begin =
         values == TULLE_VALUES_STRAINS ? range->triangle_begin : range->vertex_begin;
     size_t const count =
@@ -131,7 +135,7 @@ tulle_status tulle_object_copy_values(const tulle_world *world, tulle_object_id 
             value = compute_strain(world, begin + i);
         else if (values == TULLE_VALUES_DRAWN_POSITIONS)
             value = vec3_sub(vec3_load(world->now.positions, begin + i),
-                             world_get_lag(world, begin + i));
+                             step_get_lag(&world->model, &world->work, begin + i));
         put(target, stride, i, value);
     }
     if (values == TULLE_VALUES_CONTACT_FORCES) add_contact_forces(world, range, target, stride);
@@ -156,4 +160,12 @@ tulle_status tulle_object_copy_contacts(tulle_world *world, tulle_object_id id,
         ++*count;
     }
     return status;
+}
+
+double tulle_world_get_numerical_damping(const tulle_world *world, double time_step,
+                                         double period) {
+    bool const is_given =
+        isfinite(time_step) && isfinite(period) && time_step > 0.0 && period > 0.0;
+    if (!world || !is_given) return 0.0;
+    return measure_numerical_damping(world->model.def.integrator, time_step, period);
 }

@@ -30,6 +30,18 @@ void world_record(tulle_world *world, const recorded_call *call) {
     write_out(recording);
 }
 
+void world_record_frame(void *context, size_t obstacle, uint32_t frame, const double *positions,
+                        tulle_status status) {
+    tulle_world *const world = context;
+    const world_obstacle *const of = &world->model.obstacles.data[obstacle];
+    recorded_call const call = {.kind = RECORD_FRAME,
+                                .ids = {of->slot, frame},
+                                .generations = {world->slots.obstacles.data[of->slot].generation},
+                                .numbers = {(uint64_t)status},
+                                .arrays = {{positions, positions ? 3 * of->mesh.vertex_count : 0}}};
+    world_record(world, &call);
+}
+
 tulle_status world_check_recording(const tulle_world *world, tulle_error *error) {
     tulle_status const status = world->recording ? world->recording->stream.status : TULLE_OK;
     if (status == TULLE_OK) return TULLE_OK;
@@ -59,6 +71,7 @@ static void release_recording(tulle_world *world) {
     ARRAY_FREE(heap, &world->recording->stream.bytes);
     memory_release(heap, world->recording, sizeof *world->recording);
     world->recording = NULL;
+    world_point_work(world);
 }
 
 void world_end_recording(tulle_world *world) {
@@ -100,6 +113,7 @@ tulle_status tulle_world_record(tulle_world *world, const tulle_record_writer *w
     made->writer = *writer;
     made->stream.heap = &world->heap;
     world->recording = made;
+    world_point_work(world);
     record_stream *const stream = &made->stream;
     recorded_call create = {
         .kind = RECORD_CREATE, .numbers = {fields_version}, .texts = {tulle_version()}};

@@ -17,6 +17,10 @@ void world_record(tulle_world *world, const recorded_call *call);
     } while (0)
 #define RECORD_ID(id) .ids = {(id).index}, .generations = {(id).generation}
 
+/* Records a frame of a sequence that a step or a start has read; see frame_listener. */
+void world_record_frame(void *context, size_t obstacle, uint32_t frame, const double *positions,
+                        tulle_status status);
+
 /* An error where a recording has ended because a block could not be written. */
 tulle_status world_check_recording(const tulle_world *world, tulle_error *error);
 

@@ -29,7 +29,7 @@ static tulle_contact describe_row(const tulle_world *world, const contact_row *r
     closest_points const closest = closest_of_pair(row->frame.kind, points);
     for (int k = 0; k < 4; k++) {
         uint32_t const object = world->model.vertex_surface[row->frame.vertices[k]];
-        contact.vertices[k] = row->frame.vertices[k] - world->model.surfaces[object].vertex_begin;
+        contact.vertices[k] = row->frame.vertices[k] - world->work.surfaces[object].vertex_begin;
         contact.weights[k] = closest.weights[k];
         middle = vec3_add_scaled(middle, points[k], 0.5 * fabs(closest.weights[k]));
     }
@@ -72,7 +72,7 @@ static tulle_stretch describe_edge(const tulle_world *world, double stretch, siz
     const uint32_t *const ends = world->model.topo.edges + 2 * edge;
     tulle_stretch described = {.stretch = stretch, .cloth = world->model.vertex_surface[ends[0]]};
     for (size_t k = 0; k < 2; k++)
-        described.vertices[k] = ends[k] - world->model.surfaces[described.cloth].vertex_begin;
+        described.vertices[k] = ends[k] - world->work.surfaces[described.cloth].vertex_begin;
     vec3_store(described.position, 0,
                vec3_lerp(vec3_load(world->now.positions, ends[0]),
                          vec3_load(world->now.positions, ends[1]), 0.5));
@@ -117,7 +117,7 @@ tulle_fineness tulle_cloth_get_fineness(const tulle_world *world, tulle_cloth_id
     tulle_fineness fineness = {0};
     size_t const index = world_find_cloth(world, id);
     if (index == SIZE_MAX || !world->is_started) return fineness;
-    const surface_range *const range = &world->model.surfaces[index];
+    const surface_range *const range = &world->work.surfaces[index];
     size_t count = 0;
     for (size_t e = 0; e < world->model.cloth_edge_count; e++) {
         uint32_t const end = world->model.topo.edges[2 * e];
@@ -177,7 +177,7 @@ static tulle_status check_patch_call(const tulle_world *world, tulle_cloth_id id
 static tulle_status find_patches(tulle_world *world, size_t index,
                                  const tulle_patch_options *options, uint32_t *labels,
                                  size_t *patch_count) {
-    const surface_range *const range = &world->model.surfaces[index];
+    const surface_range *const range = &world->work.surfaces[index];
     double *const end = ARENA_NEW(&world->work.scratch, double, 3 * (size_t)range->vertex_end);
     if (!end) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 3 * (size_t)range->vertex_begin; i < 3 * (size_t)range->vertex_end; i++) {
@@ -200,7 +200,7 @@ static tulle_status find_patches(tulle_world *world, size_t index,
  * triangles. */
 static tulle_status name_patches_in_use(tulle_world *world, size_t index, uint32_t *labels,
                                         size_t *patch_count) {
-    const surface_range *const range = &world->model.surfaces[index];
+    const surface_range *const range = &world->work.surfaces[index];
     size_t const count = range->triangle_end - range->triangle_begin;
     *patch_count = 0;
     if (!world->work.patches) {

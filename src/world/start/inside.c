@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "geom/distance.h"
-#include "world/surface_box.h"
+#include "step/surface_box.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -68,9 +68,9 @@ typedef struct holder_search {
 static const surface_range *find_holder(const holder_search *search, uint32_t vertex) {
     const tulle_world *const world = search->world;
     const double *const point = search->positions + 3 * (size_t)vertex;
-    const surface_range *const held = &world->model.surfaces[world->model.vertex_surface[vertex]];
-    for (size_t s = world->model.cloths.count; s < world->model.set.surface_count; s++) {
-        const surface_range *const range = &world->model.surfaces[s];
+    const surface_range *const held = &world->work.surfaces[world->model.vertex_surface[vertex]];
+    for (size_t s = world->model.cloths.count; s < world->model.surface_count; s++) {
+        const surface_range *const range = &world->work.surfaces[s];
         if (held == range || !held->is_present || !range->is_present) continue;
         /* Of two obstacles one is a body. In a step, cloth may lie in what was there before. */
         bool const is_forbidden = held->is_obstacle
@@ -80,7 +80,7 @@ static const surface_range *find_holder(const holder_search *search, uint32_t ve
         bool const is_asked = !search->question.has_added || s == search->question.added ||
                               world->model.vertex_surface[vertex] == search->question.added;
         if (!is_forbidden || !is_asked ||
-            !world_pair_collides(world, s, world->model.vertex_surface[vertex]))
+            !world_pair_collides(&world->model, s, world->model.vertex_surface[vertex]))
             continue;
         if (!surface_box_holds(&search->boxes[s], point)) continue;
         if (!surface_is_closed(&world->model.topo, range)) continue;
@@ -97,7 +97,8 @@ static tulle_status refuse(const holder_search *search, uint32_t vertex,
     const tulle_world *const world = search->world;
     uint32_t const held = world->model.vertex_surface[vertex];
     const double *const x = search->positions + 3 * (size_t)vertex;
-    const char *const name = world_surface_name(world, (size_t)(holder - world->model.surfaces));
+    const char *const name =
+        world_surface_name(&world->model, (size_t)(holder - world->work.surfaces));
     char advice[WORLD_NAME_BYTES + 64]; /* what else than moving may help */
     if (holder->is_body)
         (void)snprintf(advice, sizeof advice, "give '%s' a hollow with a surface of its own", name);
@@ -115,15 +116,15 @@ static tulle_status refuse(const holder_search *search, uint32_t vertex,
                      "'%s' lies inside '%s' %s (vertex %u at %.9g, %.9g, %.9g is %.3g m deep), "
                      "which is closed and faces outward; move it out, %s, or set "
                      "start_intersections to ignore",
-                     world_surface_name(world, held), name, search->question.when,
-                     vertex - world->model.surfaces[held].vertex_begin, x[0], x[1], x[2],
+                     world_surface_name(&world->model, held), name, search->question.when,
+                     vertex - world->work.surfaces[held].vertex_begin, x[0], x[1], x[2],
                      sqrt(nearest2), advice);
 }
 
 tulle_status world_refuse_inside(tulle_world *world, const double *positions,
                                  inside_question question, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->work.scratch);
-    size_t const count = world->model.vertex_count, surface_count = world->model.set.surface_count;
+    size_t const count = world->model.vertex_count, surface_count = world->model.surface_count;
     bool *const is_seen = ARENA_NEW_ZEROED(&world->work.scratch, bool, count);
     uint32_t *const queue = ARENA_NEW(&world->work.scratch, uint32_t, count);
     holder_search search = {.world = world,
@@ -135,8 +136,8 @@ tulle_status world_refuse_inside(tulle_world *world, const double *positions,
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left to judge the start");
     bool has_bodies = false; /* else only cloth can lie where it may not */
     for (size_t s = 0; status == TULLE_OK && s < surface_count; s++) {
-        search.boxes[s] = measure_surface_box(&world->model.surfaces[s], positions, positions);
-        has_bodies |= world->model.surfaces[s].is_body && world->model.surfaces[s].is_present;
+        search.boxes[s] = measure_surface_box(&world->work.surfaces[s], positions, positions);
+        has_bodies |= world->work.surfaces[s].is_body && world->work.surfaces[s].is_present;
     }
     const uint32_t *const edge_begin = world->model.topo.vertex_edges.begin;
     size_t const end = has_bodies ? count : world->model.cloth_vertex_count;

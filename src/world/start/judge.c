@@ -12,7 +12,7 @@
 tulle_status world_find_intersections(tulle_world *world, const double *positions,
                                       intersection_list *list, tulle_error *error) {
     arena_mark const mark = arena_get_mark(&world->work.scratch);
-    size_t const surface_count = world->model.set.surface_count;
+    size_t const surface_count = world->model.surface_count;
     tulle_check_body *const bodies =
         ARENA_NEW(&world->work.scratch, tulle_check_body, surface_count);
     uint32_t *const surface_of = ARENA_NEW(&world->work.scratch, uint32_t, surface_count);
@@ -25,9 +25,9 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
         /* Present surfaces are the bodies of the judge. */
         size_t body_count = 0;
         for (size_t s = 0; s < surface_count; s++) {
-            const surface_range *const range = &world->model.surfaces[s];
+            const surface_range *const range = &world->work.surfaces[s];
             if (!range->is_present) continue;
-            const world_mesh *const mesh = world_surface_mesh(world, s);
+            const world_mesh *const mesh = world_surface_mesh(&world->model, s);
             bodies[body_count] = (tulle_check_body){
                 .mesh = {positions + 3 * (size_t)range->vertex_begin, mesh->vertex_count,
                          mesh->triangles, mesh->triangle_count},
@@ -42,7 +42,7 @@ tulle_status world_find_intersections(tulle_world *world, const double *position
         status = error_set(error, TULLE_ERROR_OUT_OF_MEMORY, no_memory);
     for (size_t i = 0; status == TULLE_OK && i < result.pair_count; i++) {
         const tulle_check_pair *const pair = &result.pairs[i];
-        if (!world_pair_collides(world, surface_of[pair->body_a], surface_of[pair->body_b]))
+        if (!world_pair_collides(&world->model, surface_of[pair->body_a], surface_of[pair->body_b]))
             continue;
         list->data[list->count++] = (tulle_intersection){
             surface_of[pair->body_a], pair->triangle_a, surface_of[pair->body_b], pair->triangle_b};
@@ -66,19 +66,19 @@ size_t world_count_intersecting_bodies(const tulle_world *world) {
 static void refresh_ignored_keys(tulle_world *world) {
     for (size_t i = 0; i < world->ignored.count; i++) {
         const tulle_intersection *const pair = &world->ignored.data[i];
-        uint32_t const a = world->model.surfaces[pair->object_a].triangle_begin + pair->triangle_a;
-        uint32_t const b = world->model.surfaces[pair->object_b].triangle_begin + pair->triangle_b;
-        world->ignored_keys.data[i] = ignored_pair_key(a, b);
+        uint32_t const a = world->work.surfaces[pair->object_a].triangle_begin + pair->triangle_a;
+        uint32_t const b = world->work.surfaces[pair->object_b].triangle_begin + pair->triangle_b;
+        world->work.ignored_keys.data[i] = ignored_pair_key(a, b);
     }
-    world->ignored_keys.count = world->ignored.count;
-    sort_in_place(world->ignored_keys.data, world->ignored_keys.count, sizeof(uint64_t),
+    world->work.ignored_keys.count = world->ignored.count;
+    sort_in_place(world->work.ignored_keys.data, world->work.ignored_keys.count, sizeof(uint64_t),
                   compare_u64);
 }
 
 tulle_status world_ignore_intersections(tulle_world *world, tulle_error *error) {
     size_t const count = world->intersections.count;
     if (!ARRAY_RESERVE(&world->heap, &world->ignored, count) ||
-        !ARRAY_RESERVE(&world->heap, &world->ignored_keys, count)) {
+        !ARRAY_RESERVE(&world->heap, &world->work.ignored_keys, count)) {
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for ignored pairs");
     }
     memcpy(world->ignored.data, world->intersections.data, count * sizeof *world->ignored.data);
@@ -102,7 +102,7 @@ tulle_status world_carry_ignored(tulle_world *world, tulle_error *error) {
     const tulle_world *const before = change->before;
     size_t const most = before->ignored.count + world->intersections.count;
     if (!ARRAY_RESERVE(&world->heap, &world->ignored, most) ||
-        !ARRAY_RESERVE(&world->heap, &world->ignored_keys, most))
+        !ARRAY_RESERVE(&world->heap, &world->work.ignored_keys, most))
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for ignored pairs");
     size_t count = 0;
     for (size_t i = 0; i < before->ignored.count; i++) {
@@ -146,8 +146,8 @@ void world_update_ignored(tulle_world *world, const double *positions) {
     size_t kept = 0;
     for (size_t i = 0; i < world->ignored.count; i++) {
         tulle_intersection const pair = world->ignored.data[i];
-        const surface_range *const a = &world->model.surfaces[pair.object_a];
-        const surface_range *const b = &world->model.surfaces[pair.object_b];
+        const surface_range *const a = &world->work.surfaces[pair.object_a];
+        const surface_range *const b = &world->work.surfaces[pair.object_b];
         /* As the judge sees it: of two surfaces, one at least follows no script. */
         bool const has_free = !a->is_obstacle || a->is_body || !b->is_obstacle || b->is_body;
         size_t const first = a->triangle_begin + pair.triangle_a;

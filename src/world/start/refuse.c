@@ -44,8 +44,8 @@ static tulle_status measure_overlaps(tulle_world *world, const double *positions
     for (size_t i = 0; i < count; i++) {
         tulle_intersection const pair = world->intersections.data[i];
         uint32_t const triangles[2] = {
-            world->model.surfaces[pair.object_a].triangle_begin + pair.triangle_a,
-            world->model.surfaces[pair.object_b].triangle_begin + pair.triangle_b};
+            world->work.surfaces[pair.object_a].triangle_begin + pair.triangle_a,
+            world->work.surfaces[pair.object_b].triangle_begin + pair.triangle_b};
         vec3 corners[2][3];
         for (size_t k = 0; k < 6; k++) {
             uint32_t const corner =
@@ -72,17 +72,17 @@ static size_t describe_pair(const tulle_world *world, size_t index, char *text, 
     const tulle_intersection *const pair = &world->intersections.data[index];
     const tulle_overlap *const overlap = &world->overlaps.data[index];
     const uint32_t *const a =
-        world_surface_mesh(world, pair->object_a)->triangles + 3 * (size_t)pair->triangle_a;
+        world_surface_mesh(&world->model, pair->object_a)->triangles + 3 * (size_t)pair->triangle_a;
     const uint32_t *const b =
-        world_surface_mesh(world, pair->object_b)->triangles + 3 * (size_t)pair->triangle_b;
+        world_surface_mesh(&world->model, pair->object_b)->triangles + 3 * (size_t)pair->triangle_b;
     return (size_t)snprintf(
         text, size,
         "%.3g m deep at (%.6g, %.6g, %.6g), triangle %u of '%s' (vertices %u, %u, %u) with "
         "triangle %u "
         "of '%s' (vertices %u, %u, %u)",
         overlap->depth, overlap->position[0], overlap->position[1], overlap->position[2],
-        pair->triangle_a, world_surface_name(world, pair->object_a), a[0], a[1], a[2],
-        pair->triangle_b, world_surface_name(world, pair->object_b), b[0], b[1], b[2]);
+        pair->triangle_a, world_surface_name(&world->model, pair->object_a), a[0], a[1], a[2],
+        pair->triangle_b, world_surface_name(&world->model, pair->object_b), b[0], b[1], b[2]);
 }
 
 tulle_status world_refuse_intersections(tulle_world *world, const double *positions,
@@ -105,7 +105,7 @@ tulle_status world_refuse_intersections(tulle_world *world, const double *positi
     size_t doubled = 0;                     /* pairs of one cloth that have corners in one place */
     for (size_t i = 0; i < count; i++) {
         const tulle_intersection *const pair = &world->intersections.data[i];
-        const surface_range *const surface = &world->model.surfaces[pair->object_a];
+        const surface_range *const surface = &world->work.surfaces[pair->object_a];
         const uint32_t *const all =
             world->model.topo.triangles + 3 * (size_t)surface->triangle_begin;
         bool is_doubled = false;

@@ -8,11 +8,11 @@
 #include "base/parallel.h"
 #include "dynamics/hysteresis.h"
 #include "geom/union_find.h"
-#include "world/bodies/bodies.h"
-#include "world/lag/lag.h"
+#include "step/bodies/bodies.h"
+#include "step/lag/lag.h"
+#include "step/script.h"
 #include "world/record/record.h"
 #include "world/start/inside.h"
-#include "world/step/search.h"
 #include "world/untangle/untangle.h"
 
 #include <math.h>
@@ -26,7 +26,7 @@ static tulle_status find_pieces(tulle_world *world) {
     if (!parents) return TULLE_ERROR_OUT_OF_MEMORY;
     union_find_reset(parents, world->model.cloth_vertex_count);
     for (size_t s = 0; s < world->model.cloths.count; s++) {
-        surface_range *const range = &world->model.surfaces[s];
+        surface_range *const range = &world->work.surfaces[s];
         for (uint32_t e = range->edge_begin; e < range->edge_end; e++)
             union_find_join(parents, world->model.topo.edges[2 * (size_t)e],
                             world->model.topo.edges[2 * (size_t)e + 1]);
@@ -43,17 +43,18 @@ static tulle_status find_pieces(tulle_world *world) {
 tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
     size_t const surface_count = world->model.cloths.count + world->model.obstacles.count;
     size_t vertex_count = 0, triangle_count = 0;
-    world->model.set = (surface_set){.topo = &world->model.topo, .surface_count = surface_count};
-    world->model.surfaces =
+    world->model.surface_count = surface_count;
+    world->work.set = (surface_set){.topo = &world->model.topo, .surface_count = surface_count};
+    world->work.surfaces =
         memory_allocate_zeroed(&world->heap, surface_count, sizeof(surface_range));
-    world->model.set.surfaces = world->model.surfaces;
-    if (!world->model.surfaces || world_number_bodies(world) != TULLE_OK)
+    world->work.set.surfaces = world->work.surfaces;
+    if (!world->work.surfaces || world_number_bodies(world) != TULLE_OK)
         return TULLE_ERROR_OUT_OF_MEMORY;
     world->model.cloth_rest_count =
         world->model.def.sleep_speed > 0.0 ? world->model.cloths.count : 0;
     world->model.has_sleep |= world->model.cloth_rest_count > 0;
     for (size_t s = 0; s < surface_count; s++) {
-        const world_mesh *const mesh = world_surface_mesh(world, s);
+        const world_mesh *const mesh = world_surface_mesh(&world->model, s);
         if (s == world->model.cloths.count)
             vertex_count += 2 * world->model.body_count; /* their slots */
         if (vertex_count + mesh->vertex_count > INT32_MAX ||
@@ -62,7 +63,7 @@ tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
                              "all meshes together have over %d vertices or %d triangles", INT32_MAX,
                              TOPOLOGY_TRIANGLES_MAX);
         }
-        surface_range *const range = &world->model.surfaces[s];
+        surface_range *const range = &world->work.surfaces[s];
         range->vertex_begin = (uint32_t)vertex_count;
         range->triangle_begin = (uint32_t)triangle_count;
         vertex_count += mesh->vertex_count;
@@ -79,7 +80,7 @@ tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
                 &world->model.obstacles.data[s - world->model.cloths.count];
             obstacle->vertex_begin = range->vertex_begin;
             range->is_static = obstacle->is_static;
-            if (world_may_lag(world, s - world->model.cloths.count))
+            if (step_may_lag(&world->model, s - world->model.cloths.count))
                 world->model.lag_vertex_count += mesh->vertex_count;
             if (obstacle->drive == TULLE_DRIVE_RIGID)
                 world->model.pose_count = world->model.obstacles.count;
@@ -93,8 +94,8 @@ tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
     uint32_t *const triangles = ARENA_NEW(&world->work.scratch, uint32_t, 3 * triangle_count);
     if (!triangles) return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t s = 0; s < surface_count; s++) {
-        const world_mesh *const mesh = world_surface_mesh(world, s);
-        const surface_range *const range = &world->model.surfaces[s];
+        const world_mesh *const mesh = world_surface_mesh(&world->model, s);
+        const surface_range *const range = &world->work.surfaces[s];
         uint32_t *const target = triangles + 3 * (size_t)range->triangle_begin;
         for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
             target[i] = range->vertex_begin + mesh->triangles[i];
@@ -106,7 +107,7 @@ tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
     if (status != TULLE_OK) return status;
     size_t edge = 0;
     for (size_t s = 0; s < surface_count; s++) {
-        surface_range *const range = &world->model.surfaces[s];
+        surface_range *const range = &world->work.surfaces[s];
         range->edge_begin = (uint32_t)edge;
         while (edge < world->model.topo.edge_count &&
                world->model.topo.edges[2 * edge] < range->vertex_end) {
@@ -122,8 +123,8 @@ tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
 }
 
 void world_fill_surface(tulle_world *world, size_t surface) {
-    const world_mesh *const mesh = world_surface_mesh(world, surface);
-    const surface_range *const range = &world->model.surfaces[surface];
+    const world_mesh *const mesh = world_surface_mesh(&world->model, surface);
+    const surface_range *const range = &world->work.surfaces[surface];
     size_t const offset = 3 * (size_t)range->vertex_begin;
     size_t const bytes = 3 * mesh->vertex_count * sizeof(double);
     bool const is_cloth = !range->is_obstacle;
@@ -162,7 +163,7 @@ tulle_status world_build_model(tulle_world *world, tulle_error *error) {
 static uint64_t hash_defs(const tulle_world *world) {
     const step_model *const model = &world->model;
     uint64_t hash = world->first.def_hash;
-    size_t const pair_count = model->set.surface_count * model->set.surface_count;
+    size_t const pair_count = model->surface_count * model->surface_count;
     size_t const counts[2] = {model->cloths.count, model->obstacles.count};
     hash = hash_bytes(hash, counts, sizeof counts);
     for (size_t i = 0; i < counts[0]; i++)
@@ -180,12 +181,12 @@ static tulle_status place_objects(tulle_world *world, const tulle_moment *moment
     double const time = moment ? moment->time : 0.0;
     if (moment) {
         world->now.time = time;
-        world->step_count = moment->step_count;
+        world->now.step_count = moment->step_count;
         size_t const bytes = 3 * world->model.cloth_vertex_count * sizeof(double);
         memcpy(world->now.positions, moment->positions, bytes);
         memcpy(world->now.velocities, moment->velocities, bytes);
     }
-    tulle_status status = world_script_targets(world, time, time, error);
+    tulle_status status = step_script_targets(&world->model, &world->work, time, time, error);
     if (status != TULLE_OK) return status;
     size_t const offset = 3 * (world->model.cloth_vertex_count + 2 * world->model.body_count);
     memcpy(world->now.positions + offset, world->work.targets + offset,
@@ -198,7 +199,7 @@ static tulle_status place_objects(tulle_world *world, const tulle_moment *moment
         bool const has_left = moment && time >= obstacle->disappear_time;
         bool const is_present = obstacle->appear_time <= time && !has_left;
         world->now.is_present[i] = is_present;
-        world->model.surfaces[world->model.cloths.count + i].is_present = is_present;
+        world->work.surfaces[world->model.cloths.count + i].is_present = is_present;
     }
     if (moment) world_place_bodies(world, moment->bodies);
     return TULLE_OK;
@@ -239,7 +240,7 @@ static tulle_status start_stages(tulle_world *world, bool is_judged, const tulle
     if (status == TULLE_OK && !world_allocate_start(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK && !world_choose_pairs(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK) {
-        for (size_t s = 0; s < world->model.set.surface_count; s++) world_fill_surface(world, s);
+        for (size_t s = 0; s < world->model.surface_count; s++) world_fill_surface(world, s);
         world_place_bodies(world, NULL);
         status = world_build_model(world, error);
     }
@@ -351,7 +352,7 @@ tulle_status tulle_world_start_at(tulle_world *world, const tulle_moment *moment
     if (status == TULLE_OK) status = begin_start_at(world, moment, error);
     if (status != TULLE_OK) return status;
     status = world_start(world, true, moment, error);
-    if (status != TULLE_OK) world->step_count = 0;
+    if (status != TULLE_OK) world->now.step_count = 0;
     world_end_call(world, status);
     return status;
 }

@@ -4,6 +4,16 @@
 
 #include "world/world_state.h"
 
+/* start_bodies.c: numbers the bodies. Called before the surfaces are numbered. */
+tulle_status world_number_bodies(tulle_world *world);
+/* start_bodies.c: the slots of the bodies in the first state, at its time. `transforms`, or null,
+ * has those that are there and free; their vertices follow, the others are where obstacles are. */
+void world_place_bodies(tulle_world *world, const tulle_transform *transforms);
+
+/* start_detection.c: trees and patches of a world whose distances are known. */
+tulle_status world_start_detection(tulle_world *world);
+void world_release_detection(tulle_world *world);
+
 /* start_arrays.c: allocates the arrays whose sizes are numbers of vertices or surfaces. False when
  * memory is short: world_release_start then releases what there is. */
 bool world_allocate_start(tulle_world *world);

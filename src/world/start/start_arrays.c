@@ -1,13 +1,13 @@
 /* world/start/start_arrays.c - the arrays that a world has from its start on, and their release. */
-#include "world/bodies/bodies.h"
+#include "contact/rows/gather_rows.h"
+#include "step/bodies/bodies.h"
 #include "world/start/start.h"
-#include "world/step/search.h"
 
 #include <string.h>
 
 bool world_allocate_start(tulle_world *world) {
     memory *const heap = &world->heap;
-    size_t const n = world->model.vertex_count, surface_count = world->model.set.surface_count;
+    size_t const n = world->model.vertex_count, surface_count = world->model.surface_count;
     world->model.rest = memory_allocate(heap, 3 * n * sizeof(double));
     world->work.targets = memory_allocate_zeroed(heap, 3 * n, sizeof(double));
     world->model.inverse_masses = memory_allocate_zeroed(heap, n, sizeof(double));
@@ -17,15 +17,15 @@ bool world_allocate_start(tulle_world *world) {
     world->model.laws =
         memory_allocate_zeroed(heap, surface_count * surface_count, sizeof(contact_law));
     if (world->model.cloth_rest_count > 0) {
-        world->work.idle_vertex_count = world->model.cloth_vertex_count;
-        world->work.idle_triangle_count =
-            world->model.surfaces[world->model.cloth_rest_count - 1].triangle_end;
+        world->work.idle.vertex_count = world->model.cloth_vertex_count;
+        world->work.idle.triangle_count =
+            world->work.surfaces[world->model.cloth_rest_count - 1].triangle_end;
     }
-    world->work.idle_vertices = memory_allocate_zeroed(heap, world->work.idle_vertex_count, 1);
-    world->work.idle_triangles = memory_allocate_zeroed(heap, world->work.idle_triangle_count, 1);
+    world->work.idle.vertices = memory_allocate_zeroed(heap, world->work.idle.vertex_count, 1);
+    world->work.idle.triangles = memory_allocate_zeroed(heap, world->work.idle.triangle_count, 1);
     world->model.controls =
         memory_allocate_zeroed(heap, world->model.body_count, sizeof *world->model.controls);
-    bool has_all = world->work.idle_vertices && world->work.idle_triangles &&
+    bool has_all = world->work.idle.vertices && world->work.idle.triangles &&
                    world->model.controls && world->model.rest && world->work.targets &&
                    world->model.inverse_masses && world->work.active_inverse_masses &&
                    world->work.is_fixed && world->model.vertex_surface && world->model.laws;
@@ -78,7 +78,7 @@ void world_release_first_cloth(tulle_world *world) {
 
 void world_release_start(tulle_world *world) {
     memory *const heap = &world->heap;
-    size_t const n = world->model.vertex_count, surface_count = world->model.set.surface_count;
+    size_t const n = world->model.vertex_count, surface_count = world->model.surface_count;
     world_release_detection(world);
     world_release_events(world);
     cloth_machinery made = {world->model.cloth_model, world->work.system, world->work.aggregates};
@@ -109,22 +109,22 @@ void world_release_start(tulle_world *world) {
         ARRAY_FREE(heap, &state->ties);
         memset(state, 0, sizeof *state);
     }
-    memory_release(heap, world->work.idle_vertices, world->work.idle_vertex_count);
-    memory_release(heap, world->work.idle_triangles, world->work.idle_triangle_count);
+    memory_release(heap, world->work.idle.vertices, world->work.idle.vertex_count);
+    memory_release(heap, world->work.idle.triangles, world->work.idle.triangle_count);
     memory_release(heap, world->model.surface_bodies,
                    surface_count * sizeof *world->model.surface_bodies);
     memory_release(heap, world->model.controls,
                    world->model.body_count * sizeof *world->model.controls);
     memory_release(heap, world->model.body_obstacles,
                    world->model.body_count * sizeof *world->model.body_obstacles);
-    query_trees_destroy(&world->queries, heap, world->model.topo.triangle_count);
-    world->has_queries = false;
+    query_trees_destroy(&world->work.queries, heap, world->model.topo.triangle_count);
+    world->work.has_queries = false;
     if (world->model.collides)
         memory_release(heap, world->model.collides, surface_count * surface_count);
     memory_release(heap, world->model.rooms, n * sizeof(double));
     memory_release(heap, world->model.automatic, surface_count * sizeof(double));
     topology_destroy(heap, &world->model.topo);
-    memory_release(heap, world->model.surfaces, surface_count * sizeof(surface_range));
+    memory_release(heap, world->work.surfaces, surface_count * sizeof(surface_range));
     memory_release(heap, world->model.rest, 3 * n * sizeof(double));
     memory_release(heap, world->work.targets, 3 * n * sizeof(double));
     memory_release(heap, world->model.inverse_masses, n * sizeof(double));
@@ -137,18 +137,18 @@ void world_release_start(tulle_world *world) {
     row_list_destroy(&world->work.rows, heap);
     row_list_destroy(&world->accepted_rows, heap);
     ARRAY_FREE(heap, &world->contacts);
-    ARRAY_FREE(heap, &world->work.places);
+    ARRAY_FREE(heap, &world->work.lag.places);
     ARRAY_FREE(heap, &world->ignored);
     ARRAY_FREE(heap, &world->ignored_start);
-    ARRAY_FREE(heap, &world->ignored_keys);
+    ARRAY_FREE(heap, &world->work.ignored_keys);
     arena_destroy(&world->work.scratch);
     world->model.cloth_model = NULL;
-    world->model.surfaces = NULL;
+    world->work.surfaces = NULL;
     world->model.collides = NULL;
     world->model.surface_bodies = world->model.body_obstacles = NULL;
     world->model.controls = NULL;
-    world->work.idle_vertices = world->work.idle_triangles = NULL;
-    world->work.idle_vertex_count = world->work.idle_triangle_count = 0;
+    world->work.idle.vertices = world->work.idle.triangles = NULL;
+    world->work.idle.vertex_count = world->work.idle.triangle_count = 0;
     world->model.rest = world->work.targets = world->model.inverse_masses =
         world->work.active_inverse_masses = NULL;
     world->work.is_fixed = NULL;

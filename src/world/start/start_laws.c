@@ -38,7 +38,7 @@ static double measure_mean_edge(const tulle_world *world, uint32_t edge_begin, u
 static tulle_status check_heights(tulle_world *world, double extent, tulle_error *error) {
     size_t const triangle_count =
         world->model.cloths.count > 0
-            ? world->model.surfaces[world->model.cloths.count - 1].triangle_end
+            ? world->work.surfaces[world->model.cloths.count - 1].triangle_end
             : 0;
     double lowest = (double)INFINITY;
     size_t found = 0;
@@ -58,7 +58,7 @@ static tulle_status check_heights(tulle_world *world, double extent, tulle_error
     if (!(lowest < least)) return TULLE_OK;
     const uint32_t *const corners = world->model.topo.triangles + 3 * found;
     size_t const surface = world->model.vertex_surface[corners[0]];
-    uint32_t const begin = world->model.surfaces[surface].vertex_begin;
+    uint32_t const begin = world->work.surfaces[surface].vertex_begin;
     double shortest = (double)INFINITY;
     uint32_t ends[2] = {0, 0};
     for (size_t k = 0; k < 3; k++) {
@@ -75,8 +75,8 @@ static tulle_status check_heights(tulle_world *world, double extent, tulle_error
                      "%.3g m high; floats in files hold no cloth lower than %.3g m where the scene "
                      "reaches %.3g m from the origin: merge vertices whose edge is that short, "
                      "move those that lie that near to an edge, or move the scene nearer",
-                     world_surface_name(world, surface), ends[0], ends[1], shortest, lowest, least,
-                     extent);
+                     world_surface_name(&world->model, surface), ends[0], ends[1], shortest, lowest,
+                     least, extent);
 }
 
 /* Contact distance of one cloth against itself and obstacles [m]. */
@@ -84,7 +84,7 @@ static double choose_cloth_distance(const tulle_world *world, size_t cloth) {
     if (world->model.cloths.data[cloth].thickness > 0.0)
         return world->model.cloths.data[cloth].thickness;
     if (world->model.def.contact_distance > 0.0) return world->model.def.contact_distance;
-    const surface_range *const range = &world->model.surfaces[cloth];
+    const surface_range *const range = &world->work.surfaces[cloth];
     return fmin(CONTACT_DISTANCE_MAX,
                 CONTACT_EDGE_SHARE * measure_mean_edge(world, range->edge_begin, range->edge_end));
 }
@@ -176,7 +176,7 @@ static contact_law make_law(const tulle_world *world, size_t a, size_t b) {
 
 /* Contact laws of all pairs of surfaces and the distances that the world reports. */
 tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
-    size_t const surface_count = world->model.set.surface_count,
+    size_t const surface_count = world->model.surface_count,
                  cloth_count = world->model.cloths.count;
     double smallest = (double)INFINITY; /* [m] contact distance of all pairs that can touch */
     for (size_t a = 0; a < surface_count; a++) {
@@ -190,8 +190,8 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
                     "the separation distance (delta_s) of %g m is under the contact distance "
                     "(delta_c, thickness) of %g m between '%s' and '%s'; give at least that, or "
                     "leave it out: 1.5 times the contact distance",
-                    law.separation_distance, law.contact_distance, world_surface_name(world, a),
-                    world_surface_name(world, b));
+                    law.separation_distance, law.contact_distance,
+                    world_surface_name(&world->model, a), world_surface_name(&world->model, b));
             world->model.contact_distance =
                 fmax(world->model.contact_distance, law.contact_distance);
             world->model.separation_distance =
@@ -202,7 +202,7 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
     world->model.edge_length = measure_mean_edge(world, 0, world->model.cloth_edge_count);
     double extent = 0.0; /* [m] the largest coordinate */
     for (size_t s = 0; s < surface_count; s++)
-        extent = fmax(extent, world_surface_mesh(world, s)->extent);
+        extent = fmax(extent, world_surface_mesh(&world->model, s)->extent);
     tulle_status const status = check_heights(world, extent, error);
     if (status != TULLE_OK) return status;
     if (!isfinite(smallest)) { /* nothing meets anything */
@@ -232,7 +232,7 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
 
 /* Grain of the surfaces, if one of them has friction that depends on the direction. */
 tulle_status world_set_grains(tulle_world *world) {
-    size_t const count = world->model.set.surface_count;
+    size_t const count = world->model.surface_count;
     bool has_grain = false;
     for (size_t s = 0; s < count; s++) has_grain |= get_roughness(world, s).grain.across != 1.0;
     if (!has_grain) return TULLE_OK;

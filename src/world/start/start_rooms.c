@@ -14,9 +14,9 @@
 #include "base/error.h"
 #include "contact/pairs/pair_rules.h"
 #include "detect/trees/broad_phase.h"
+#include "step/search.h"
 #include "world/change/change.h"
 #include "world/start/start.h"
-#include "world/step/search.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -83,7 +83,7 @@ static void note_pairs(tulle_world *world, const pair_list *pairs, narrow_place 
             (b >= world->model.cloths.count || world->model.automatic[b] > 0.0);
         if (!is_chosen) continue;
         double const contact =
-            world->model.laws[a * world->model.set.surface_count + b].contact_distance;
+            world->model.laws[a * world->model.surface_count + b].contact_distance;
         load_points(world->model.rest, v, points);
         /* own pairs that rest nearer are held to that (pair_rules.c) */
         bool const rests_nearer = a == b && sqrt(closest_of_pair(kind, points).distance2) < contact;
@@ -106,22 +106,22 @@ static void tell_narrow(tulle_world *world, const narrow_place *place, const nar
             "'%s' lies %.3g mm from '%s' at the start, at (%.4g, %.4g, %.4g) m. The least contact "
             "distance that is chosen without a thickness is %.3g mm here: contact pushes them "
             "apart to that. To keep them as they lie give the cloth a thickness of %.3g mm",
-            world_surface_name(world, place->surfaces[0]), mm * place->distance,
-            world_surface_name(world, place->surfaces[1]), place->position.x, place->position.y,
-            place->position.z, mm * least, mm * place->distance);
+            world_surface_name(&world->model, place->surfaces[0]), mm * place->distance,
+            world_surface_name(&world->model, place->surfaces[1]), place->position.x,
+            place->position.y, place->position.z, mm * least, mm * place->distance);
     if (slot->distance < (double)INFINITY)
         snprintf(world->message + length, sizeof world->message - (size_t)length,
                  "%s'%s' and '%s' are %.3g mm apart at (%.4g, %.4g, %.4g) m, too near for the "
                  "contact distance that is chosen without a thickness: cloth that is to go between "
                  "them needs a thickness of at most %.3g mm",
-                 length > 0 ? ". " : "", world_surface_name(world, slot->surfaces[0]),
-                 world_surface_name(world, slot->surfaces[1]), mm * slot->distance,
+                 length > 0 ? ". " : "", world_surface_name(&world->model, slot->surfaces[0]),
+                 world_surface_name(&world->model, slot->surfaces[1]), mm * slot->distance,
                  slot->position.x, slot->position.y, slot->position.z,
                  mm * SHARE_OF_SLOT * slot->distance);
 }
 
 tulle_status world_find_rooms(tulle_world *world, tulle_error *error) {
-    size_t const surface_count = world->model.set.surface_count, n = world->model.vertex_count;
+    size_t const surface_count = world->model.surface_count, n = world->model.vertex_count;
     bool has_any = false;
     for (size_t i = 0; i < world->model.cloths.count; i++)
         has_any |= !(world->model.cloths.data[i].thickness > 0.0);
@@ -141,18 +141,18 @@ tulle_status world_find_rooms(tulle_world *world, tulle_error *error) {
     const world_change *const change = world->change;
     const double *const kept = change ? change->before->model.rooms : NULL;
     for (size_t s = 0; kept && s < surface_count; s++) {
-        const surface_range *const range = &world->model.surfaces[s];
+        const surface_range *const range = &world->work.surfaces[s];
         if (change->sources[s] != TULLE_NONE)
             memcpy(world->model.rooms + range->vertex_begin,
-                   kept + change->before->model.surfaces[change->sources[s]].vertex_begin,
+                   kept + change->before->work.surfaces[change->sources[s]].vertex_begin,
                    (range->vertex_end - range->vertex_begin) * sizeof(double));
     }
     /* so that obstacles meet one another, too */
-    memcpy(ranges, world->model.surfaces, surface_count * sizeof *ranges);
+    memcpy(ranges, world->work.surfaces, surface_count * sizeof *ranges);
     for (size_t s = 0; s < surface_count; s++) ranges[s].is_body = ranges[s].is_obstacle;
-    surface_set set = world->model.set;
+    surface_set set = world->work.set;
     set.surfaces = ranges;
-    broad_phase_options const options = {.most_candidates = MOST_CANDIDATES(world)};
+    broad_phase_options const options = {.most_candidates = MOST_CANDIDATES(&world->model)};
     broad_phase *broad = NULL;
     pair_list pairs = {0};
     narrow_place narrowest = {.distance = (double)INFINITY}, slot = narrowest;
@@ -160,7 +160,7 @@ tulle_status world_find_rooms(tulle_world *world, tulle_error *error) {
         broad_phase_create(heap, &set, world->now.positions, BROAD_PHASE_REFIT, &broad);
     if (status == TULLE_OK) broad_phase_configure(broad, options);
     /* where meshes are too fine for that, cloth alone, as a step searches */
-    const surface_set *const sets[2] = {&set, &world->model.set};
+    const surface_set *const sets[2] = {&set, &world->work.set};
     double const reaches[2] = {world->model.contact_distance / SHARE_OF_SLOT,
                                world->model.contact_distance};
     bool const has_new = !change || change->added != TULLE_NONE;
@@ -176,7 +176,7 @@ tulle_status world_find_rooms(tulle_world *world, tulle_error *error) {
         (void)error_set(error, status,
                         "the start has over %llu pairs that are nearer than the contact distance, "
                         "%g mm; use coarser meshes, or give the cloth a smaller thickness",
-                        (unsigned long long)MOST_CANDIDATES(world),
+                        (unsigned long long)MOST_CANDIDATES(&world->model),
                         1e3 * world->model.contact_distance);
     if (status == TULLE_OK) note_pairs(world, &pairs, &narrowest, &slot);
     for (size_t s = 0; s < surface_count;

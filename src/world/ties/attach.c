@@ -4,11 +4,11 @@
 #include "tulle/attach.h"
 
 #include "base/error.h"
+#include "step/sleep/cloth_sleep.h"
+#include "step/ties/ties.h"
 #include "world/defs.h"
 #include "world/fields/fields.h"
 #include "world/record/record.h"
-#include "world/sleep/cloth_sleep.h"
-#include "world/ties/ties.h"
 
 #include <math.h>
 #include <string.h>
@@ -58,14 +58,15 @@ static tulle_status check_places(const tulle_world *world, const tulle_attachmen
                                  uint32_t surface, tulle_error *error) {
     if (!def->triangles) return TULLE_OK;
     if (surface == TULLE_NONE) return refuse(error, "to points has no triangles");
-    const surface_range *const range = &world->model.surfaces[surface];
+    const surface_range *const range = &world->work.surfaces[surface];
     size_t const triangle_count = range->triangle_end - range->triangle_begin;
-    uint32_t const begin = world->model.surfaces[world_find_cloth(world, def->cloth)].vertex_begin;
+    uint32_t const begin = world->work.surfaces[world_find_cloth(world, def->cloth)].vertex_begin;
     for (size_t i = 0; i < def->vertex_count; i++) {
         if (def->triangles[i] >= triangle_count)
             return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                              "an attachment names triangle %u of '%s', which has %zu",
-                             def->triangles[i], world_surface_name(world, surface), triangle_count);
+                             def->triangles[i], world_surface_name(&world->model, surface),
+                             triangle_count);
         const uint32_t *const corners =
             world->model.topo.triangles + 3 * ((size_t)range->triangle_begin + def->triangles[i]);
         double sum = 0.0;
@@ -129,7 +130,7 @@ static tulle_status check_vertices(const tulle_world *world, const tulle_attachm
 /* Adds the ties of the def, of which there is room for, and returns how many. */
 static size_t add_ties(tulle_world *world, const tulle_attachment_def *def, uint32_t surface) {
     motion_state *const now = &world->now;
-    uint32_t const begin = world->model.surfaces[world_find_cloth(world, def->cloth)].vertex_begin;
+    uint32_t const begin = world->work.surfaces[world_find_cloth(world, def->cloth)].vertex_begin;
     size_t const before = now->ties.count;
     for (size_t i = 0; i < def->vertex_count; i++) {
         world_tie tie = {.number = now->attachment_count + 1,
@@ -143,10 +144,11 @@ static size_t add_ties(tulle_world *world, const tulle_attachment_def *def, uint
         if (surface == TULLE_NONE)
             memcpy(tie.point, def->points + 3 * i, sizeof tie.point);
         else if (def->triangles)
-            world_set_tie_place(world, tie.vertex,
-                                world->model.surfaces[surface].triangle_begin + def->triangles[i],
-                                def->weights + 3 * i, &tie);
-        else if (!world_find_tie_place(world, tie.vertex, surface, def->max_distance, &tie))
+            step_set_tie_place(&world->model, &world->work, tie.vertex,
+                               world->work.surfaces[surface].triangle_begin + def->triangles[i],
+                               def->weights + 3 * i, &tie);
+        else if (!step_find_tie_place(&world->model, &world->work, tie.vertex, surface,
+                                      def->max_distance, &tie))
             continue;
         now->ties.data[now->ties.count++] = tie;
     }
@@ -190,7 +192,7 @@ static tulle_status attach_now(tulle_world *world, const tulle_attachment_def *d
         !world->now.is_present[world_find_obstacle(world, def->obstacle)])
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "an attachment is to '%s', which is not in the scene now",
-                         world_surface_name(world, surface));
+                         world_surface_name(&world->model, surface));
     uint8_t *const marks = memory_allocate_zeroed(&world->heap, count, 1);
     if (!marks || world->now.attachment_count == UINT32_MAX ||
         !ARRAY_RESERVE(&world->heap, &world->now.ties, def->vertex_count) ||
@@ -204,10 +206,10 @@ static tulle_status attach_now(tulle_world *world, const tulle_attachment_def *d
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "no vertex that '%s' attaches is within %g m of '%s'", cloth->name,
                          def->max_distance,
-                         surface == TULLE_NONE ? "" : world_surface_name(world, surface));
+                         surface == TULLE_NONE ? "" : world_surface_name(&world->model, surface));
     world->now.attachment_count++;
-    world_wake_cloth(world, &world->now, world_find_cloth(world, def->cloth));
-    if (surface != TULLE_NONE) world_wake_cloth(world, &world->now, surface);
+    step_wake_cloth(&world->model, &world->now, world_find_cloth(world, def->cloth));
+    if (surface != TULLE_NONE) step_wake_cloth(&world->model, &world->now, surface);
     return TULLE_OK;
 }
 
@@ -269,7 +271,7 @@ tulle_status tulle_attachment_set_points(tulle_world *world, tulle_attachment_id
         world_tie *const tie = &now->ties.data[i];
         if (tie->number != id) continue;
         memcpy(tie->point, points + 3 * (size_t)tie->order, sizeof tie->point);
-        world_wake_cloth_at(world, now, tie->vertex);
+        step_wake_cloth_at(&world->model, now, tie->vertex);
     }
     WORLD_RECORD(world, .kind = RECORD_POINTS, .ids = {id}, .arrays = {{points, 3 * point_count}});
     return TULLE_OK;
@@ -286,8 +288,8 @@ tulle_status tulle_attachment_release(tulle_world *world, tulle_attachment_id id
             now->ties.data[kept++] = tie;
             continue;
         }
-        world_wake_cloth_at(world, now, tie.vertex);
-        world_wake_cloth_at(world, now, tie.corners[0]);
+        step_wake_cloth_at(&world->model, now, tie.vertex);
+        step_wake_cloth_at(&world->model, now, tie.corners[0]);
     }
     now->ties.count = kept;
     WORLD_RECORD(world, .kind = RECORD_RELEASE, .ids = {id});
@@ -313,7 +315,7 @@ int tulle_attachment_holds(const tulle_world *world, tulle_attachment_id id, uin
     for (size_t i = 0; i < world->now.ties.count; i++) {
         const world_tie *const tie = &world->now.ties.data[i];
         uint32_t const cloth = world->model.vertex_surface[tie->vertex];
-        if (tie->number == id && tie->vertex - world->model.surfaces[cloth].vertex_begin == vertex)
+        if (tie->number == id && tie->vertex - world->work.surfaces[cloth].vertex_begin == vertex)
             return 1;
     }
     return 0;
@@ -321,7 +323,7 @@ int tulle_attachment_holds(const tulle_world *world, tulle_attachment_id id, uin
 
 /* ---- a state that was read ---- */
 
-bool world_ties_are_valid(const tulle_world *world, const motion_state *state) {
+bool step_ties_are_valid(const tulle_world *world, const motion_state *state) {
     for (size_t i = 0; i < state->ties.count; i++) {
         const world_tie *const tie = &state->ties.data[i];
         if (tie->number < 1 || tie->number > state->attachment_count ||

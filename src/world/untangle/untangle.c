@@ -60,7 +60,7 @@ static tulle_status begin_work(untangling *work) {
                          work->is_astray && work->shift && work->votes && work->region &&
                          work->queue && work->cut && work->cut_along && work->sets && work->grown &&
                          work->set_areas;
-    if (!has_all || broad_phase_create(&world->heap, &world->model.set, world->model.rest,
+    if (!has_all || broad_phase_create(&world->heap, &world->work.set, world->model.rest,
                                        BROAD_PHASE_REFIT, &work->broad) != TULLE_OK)
         return TULLE_ERROR_OUT_OF_MEMORY;
 
@@ -80,7 +80,7 @@ static tulle_status begin_work(untangling *work) {
     }
     for (size_t i = 0; i < world->model.obstacles.count; i++)
         work->is_closed[i] =
-            surface_is_closed(work->topo, &world->model.surfaces[world->model.cloths.count + i]);
+            surface_is_closed(work->topo, &world->work.surfaces[world->model.cloths.count + i]);
     return TULLE_OK;
 }
 

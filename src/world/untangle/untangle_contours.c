@@ -136,7 +136,7 @@ static void join_sightings(untangling *work, const sighting *found, size_t found
 /* The contour of a pair with one crossing ends at the corner that both triangles share. */
 static void pull_to_shared(untangling *work, const intersection_list *pairs, const uint32_t *first,
                            const uint32_t *counts) {
-    const surface_range *const surfaces = work->world->model.surfaces;
+    const surface_range *const surfaces = work->world->work.surfaces;
     for (size_t i = 0; i < pairs->count; i++) {
         if (counts[i] != 1) continue;
         const tulle_intersection *const pair = &pairs->data[i];
@@ -169,7 +169,7 @@ tulle_status make_contours(untangling *work, const intersection_list *pairs) {
     union_find_reset(pair_sets, pairs->count);
     for (size_t i = 0; i < pairs->count; i++) first[i] = TULLE_NONE;
     /* All sightings of the pairs; pairs without any are loose. */
-    const surface_range *const surfaces = work->world->model.surfaces;
+    const surface_range *const surfaces = work->world->work.surfaces;
     size_t found_count = 0;
     for (size_t i = 0; i < pairs->count; i++) {
         const tulle_intersection *const pair = &pairs->data[i];

@@ -68,7 +68,7 @@ vec3 compute_edge_direction(const untangling *work, uint32_t edge) {
 double compute_gap(const untangling *work, uint32_t a, uint32_t b) {
     const tulle_world *const world = work->world;
     const contact_law *const law =
-        &world->model.laws[world->model.vertex_surface[a] * world->model.set.surface_count +
+        &world->model.laws[world->model.vertex_surface[a] * world->model.surface_count +
                            world->model.vertex_surface[b]];
     return GAP_SHARE * law->contact_distance;
 }
@@ -113,7 +113,7 @@ static void shorten_contour(untangling *work, const surface_crossing *crossing) 
 /* Triangles that touch without a crossing, as flat on one another, part along the normal of the
  * second, to the sides on which orient_by_triangles finds them. */
 static void part_loose(untangling *work, const tulle_intersection *pair) {
-    const surface_range *const surfaces = work->world->model.surfaces;
+    const surface_range *const surfaces = work->world->work.surfaces;
     uint32_t const first = surfaces[pair->object_a].triangle_begin + pair->triangle_a;
     uint32_t const second = surfaces[pair->object_b].triangle_begin + pair->triangle_b;
     const uint32_t *const a = work->topo->triangles + 3 * (size_t)first;
@@ -131,7 +131,7 @@ static void part_loose(untangling *work, const tulle_intersection *pair) {
  * vertex is. */
 static tulle_status push_near(untangling *work) {
     tulle_world *const world = work->world;
-    contact_scene const scene = {.set = &world->model.set,
+    contact_scene const scene = {.set = &world->work.set,
                                  .vertex_count = world->model.vertex_count,
                                  .cloth_vertex_count = world->model.cloth_vertex_count,
                                  .vertex_surface = world->model.vertex_surface,
@@ -139,10 +139,10 @@ static tulle_status push_near(untangling *work) {
                                  .laws = world->model.laws,
                                  .settings = {.minimum_gap = world->model.minimum_gap}};
     tulle_status status =
-        build_trees(work->broad, &world->model.set, work->positions, work->positions,
+        build_trees(work->broad, &world->work.set, work->positions, work->positions,
                     world->model.contact_distance, world->work.threads);
     if (status == TULLE_OK)
-        status = find_pairs(work->broad, &world->model.set, world->work.threads, PAIRS_SORTED,
+        status = find_pairs(work->broad, &world->work.set, world->work.threads, PAIRS_SORTED,
                             &work->pairs, NULL);
     size_t const triangle_pairs = work->pairs.vertex_triangle.count;
     size_t const count = triangle_pairs + work->pairs.edge_edge.count;

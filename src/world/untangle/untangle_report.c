@@ -47,8 +47,9 @@ static tulle_status write_surfaces(tulle_world *world, size_t first_surface, cha
         bool const is_self = counts[i].a == counts[i].b;
         length += (size_t)snprintf(
             text + length, size - length, "%s%u of '%s' with %s%s%s", i > 0 ? ", " : "",
-            counts[i].pairs, world_surface_name(world, counts[i].a), is_self ? "" : "'",
-            is_self ? "itself" : world_surface_name(world, counts[i].b), is_self ? "" : "'");
+            counts[i].pairs, world_surface_name(&world->model, counts[i].a), is_self ? "" : "'",
+            is_self ? "itself" : world_surface_name(&world->model, counts[i].b),
+            is_self ? "" : "'");
     }
     if (count > NAMED_SURFACES && length < size)
         (void)snprintf(text + length, size - length, ", %zu other pair%s of surfaces",

@@ -43,8 +43,8 @@ static void fill_boxes(const untangling *work, sorted_triangles *cloth,
     for (size_t c = 1; c < 3; c++)
         if (high[c] - low[c] > high[axis] - low[axis]) axis = c;
 
-    for (uint32_t s = 0; s < world->model.set.surface_count; s++) {
-        const surface_range *const range = &world->model.surfaces[s];
+    for (uint32_t s = 0; s < world->model.surface_count; s++) {
+        const surface_range *const range = &world->work.surfaces[s];
         sorted_triangles *const list = range->is_obstacle ? obstacles : cloth;
         for (uint32_t t = range->triangle_begin; t < range->triangle_end && range->is_present;
              t++) {
@@ -78,7 +78,7 @@ static bool sweep(untangling *work, const sorted_triangle *box, const sorted_tri
         bool is_near = true;
         for (size_t c = 1; c < 3; c++)
             is_near = is_near && box->low[c] <= other->high[c] && other->low[c] <= box->high[c];
-        if (!is_near || !surfaces_may_meet(&world->model.set, box->surface, other->surface) ||
+        if (!is_near || !surfaces_may_meet(&world->work.set, box->surface, other->surface) ||
             !triangles_cross(work, box->triangle, other->triangle))
             continue;
         if (!ARRAY_RESERVE(&world->heap, found, 1)) return false;
@@ -86,9 +86,9 @@ static bool sweep(untangling *work, const sorted_triangle *box, const sorted_tri
         const sorted_triangle *const first = is_ordered ? box : other;
         const sorted_triangle *const second = is_ordered ? other : box;
         found->data[found->count++] = (tulle_intersection){
-            first->surface, first->triangle - world->model.surfaces[first->surface].triangle_begin,
+            first->surface, first->triangle - world->work.surfaces[first->surface].triangle_begin,
             second->surface,
-            second->triangle - world->model.surfaces[second->surface].triangle_begin};
+            second->triangle - world->work.surfaces[second->surface].triangle_begin};
     }
     return true;
 }

@@ -60,7 +60,7 @@ static double flood_region(untangling *work, uint32_t seed, uint32_t mark, uint3
 /* Marks what lies inside an obstacle. Vertices of cloth that hang together without a cut edge are
  * all inside it or all outside, so one winding number tells. */
 static void mark_inside(untangling *work, uint32_t surface, uint32_t mark, uint32_t *number) {
-    const surface_range *const range = &work->world->model.surfaces[surface];
+    const surface_range *const range = &work->world->work.surfaces[surface];
     const contour_set *const contours = &work->contours;
     for (size_t i = 0; i < contours->count; i++) {
         const surface_crossing *const crossing = &contours->crossings[i];

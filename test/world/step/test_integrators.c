@@ -215,7 +215,7 @@ static void a_sleeper_has_no_history(void **state) {
         assert_int_equal(tulle_world_step(world, STEP, NULL, NULL), TULLE_OK);
     }
     double *vectors[STATE_VECTORS_MAX];
-    assert_int_equal(world_list_vectors(&world->now, vectors), STATE_VECTORS_MAX);
+    assert_int_equal(step_list_vectors(&world->now, vectors), STATE_VECTORS_MAX);
     for (int i = 1; i < STATE_VECTORS_MAX; i++)
         for (size_t k = 0; k < 3 * sheet.vertex_count; k++) assert_true(vectors[i][k] == 0.0);
     tulle_mesh_destroy(&sheet);

@@ -1,0 +1,287 @@
+/* step/retry.c - all that is tried again when a step does not come out at once.
+ *
+ * A stage says what happened; this file decides what follows. The files of the stages tell of loops
+ * within a stage: rounds of impacts, the rescue of commit_safely, searches for other paths.
+ *
+ *   what happened                      | what is tried                       | how often
+ *   -----------------------------------|-------------------------------------|------------------
+ *   in a solve (stages 7 and 8)        |                                     |
+ *   springs take more than was linear  | linearise about the solution, solve | 3 a balance
+ *   they do so again                   | the same about a part of the way    | these count, too
+ *   they take far more than there is   | the same, never above what there is | 12 a balance
+ *   the solve was rough                | solve to the tolerance              | 1 a linearisation
+ *   energy is gained, bodies make room | the same with less room for bodies  | 2
+ *   energy is gained                   | linearise, solve with more rounds   | 3, while it halves,
+ *                                      |                                     | down to a tenth
+ *                                      |                                     |
+ *   in a substep                       |                                     |
+ *   its contacts wake bodies or cloth  | the substep with them awake         | once for each
+ *   a contact makes a body turn too far| as long as the turn allows          | until it fits
+ *   too much comes near to its paths   | half the length                     | to 1/4,096 of step
+ *   cloth grows by too much, or by far | half the length                     | while over 1/4 step;
+ *   more in the first solve; energy is |                                     | short edges: 1/64
+ *   gained, or far too much of it left |                                     |
+ *   a part of the time passed          | the rest as another substep         | 48 a go at the step
+ *   stuck while a script moves         | substeps shorter by 4, half reserve | 3
+ *   stuck with nothing on a script     | cloth and bodies stand still        | to its end
+ *                                      |                                     |
+ *   in a step                          |                                     |
+ *   it is pinched, or tears cloth      | undo; what on_pinch says, anew      | see below
+ *
+ * A step is stuck when a substep is blocked, when four substeps in a row pass next to no time, or
+ * when it took 48 substeps (768 with short edges). Refused substeps count too; shorter substeps and
+ * turns raise the limit. A step is pinched when it is stuck after the last of the shorter substeps,
+ * or at once where what blocks it may lag behind its frames: then it lags more (lag.c), 24 times.
+ * Else on_pinch decides: `stop` fails the step. `slow` holds back more each time, at last all that
+ * follows a script (pinch.c); while anything is held back, a gain of energy refuses no substep. A
+ * body that turns too fast for 4,096 substeps fails the step. */
+#include "step/bodies/bodies_room.h"
+#include "step/bodies/bodies_sleep.h"
+#include "step/bodies/bodies_turn.h"
+#include "step/lag/lag.h"
+#include "step/pinch/pinch.h"
+#include "step/step_context.h"
+#include "step/undo.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { LINEARISATIONS_MAX = 3, LINEARISATIONS_LOST_MAX = 12 };
+/* Solves that follow a gain of energy take so many rounds at least, then twice as many each time.
+ */
+enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 3, ROOM_LEVELS_MAX = 2 };
+/* Another balance follows one that left less than this part of the gain. What the first one does
+ * not mend, later ones seldom do. Nor does one follow where next to nothing of the first gain is
+ * left. */
+static const double BALANCE_FALL = 0.5, BALANCE_ENOUGH = 0.1;
+
+/* A rest of the step under this share of it is rounding, and no substep follows. */
+static const double REMAINDER_SHARE = 1e-9;
+/* A substep of this share of the step is taken even if it stretches cloth too much. A power of two.
+ * With low triangles it is less: the ends of short edges move apart by many of their lengths in a
+ * step, and the linear system knows little of that. */
+static const double SHORTEST_SHARE = 1.0 / 4.0, SHORTEST_SHARE_LOW = 1.0 / 64.0;
+enum { SUBSTEPS_MAX = 48, SUBSTEPS_MAX_LOW = 768 };
+/* A crowded substep of this share of the step fails it. A power of two. */
+static const double CROWDED_SHARE = 1.0 / 4096.0;
+/* A substep crawls when it passes less than this share of what it is to pass. */
+static const double CRAWL_SHARE = 0.01;
+enum { CRAWLS_MAX = 4 };
+/* Each time that a stuck step goes on, its substeps are shorter by so many halvings. */
+enum { SHORTER_MAX = 3, SHORTER_HALVINGS = 2 };
+
+/* ---- in a solve ---- */
+
+/* The first solves of a series need only be rough where springs are linearised about what they
+ * find. */
+static void begin_series(step_context *context) {
+    context->retry.is_rough = context->sub->scene.response->begins_roughly;
+    context->retry.linearisations = 0;
+}
+
+void step_begin_solves(step_context *context) {
+    retry_state *const retry = &context->retry;
+    retry->solves = retry->balances = retry->room_levels = 0;
+    retry->history = (solve_history){0};
+    retry->lost = (lost_solve){0};
+    retry->last_gain = (double)INFINITY;
+    retry->first_gain = 0.0;
+    context->sub->gain = 0.0;
+    begin_series(context);
+}
+
+/* Solutions overshoot, or go to and fro, where springs stiffen. The first one is a guess as a whole
+ * all the same, since it comes from springs that have not turned; so is what a balance begins with.
+ * A lost one has set the guess already. */
+static void choose_guess(step_context *context) {
+    size_t const size = 3 * context->model->cloth_vertex_count;
+    const double *const solution = context->sub->mean_velocity;
+    if (context->retry.lost.is_lost) return;
+    if (!context->sub->dynamics.guess || context->retry.linearisations == 0) {
+        memcpy(context->sub->guess, solution, size * sizeof(double));
+        return;
+    }
+    double const share = choose_descent(&context->excess);
+    for (size_t i = 0; i < size; i++)
+        context->sub->guess[i] += share * (solution[i] - context->sub->guess[i]);
+}
+
+static tulle_status linearise_anew(step_context *context) {
+    choose_guess(context);
+    context->sub->dynamics.guess = context->sub->guess;
+    context->retry.history.has_sums = false; /* the matrix is another one from here on */
+    return step_compute_forces(context);
+}
+
+bool step_may_linearise(const retry_state *retry, bool is_lost) {
+    return retry->linearisations < (is_lost ? LINEARISATIONS_LOST_MAX : LINEARISATIONS_MAX);
+}
+
+tulle_status step_temper(step_context *context) {
+    retry_state *const retry = &context->retry;
+    bool const is_last = !retry->is_rough && !step_may_linearise(retry, true);
+    return step_temper_solution(context->model, context->state, context->work, &context->excess,
+                                is_last, &retry->lost);
+}
+
+bool step_retry_solve(step_context *context, tulle_status *status) {
+    retry_state *const retry = &context->retry;
+    if (*status != TULLE_OK || context->outcome != SUBSTEP_RUNS) return false;
+    if (context->is_stretched && step_may_linearise(&context->retry, context->retry.lost.is_lost)) {
+        retry->linearisations++;
+        retry->is_rough = retry->lost.is_lost || !context->is_nearly_linear;
+        *status = linearise_anew(context);
+        return *status == TULLE_OK;
+    }
+    bool const is_done = context->has_settled || !retry->is_rough;
+    retry->is_rough = false;
+    return !is_done;
+}
+
+bool step_retry_balance(step_context *context, tulle_status *status) {
+    retry_state *const retry = &context->retry;
+    contact_settings *const settings = &context->sub->scene.settings;
+    if (context->outcome != SUBSTEP_RUNS) return false;
+    if (*status == TULLE_OK)
+        *status = step_end_stage(context, STAGE_SOLVE_MOTION,
+                                 step_measure_gain(context->model, context->state, context->work));
+    if (*status != TULLE_OK || !(context->sub->gain > 0.0)) return false;
+    if (retry->lost.is_lost && step_may_refuse_gain(context) &&
+        step_gains_too_much(context->work, &context->retry.lost))
+        return false; /* shorter substeps cost less than to find the way back */
+    if (retry->room_levels < ROOM_LEVELS_MAX &&
+        step_ask_less_room(context->work, retry->room_levels)) {
+        retry->room_levels++;
+        settings->push_out_speed = 0.0; /* of impacts that are found from here on */
+        begin_series(context);
+        return true;
+    }
+    if (retry->balances == 0) retry->first_gain = context->sub->gain;
+    bool const is_enough = context->sub->gain < BALANCE_ENOUGH * retry->first_gain;
+    bool const falls = context->sub->gain < BALANCE_FALL * retry->last_gain;
+    if (retry->balances == BALANCES_MAX || is_enough || !falls) return false;
+    settings->solve_rounds = BALANCE_ROUNDS << retry->balances++;
+    if (settings->solve_rounds_landing < settings->solve_rounds)
+        settings->solve_rounds_landing = settings->solve_rounds;
+    retry->last_gain = context->sub->gain;
+    begin_series(context);
+    if (retry->lost.is_lost) *status = step_temper(context);
+    if (*status == TULLE_OK) *status = linearise_anew(context);
+    return *status == TULLE_OK;
+}
+
+/* ---- in a substep ---- */
+
+void step_begin_retries(step_context *context) {
+    bool const has_low = context->model->height_share < 1.0;
+    context->retry = (retry_state){
+        .remaining = context->work->whole_step,
+        .wanted = context->work->whole_step,
+        .turn_time = (double)INFINITY,
+        .shortest = (has_low ? SHORTEST_SHARE_LOW : SHORTEST_SHARE) * context->work->whole_step,
+        .substep_limit =
+            context->work->report->substeps + (has_low ? SUBSTEPS_MAX_LOW : SUBSTEPS_MAX),
+    };
+}
+
+bool step_is_over(const step_context *context) {
+    return context->outcome == SUBSTEP_PINCHED ||
+           !(context->retry.remaining > REMAINDER_SHARE * context->work->whole_step);
+}
+
+bool step_may_halve(const step_context *context) {
+    return context->sub->time_step > context->retry.shortest;
+}
+
+/* What is held back presses the cloth between it in substeps of any length. So while anything is
+ * held, a gain refuses nothing. */
+bool step_may_refuse_gain(const step_context *context) {
+    return step_may_halve(context) && context->state->hold_count == 0;
+}
+
+tulle_status step_choose_substep(step_context *context) {
+    retry_state *const retry = &context->retry;
+    double const longest = fmin(retry->wanted, retry->remaining);
+    context->sub->time_step = fmin(longest, retry->turn_time);
+    tulle_status const status =
+        step_limit_turns(context->model, context->state, context->work, &context->sub->time_step);
+    retry->is_cut_by_turns = context->sub->time_step < longest;
+    retry->turn_time = (double)INFINITY;
+    return status;
+}
+
+void step_retry_substep(step_context *context, tulle_status *status) {
+    retry_state *const retry = &context->retry;
+    if (*status == TULLE_ERROR_LIMIT) { /* a search has more candidates than it lists */
+        context->outcome = SUBSTEP_CROWDED;
+        *status = TULLE_OK;
+        if (!(context->sub->time_step > CROWDED_SHARE * context->work->whole_step)) {
+            *status = TULLE_ERROR_LIMIT;
+            context->work->failure =
+                (step_finding){.kind = FINDING_CROWDED, .numbers = {context->sub->time_step}};
+        }
+    }
+    if (*status != TULLE_OK) return;
+    /* substeps that are short only because bodies turn do not make a step stuck */
+    bool const is_cut = retry->is_cut_by_turns && context->outcome == SUBSTEP_WHOLE;
+    if (is_cut || context->outcome == SUBSTEP_TURNS) retry->substep_limit++;
+    switch (context->outcome) {
+    case SUBSTEP_CROWDED:
+        retry->wanted = 0.5 * context->sub->time_step;
+        retry->substep_limit += (uint32_t)(context->work->whole_step / retry->wanted);
+        return;
+    case SUBSTEP_WAKES:
+    case SUBSTEP_TURNS: return;
+    case SUBSTEP_STRETCHES:
+    case SUBSTEP_GAINS: retry->wanted = 0.5 * context->sub->time_step; return;
+    default: break;
+    }
+    retry->remaining -= context->sub->passed;
+    if (step_is_over(context)) return;
+
+    /* what a turn alone cut short is no sign of a step that is stuck */
+    double const wanted = retry->is_cut_by_turns ? context->sub->time_step : retry->wanted;
+    bool const is_slow = context->sub->passed < CRAWL_SHARE * wanted;
+    retry->crawl_count = is_slow ? retry->crawl_count + 1 : 0;
+    bool const is_stuck = context->outcome == SUBSTEP_BLOCKED || retry->crawl_count >= CRAWLS_MAX ||
+                          context->work->report->substeps >= retry->substep_limit;
+    if (!is_stuck) return;
+    if (!step_is_script_moving(context->model, context->state, context->work)) {
+        step_stand_still(context->model, context->state);
+        retry->remaining = 0.0;
+    } else if (retry->shorter_count == SHORTER_MAX ||
+               step_may_feel(context->model, context->state, context->work)) {
+        context->outcome = SUBSTEP_PINCHED;
+    } else {
+        /* What turns fast leaves its circle less in shorter substeps, and cloth that rides on it
+         * comes less near. */
+        retry->shorter_count++;
+        retry->wanted = ldexp(context->work->whole_step, -SHORTER_HALVINGS * retry->shorter_count);
+        retry->substep_limit += 1u << (SHORTER_HALVINGS * retry->shorter_count);
+        retry->crawl_count = 0;
+    }
+}
+
+/* ---- in a step ---- */
+
+bool step_retry_whole(step_context *context, tulle_status *status) {
+    motion_state *const state = context->state;
+    bool const is_bad = context->outcome == SUBSTEP_PINCHED || context->outcome == SUBSTEP_TORN;
+    if (*status != TULLE_OK || !is_bad) return false;
+    bool const is_torn = context->outcome == SUBSTEP_TORN;
+    *status = step_handle_pinch(context->model, state, context->work, is_torn);
+    if (*status != TULLE_OK) return false;
+
+    /* undo the step, but for the holds that it has come to */
+    world_hold holds[HOLDS_MAX];
+    size_t const hold_count = state->hold_count;
+    memcpy(holds, state->holds, sizeof holds);
+    context->work->broken = (step_finding){0};
+    step_undo(context->model, context->work);
+    bool has_appeared; /* was judged before the first try */
+    *status = step_copy_start(context->model, state, context->work, &has_appeared);
+    if (*status != TULLE_OK) return false;
+    memcpy(state->holds, holds, sizeof holds);
+    state->hold_count = hold_count;
+    return true;
+}

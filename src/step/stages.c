@@ -1,0 +1,284 @@
+/* step/stages.c - stages 5 to 9: what the world gives each of them and takes from it.
+ *
+ * The stages themselves are in contact/ and dynamics/, where they know neither a world nor a step.
+ * Each takes its input from the context, writes its output there and counts into the report. */
+#include "base/timer.h"
+#include "contact/pairs/body_paths.h"
+#include "contact/rows/row_motion.h"
+#include "contact/solve/solve_bodies.h"
+#include "step/bodies/bodies.h"
+#include "step/bodies/bodies_room.h"
+#include "step/choose_damping.h"
+#include "step/step_context.h"
+#include "step/stretch.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Springs may take more energy than the linear system reckons with. It misleads the solve where the
+ * difference is over this share of the energy that the step takes anyway. */
+static const double EXCESS_SHARE = 0.5;
+/* Near rest a step takes next to no energy. So springs that were linearised anew may also take this
+ * share of m (g h)^2 of the lightest cloth. Without that first time pinched cloth creeps. Beside
+ * bodies they may not: a stack on cloth would creep. */
+static const double FALL_SHARE = 0.01;
+/* The first new linearisation usually leaves less than a twentieth of the excess. Where that will
+ * do, the solve that follows is a full one, but for an excess over m (g h)^2: stiff sheets that
+ * land would be thrown about more, and cloth would creep in a drum that spins fast. */
+static const double NEWTON_FALL = 20.0;
+
+/* The next solve goes on from a rough one. So a rough solve ends at this part of its first
+ * residual, but neither above so many times the tolerance nor above a hundredth. At rest the first
+ * residual is small, and a rough solve is as exact as others. */
+static const double ROUGH_SHARE = 0.01, ROUGH_TOLERANCES = 30.0, ROUGH_MOST = 0.01;
+
+/* A rough solve takes so many iterations at most. Where that is not enough, it has not settled, and
+ * others follow. */
+enum { ROUGH_ITERATIONS = 1000 };
+
+/* Where the first, rough solution of a substep lets cloth grow by so many times what is too much,
+ * the substep is refused at once. Solves that go on from there seldom mend it. */
+static const double HOPELESS_GROWTH = 80.0;
+
+/* Paths of a rough solve that are so many times longer than any that was expected are not worth to
+ * foresee impacts by: they may hit everything. */
+static const double LEAP = 4.0;
+
+/* [bytes] of scratch for each vertex of cloth that other stages may need while terms are kept, and
+ * that terms may take in any case. */
+enum { SCRATCH_BESIDE_TERMS = 640, SMALL_TERMS = 1 << 22 };
+
+tulle_status step_end_stage(step_context *context, stage number, tulle_status status) {
+    double const now = timer_now();
+    context->work->report->stage_seconds[number] += now - context->lap - context->search_seconds;
+    context->search_seconds = 0.0;
+    context->lap = now;
+    return step_narrow(status);
+}
+
+/* ---- 5 ---- */
+
+tulle_status step_gather_rows(step_context *context) {
+    tulle_status const status =
+        gather_rows(&context->sub->scene, &context->state->contacts, context->sub->predicted,
+                    &context->source, &context->work->rows);
+    context->gathered_count = context->work->rows.rows.count;
+    return step_end_stage(context, STAGE_GATHER_ROWS, status);
+}
+
+/* ---- 6 ---- */
+
+tulle_status step_compute_forces(step_context *context) {
+    cloth_start *const dynamics = &context->sub->dynamics;
+    if (!dynamics->guess) {
+        context->sub->damping = step_choose_damping(context->model, context->work);
+        /* Terms are kept for later linearisations where they are small, or where a step takes that
+         * much memory anyway: where the search for contacts has taken more than what comes after
+         * it. */
+        size_t const size =
+            measure_force_terms(context->model->cloth_model, &context->model->def.wind);
+        size_t const needed = SCRATCH_BESIDE_TERMS * context->model->cloth_vertex_count + size;
+        bool const are_kept =
+            size <= SMALL_TERMS || arena_get_room(&context->work->scratch) > needed;
+        context->sub->terms = (force_terms){0};
+        dynamics->terms = are_kept ? &context->sub->terms : NULL;
+    }
+    environment const surroundings = {vec3_load(context->model->def.gravity, 0),
+                                      context->model->def.wind};
+    force_options const options = {context->model->def.integrator, context->work->threads,
+                                   context->sub->damping,
+                                   context->sub->scene.response->needs_forces};
+    tulle_status const status =
+        compute_forces(context->model->cloth_model, dynamics, &surroundings, options,
+                       &context->work->scratch, &context->work->system);
+    return step_end_stage(context, STAGE_COMPUTE_FORCES, status);
+}
+
+/* ---- 7 ---- */
+
+/* Whether the solution stretches the cloth by more energy than the linear system knows of. */
+static tulle_status check_springs(step_context *context) {
+    /* of the energy that implicit Euler takes, Crank-Nicolson takes the part of its damping */
+    double const c = context->work->system.share;
+    bool const is_mean = context->work->system.integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
+    double const kept = is_mean ? (2.0 * c - 1.0) / (c * c) : 1.0;
+    linear_excess *const excess = &context->excess;
+    tulle_status const status = measure_linear_excess(
+        context->model->cloth_model, &context->sub->dynamics, context->sub->mean_velocity,
+        context->work->threads, &context->work->scratch, excess);
+    if (status != TULLE_OK) return status;
+    double const of_step = EXCESS_SHARE * kept * excess->inertia;
+    context->is_stretched = excess->springs > of_step;
+    if (!context->is_stretched) return TULLE_OK;
+    double lightest = (double)INFINITY;
+    for (size_t s = 0; s < context->model->cloths.count; s++) {
+        double mass = 0.0;
+        for (uint32_t v = context->work->surfaces[s].vertex_begin;
+             v < context->work->surfaces[s].vertex_end; v++)
+            mass += context->model->cloth_model->masses[v];
+        lightest = fmin(lightest, mass);
+    }
+    double const speed =
+        vec3_norm(vec3_load(context->model->def.gravity, 0)) * context->sub->time_step;
+    bool const has_bodies = context->sub->scene.body_count > 0;
+    double const fall = has_bodies ? 0.0 : kept * (lightest * speed * speed); /* [J] m (g h)^2 */
+    double const enough = fmax(of_step, FALL_SHARE * fall);
+    context->is_stretched = context->retry.linearisations == 0 || excess->springs > enough;
+    context->is_nearly_linear = excess->springs < fmin(NEWTON_FALL * enough, fall);
+    return context->is_stretched ? step_temper(context) : TULLE_OK;
+}
+
+tulle_status step_solve_motion(step_context *context) {
+    contact_settings *const settings = &context->sub->scene.settings;
+    contact_settings const given = *settings;
+    bool const has_own_limit =
+        context->retry.is_rough && settings->cg_max_iterations > ROUGH_ITERATIONS;
+    context->is_stretched = context->retry.lost.is_tempered = false;
+    double *const u = context->sub->mean_velocity;
+    bool const is_first = context->retry.solves++ == 0;
+    motion_system const system = {.right_hand_side = context->work->system.right_hand_side,
+                                  .matrix = &context->work->system.matrix,
+                                  .forces = context->work->system.forces,
+                                  .force_time = context->work->system.force_time,
+                                  .start = is_first ? NULL : context->state->velocities,
+                                  .aggregates = context->work->aggregates,
+                                  .history = &context->retry.history,
+                                  .springs = context->sub->springs,
+                                  .spring_count = context->sub->spring_count};
+    if (is_first) { /* velocities and impulses from which the solves of a substep start */
+        step_scale_impulses(context, context->work->system.force_time / context->sub->time_step);
+        if (step_keeps_balance(context->model, context->work))
+            step_share_room(context->state, context->work);
+        memcpy(u, context->state->velocities,
+               3 * context->model->cloth_vertex_count * sizeof(double));
+        start_bodies(&context->sub->scene, &context->work->rows, u);
+        prescribe_motion(&context->sub->scene, u);
+    }
+    if (context->retry.is_rough) {
+        settings->solve_rounds = settings->solve_rounds_landing = 1;
+        settings->early_share = ROUGH_SHARE;
+        if (has_own_limit) settings->cg_max_iterations = ROUGH_ITERATIONS;
+        settings->early_most = fmin(ROUGH_TOLERANCES * settings->cg_tolerance, ROUGH_MOST);
+    }
+    solve_report solved = {0};
+    step_load_bodies(context->model, context->work, context->work->system.share);
+    const contact_response *const response = context->sub->scene.response;
+    tulle_status status =
+        response->solve_motion(&context->sub->scene, &system, &context->work->rows, u, &solved);
+    bool const goes_on = has_own_limit && !solved.has_converged;
+    context->has_settled = solved.has_settled && !goes_on && !solved.is_early &&
+                           (int)solved.solve_count >= given.solve_rounds;
+    *settings = given;
+    context->retry.history.iterations += solved.cg_iterations;
+    if (status == TULLE_OK && response->linearises_again) status = check_springs(context);
+    if (status == TULLE_OK && is_first && context->retry.is_rough && context->is_stretched &&
+        step_may_halve(context)) {
+        propose_paths(&context->sub->scene, u, context->sub->end);
+        bool stretches = false;
+        status = step_judge_stretch(context->model, context->state, context->work, HOPELESS_GROWTH,
+                                    &stretches);
+        if (stretches) context->outcome = SUBSTEP_STRETCHES;
+    }
+
+    tulle_step_report *const report = context->work->report;
+    report->solve_count += solved.solve_count;
+    context->work->progress.solve_count = report->solve_count;
+    report->cg_iterations += solved.cg_iterations;
+    if (!goes_on) report->cg_residual = fmax(report->cg_residual, solved.cg_residual);
+    if (!solved.has_converged && !goes_on) report->cg_converged = 0;
+    report->stick_contacts = solved.stick_count;
+    report->slip_contacts = solved.slip_count;
+    report->hard_contacts = solved.hard_count;
+    return step_end_stage(context, STAGE_SOLVE_MOTION, status);
+}
+
+/* ---- 8 ---- */
+
+/* A rough solve of fine cloth: its impacts become rows, which the solves that follow answer to.
+ * Where rows of earlier impacts are more than others, those without load go: rough paths may hit
+ * much that later ones never come near. */
+static tulle_status foresee(step_context *context) {
+    row_list *const list = &context->work->rows;
+    size_t const gathered = context->gathered_count;
+    double expected2 = 0.0, found2 = 0.0; /* [m^2] longest ways */
+    for (size_t v = 0; v < context->sub->scene.vertex_count; v++) {
+        vec3 const x0 = vec3_load(context->state->positions, v);
+        double const expected = vec3_norm2(vec3_sub(vec3_load(context->sub->predicted, v), x0));
+        double const found = vec3_norm2(vec3_sub(vec3_load(context->sub->end, v), x0));
+        expected2 = expected > expected2 ? expected : expected2;
+        found2 = found > found2 ? found : found2;
+    }
+    context->impacts = (impact_report){0};
+    if (found2 > LEAP * LEAP * expected2) return TULLE_OK;
+    bool const are_many = list->rows.count > 2 * gathered;
+    size_t kept = gathered;
+    for (size_t i = gathered; i < list->rows.count; i++) {
+        const contact_row *const row = &list->rows.data[i];
+        bool const is_loaded = row->solve.is_hard || get_normal_impulse(row) > 0.0;
+        if (is_loaded || !are_many) list->rows.data[kept++] = *row;
+    }
+    list->rows.count = kept;
+    tulle_status const status =
+        foresee_impacts(&context->sub->scene, &context->source, list, context->sub->predicted,
+                        context->sub->end, &context->impacts);
+    if (context->impacts.impact_count > 0) context->has_settled = false;
+    return status;
+}
+
+tulle_status step_resolve_impacts(step_context *context) {
+    row_list *const list = &context->work->rows;
+    tulle_step_report *const report = context->work->report;
+    propose_paths(&context->sub->scene, context->sub->mean_velocity, context->sub->end);
+    context->sub->end_elastic.is_known = false; /* impacts move the ends on */
+    tulle_status const status =
+        context->retry.is_rough
+            ? foresee(context)
+            : resolve_impacts(&context->sub->scene, &context->source, list,
+                              context->sub->mean_velocity, context->sub->end, &context->impacts);
+    report->impact_rounds += context->impacts.rounds;
+    report->tested_pairs += context->impacts.tested_pairs;
+    report->turning_pairs += context->impacts.turning_pairs;
+    return step_end_stage(context, STAGE_RESOLVE_IMPACTS, status);
+}
+
+/* ---- 9 ---- */
+
+tulle_status step_commit_safely(step_context *context) {
+    static const substep_outcome outcomes[] = {[COMMIT_CLEAN] = SUBSTEP_WHOLE,
+                                               [COMMIT_SHORTENED] = SUBSTEP_SHORTENED,
+                                               [COMMIT_BLOCKED] = SUBSTEP_BLOCKED};
+    commit_report *const commit = &context->commit;
+    tulle_step_report *const report = context->work->report;
+    tulle_status status =
+        commit_safely(&context->sub->scene, &context->source, context->impacts.is_clean,
+                      context->sub->mean_velocity, context->sub->end, commit);
+    context->sub->end_elastic.is_known &=
+        context->impacts.is_clean; /* else a rescue may move the ends */
+    report->tested_pairs += commit->tested_pairs;
+    report->turning_pairs += commit->turning_pairs;
+    if (status == TULLE_OK) {
+        if (commit->has_blocking) context->work->pinch.blocked = *commit;
+        context->sub->passed = commit->fraction * context->sub->time_step;
+        context->outcome = outcomes[commit->outcome];
+        /* a rescue knows nothing of springs: what it moved may have far more energy than there is
+         */
+        bool const has_rescue = commit->impact_zones + commit->component_scalings > 0;
+        if (has_rescue && commit->outcome == COMMIT_CLEAN && step_may_refuse_gain(context)) {
+            status = step_measure_gain(context->model, context->state, context->work);
+            if (status == TULLE_OK && step_gains_too_much(context->work, &context->retry.lost))
+                context->outcome = SUBSTEP_GAINS;
+        }
+    }
+    if (status == TULLE_OK && context->outcome != SUBSTEP_GAINS) {
+        const row_list *const list = &context->work->rows;
+        report->rescue_impact_zones += commit->impact_zones;
+        report->rescue_component_scalings += commit->component_scalings;
+        report->rescue_global_scalings += commit->global_scalings;
+        report->smallest_gap = commit->smallest_gap;
+        report->contacts = list->rows.count;
+        report->new_contacts = 0;
+        for (size_t i = 0; i < list->rows.count; i++)
+            report->new_contacts += !list->rows.data[i].law.is_old;
+    }
+    return step_end_stage(context, STAGE_COMMIT_SAFELY, status);
+}

@@ -1,0 +1,12 @@
+/* step/step.h - a step: the model and a state give a state that is proven free of intersection. */
+#ifndef TULLE_STEP_STEP_H
+#define TULLE_STEP_STEP_H
+
+#include "step/step_work.h"
+
+/* Makes `state`, which is a copy of work->start (undo.h), the state that is work->whole_step later.
+ * Where it fails, the state is worth nothing, and what the step has changed beside it is to be
+ * undone. */
+tulle_status step_run(const step_model *model, motion_state *state, step_work *work);
+
+#endif

@@ -1,0 +1,18 @@
+/* step/stretch.h - what a substep would do to the lengths of edges and yarns. */
+#ifndef TULLE_STEP_STRETCH_H
+#define TULLE_STEP_STRETCH_H
+
+#include "step/step_work.h"
+
+/* A torn edge is longer than this times its rest length. */
+static const double TORN_STRETCH = 4.0;
+
+/* Whether edges, or yarns of woven cloth, grow by over `most` times what
+ * is too much, from its start to sub.end: then the solve has not carried a hard landing into
+ * the cloth, and vertices stop while their neighbours fly on. */
+tulle_status step_judge_stretch(const step_model *model, motion_state *state, step_work *work,
+                                double most, bool *stretches);
+/* Whether an edge jumps to over four times its rest length, which is no motion of cloth. */
+bool step_is_torn(const step_model *model, const motion_state *state, const step_work *work);
+
+#endif
