@@ -2,20 +2,8 @@
  * begins with those of them that it has. */
 #include "contact/contact_types.h"
 
-/* Solves of small cloth take some 30 iterations; with a patience of 16 it creeps where it should
- * stick. A larger factor damps flutter. A looseness of 4.5 slows sliding cloth by half a percent,
- * 10 by one and a half. */
-const solve_effort solve_efforts[] = {
-    [TULLE_QUALITY_DRAFT] = {100.0, 16, 0, 100.0, 0.1},
-    /* 100 times lets a loop of silk hang 1.2 % too high and damps a swing by Crank-Nicolson */
-    [TULLE_QUALITY_NORMAL] = {30.0, 48, 32, 4.5, 0.01},
-    [TULLE_QUALITY_EXACT] = {0.0, 0, 32, 1.0, 0.0},
-};
-
 const contact_settings default_contact_settings = {
-    .minimum_gap = 1e-4, /* far over the rounding of float files for scenes of metres */
-    .solve_rounds = 1,
-    .solve_rounds_landing = 6,
+    .minimum_gap = 1e-4,  /* far over the rounding of float files for scenes of metres */
     .impulse_sweeps = 10, /* twenty measured no better */
     .impact_rounds = 5,
     .zone_rounds = 2,
@@ -34,7 +22,4 @@ const contact_settings default_contact_settings = {
     .push_out_softness = 0.1, /* none lets the impulses of a pinch grow until it bursts */
     .anchor_share = 0.3,      /* 0.05 to 1 do as well; more takes offsets for pulls */
     .hard_friction = 1.0,     /* 0.1 holds as well and lets more slip in a round */
-    .effort = &solve_efforts[TULLE_QUALITY_NORMAL],
-    .cg_tolerance = 1e-4,      /* 1e-3 in all solves falsifies sliding by a tenth */
-    .cg_max_iterations = 5000, /* a bound on time, far over what a solve takes */
 };

@@ -16,50 +16,29 @@
 #include "dynamics/rigid_body.h"
 #include "tulle/world.h"
 
-/* How far solves go that cost much. */
-typedef struct solve_effort {
-    double late_factor;   /* after its patience a solve ends at so many times cg_tolerance, but not
-                             above a part of the net impulse */
-    int patience;         /* iterations; 0: a solve always ends at cg_tolerance */
-    int cheap_iterations; /* a round of more is costly */
-    double looseness;     /* costly rounds end at so many times the limits below */
-    double slip_share;    /* and where a cloth slips by this share of its speed, if that is more */
-} solve_effort;
-
-/* One a quality, as tulle_quality numbers them. */
-extern const solve_effort solve_efforts[TULLE_QUALITY_EXACT + 1];
-
 /* Numbers that shape the response. default_contact_settings gives each a value and a reason. */
 typedef struct contact_settings {
-    double minimum_gap;       /* [m] xi: no accepted state undercuts it */
-    int solve_rounds;         /* solves of motion and impulses a step, at least */
-    int solve_rounds_landing; /* at most, while the impulses have not settled */
-    int impulse_sweeps;       /* projected Gauss-Seidel sweeps a round, each forward and backward */
-    int impact_rounds;        /* rounds of stage 8 */
-    int zone_rounds;          /* rescue: rounds of impact zones */
-    int component_rounds;     /* rescue: rounds of component scaling */
-    double slip_speed;        /* [m/s] a contact that starts slower is at rest: static friction */
-    double push_out_speed;    /* [m/s] a row inside the contact distance asks for this at most */
-    double slope_tolerance;   /* sine of the angle by which a new row's normal may lie outside of a
-                                 normal cone */
+    double minimum_gap;     /* [m] xi: no accepted state undercuts it */
+    int impulse_sweeps;     /* projected Gauss-Seidel sweeps a round, each forward and backward */
+    int impact_rounds;      /* rounds of stage 8 */
+    int zone_rounds;        /* rescue: rounds of impact zones */
+    int component_rounds;   /* rescue: rounds of component scaling */
+    double slip_speed;      /* [m/s] a contact that starts slower is at rest: static friction */
+    double push_out_speed;  /* [m/s] a row inside the contact distance asks for this at most */
+    double slope_tolerance; /* sine of the angle by which a new row's normal may lie outside of a
+                               normal cone */
     double old_slope_tolerance; /* the same for a row that goes on from the step before */
     /* Rounds end when all of these hold: */
     double settled_speed; /* [m/s] violations, and misfits of friction, have at most this root mean
                              square */
     double settled_drift; /* [m/s] what friction misses gives each cloth at most this speed */
     double settled_slip;  /* [m/s] where rows hold a cloth, it slips as a whole at most this fast */
-    double settled_misfit;      /* [m/s] friction of each row misses at most this speed */
-    double settled_most;        /* [m/s] each row is violated by at most this speed */
-    double hard_stiffness;      /* penalty of a hard row over its share of diag(A) */
-    double anchor_share;        /* a step undoes this part of the offset of a contact that sticks */
-    double hard_friction;       /* penalty of slip over that of the normal part */
-    double push_out_softness;   /* compliance of a row times its share of diag(A) */
-    const solve_effort *effort; /* one of solve_efforts */
-    double cg_tolerance;        /* preconditioned residual over that of the step's force impulse */
-    double early_share;         /* a solve that another one follows stops early, at this part of its
-                                   first residual */
-    double early_most;          /* but not above this tolerance; 0: none stops early */
-    int cg_max_iterations;
+    double settled_misfit;    /* [m/s] friction of each row misses at most this speed */
+    double settled_most;      /* [m/s] each row is violated by at most this speed */
+    double hard_stiffness;    /* penalty of a hard row over its share of diag(A) */
+    double anchor_share;      /* a step undoes this part of the offset of a contact that sticks */
+    double hard_friction;     /* penalty of slip over that of the normal part */
+    double push_out_softness; /* compliance of a row times its share of diag(A) */
 } contact_settings;
 
 extern const contact_settings default_contact_settings;

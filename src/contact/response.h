@@ -13,7 +13,8 @@
 struct contact_response {
     /* Stage 7: finds u and the rows' impulses, see solve_motion.h. */
     tulle_status (*solve_motion)(const contact_scene *scene, const motion_system *system,
-                                 row_list *list, double *u, solve_report *report);
+                                 const solve_plan *plan, row_list *list, double *u,
+                                 solve_report *report);
     /* Stage 8: changes u, impulses and states, after rows were added for impacts on the paths of u.
      * These are the rows from first_new on. */
     tulle_status (*answer_impacts)(const contact_scene *scene, row_list *list, size_t first_new,

@@ -27,16 +27,8 @@ contact_scene step_make_scene(step_context *context) {
     contact_settings settings = default_contact_settings;
     settings.minimum_gap = (1.0 + ldexp(MINIMUM_GAP_RESERVE, -context->retry.shorter_count)) *
                            context->model->minimum_gap;
-    settings.solve_rounds = context->model->def.solve_rounds;
-    if (settings.solve_rounds_landing < settings.solve_rounds)
-        settings.solve_rounds_landing = settings.solve_rounds;
     settings.impulse_sweeps = context->model->def.impulse_sweeps;
     settings.impact_rounds = context->model->def.impact_rounds;
-    settings.effort = &solve_efforts[context->model->def.quality];
-    /* The residual counts least where the matrix is stiff, and vertices of short edges would hang
-     * in the air as a pair. So solves end later there. */
-    settings.cg_tolerance = context->model->height_share * context->model->def.cg_tolerance;
-    settings.cg_max_iterations = context->model->def.cg_max_iterations;
     return (contact_scene){.set = &context->work->set,
                            .vertex_count = context->model->vertex_count,
                            .cloth_vertex_count = context->model->cloth_vertex_count,

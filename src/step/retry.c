@@ -47,9 +47,7 @@
 #include <string.h>
 
 enum { LINEARISATIONS_MAX = 3, LINEARISATIONS_LOST_MAX = 12 };
-/* Solves that follow a gain of energy take so many rounds at least, then twice as many each time.
- */
-enum { BALANCES_MAX = 3, BALANCE_ROUNDS = 3, ROOM_LEVELS_MAX = 2 };
+enum { BALANCES_MAX = 3, ROOM_LEVELS_MAX = 2 };
 /* Another balance follows one that left less than this part of the gain. What the first one does
  * not mend, later ones seldom do. Nor does one follow where next to nothing of the first gain is
  * left. */
@@ -127,20 +125,24 @@ tulle_status step_temper(step_context *context) {
 bool step_retry_solve(step_context *context, tulle_status *status) {
     retry_state *const retry = &context->retry;
     if (*status != TULLE_OK || context->outcome != SUBSTEP_RUNS) return false;
-    if (context->is_stretched && step_may_linearise(&context->retry, context->retry.lost.is_lost)) {
+    bool const was_rough = retry->is_rough;
+    switch (context->result) {
+    case SOLVE_LOST:
+    case SOLVE_STRETCHED:
+    case SOLVE_NEARLY_SOLVED:
         retry->linearisations++;
-        retry->is_rough = retry->lost.is_lost || !context->is_nearly_linear;
+        retry->is_rough = context->result != SOLVE_NEARLY_SOLVED;
         *status = linearise_anew(context);
         return *status == TULLE_OK;
+    case SOLVE_ROUGH: retry->is_rough = false; return was_rough;
+    case SOLVE_SOLVED: break;
     }
-    bool const is_done = context->has_settled || !retry->is_rough;
     retry->is_rough = false;
-    return !is_done;
+    return false;
 }
 
 bool step_retry_balance(step_context *context, tulle_status *status) {
     retry_state *const retry = &context->retry;
-    contact_settings *const settings = &context->sub->scene.settings;
     if (context->outcome != SUBSTEP_RUNS) return false;
     if (*status == TULLE_OK)
         *status = step_end_stage(context, STAGE_SOLVE_MOTION,
@@ -152,7 +154,8 @@ bool step_retry_balance(step_context *context, tulle_status *status) {
     if (retry->room_levels < ROOM_LEVELS_MAX &&
         step_ask_less_room(context->work, retry->room_levels)) {
         retry->room_levels++;
-        settings->push_out_speed = 0.0; /* of impacts that are found from here on */
+        context->sub->scene.settings.push_out_speed =
+            0.0; /* of impacts that are found from here on */
         begin_series(context);
         return true;
     }
@@ -160,9 +163,7 @@ bool step_retry_balance(step_context *context, tulle_status *status) {
     bool const is_enough = context->sub->gain < BALANCE_ENOUGH * retry->first_gain;
     bool const falls = context->sub->gain < BALANCE_FALL * retry->last_gain;
     if (retry->balances == BALANCES_MAX || is_enough || !falls) return false;
-    settings->solve_rounds = BALANCE_ROUNDS << retry->balances++;
-    if (settings->solve_rounds_landing < settings->solve_rounds)
-        settings->solve_rounds_landing = settings->solve_rounds;
+    retry->balances++; /* the plan then has more rounds */
     retry->last_gain = context->sub->gain;
     begin_series(context);
     if (retry->lost.is_lost) *status = step_temper(context);

@@ -27,15 +27,6 @@ static const double FALL_SHARE = 0.01;
  * land would be thrown about more, and cloth would creep in a drum that spins fast. */
 static const double NEWTON_FALL = 20.0;
 
-/* The next solve goes on from a rough one. So a rough solve ends at this part of its first
- * residual, but neither above so many times the tolerance nor above a hundredth. At rest the first
- * residual is small, and a rough solve is as exact as others. */
-static const double ROUGH_SHARE = 0.01, ROUGH_TOLERANCES = 30.0, ROUGH_MOST = 0.01;
-
-/* A rough solve takes so many iterations at most. Where that is not enough, it has not settled, and
- * others follow. */
-enum { ROUGH_ITERATIONS = 1000 };
-
 /* Where the first, rough solution of a substep lets cloth grow by so many times what is too much,
  * the substep is refused at once. Solves that go on from there seldom mend it. */
 static const double HOPELESS_GROWTH = 80.0;
@@ -96,20 +87,20 @@ tulle_status step_compute_forces(step_context *context) {
 
 /* ---- 7 ---- */
 
-/* Whether the solution stretches the cloth by more energy than the linear system knows of. */
+/* Whether the solution stretches the cloth by more energy than the linear system knows of; then the
+ * result says how much more. */
 static tulle_status check_springs(step_context *context) {
     /* of the energy that implicit Euler takes, Crank-Nicolson takes the part of its damping */
     double const c = context->work->system.share;
     bool const is_mean = context->work->system.integrator == TULLE_INTEGRATOR_CRANK_NICOLSON;
     double const kept = is_mean ? (2.0 * c - 1.0) / (c * c) : 1.0;
     linear_excess *const excess = &context->excess;
-    tulle_status const status = measure_linear_excess(
+    tulle_status status = measure_linear_excess(
         context->model->cloth_model, &context->sub->dynamics, context->sub->mean_velocity,
         context->work->threads, &context->work->scratch, excess);
     if (status != TULLE_OK) return status;
     double const of_step = EXCESS_SHARE * kept * excess->inertia;
-    context->is_stretched = excess->springs > of_step;
-    if (!context->is_stretched) return TULLE_OK;
+    if (!(excess->springs > of_step)) return TULLE_OK;
     double lightest = (double)INFINITY;
     for (size_t s = 0; s < context->model->cloths.count; s++) {
         double mass = 0.0;
@@ -123,26 +114,28 @@ static tulle_status check_springs(step_context *context) {
     bool const has_bodies = context->sub->scene.body_count > 0;
     double const fall = has_bodies ? 0.0 : kept * (lightest * speed * speed); /* [J] m (g h)^2 */
     double const enough = fmax(of_step, FALL_SHARE * fall);
-    context->is_stretched = context->retry.linearisations == 0 || excess->springs > enough;
-    context->is_nearly_linear = excess->springs < fmin(NEWTON_FALL * enough, fall);
-    return context->is_stretched ? step_temper(context) : TULLE_OK;
+    if (context->retry.linearisations > 0 && !(excess->springs > enough)) return TULLE_OK;
+    bool const is_nearly_linear = excess->springs < fmin(NEWTON_FALL * enough, fall);
+    status = step_temper(context);
+    if (step_may_linearise(&context->retry, context->retry.lost.is_lost))
+        context->result = context->retry.lost.is_lost ? SOLVE_LOST
+                          : is_nearly_linear          ? SOLVE_NEARLY_SOLVED
+                                                      : SOLVE_STRETCHED;
+    return status;
 }
 
 tulle_status step_solve_motion(step_context *context) {
-    contact_settings *const settings = &context->sub->scene.settings;
-    contact_settings const given = *settings;
-    bool const has_own_limit =
-        context->retry.is_rough && settings->cg_max_iterations > ROUGH_ITERATIONS;
-    context->is_stretched = context->retry.lost.is_tempered = false;
+    retry_state *const retry = &context->retry;
+    retry->lost.is_tempered = false;
     double *const u = context->sub->mean_velocity;
-    bool const is_first = context->retry.solves++ == 0;
+    bool const is_first = retry->solves++ == 0;
     motion_system const system = {.right_hand_side = context->work->system.right_hand_side,
                                   .matrix = &context->work->system.matrix,
                                   .forces = context->work->system.forces,
                                   .force_time = context->work->system.force_time,
                                   .start = is_first ? NULL : context->state->velocities,
                                   .aggregates = context->work->aggregates,
-                                  .history = &context->retry.history,
+                                  .history = &retry->history,
                                   .springs = context->sub->springs,
                                   .spring_count = context->sub->spring_count};
     if (is_first) { /* velocities and impulses from which the solves of a substep start */
@@ -153,26 +146,24 @@ tulle_status step_solve_motion(step_context *context) {
                3 * context->model->cloth_vertex_count * sizeof(double));
         start_bodies(&context->sub->scene, &context->work->rows, u);
         prescribe_motion(&context->sub->scene, u);
+        retry->history.is_stiff = step_is_stiff(context->model, context->work);
     }
-    if (context->retry.is_rough) {
-        settings->solve_rounds = settings->solve_rounds_landing = 1;
-        settings->early_share = ROUGH_SHARE;
-        if (has_own_limit) settings->cg_max_iterations = ROUGH_ITERATIONS;
-        settings->early_most = fmin(ROUGH_TOLERANCES * settings->cg_tolerance, ROUGH_MOST);
-    }
+    solve_plan const plan = step_make_solve_plan(context->model, context->work, retry->is_rough,
+                                                 retry->balances, retry->history.is_stiff);
     solve_report solved = {0};
     step_load_bodies(context->model, context->work, context->work->system.share);
     const contact_response *const response = context->sub->scene.response;
-    tulle_status status =
-        response->solve_motion(&context->sub->scene, &system, &context->work->rows, u, &solved);
-    bool const goes_on = has_own_limit && !solved.has_converged;
-    context->has_settled = solved.has_settled && !goes_on && !solved.is_early &&
-                           (int)solved.solve_count >= given.solve_rounds;
-    *settings = given;
-    context->retry.history.iterations += solved.cg_iterations;
+    tulle_status status = response->solve_motion(&context->sub->scene, &system, &plan,
+                                                 &context->work->rows, u, &solved);
+    bool const goes_on =
+        plan.iterations_most < context->model->def.cg_max_iterations && !solved.has_converged;
+    bool const has_settled = solved.has_settled && !goes_on && !solved.is_early &&
+                             (int)solved.solve_count >= plan.rounds_settled;
+    context->result = has_settled ? SOLVE_SOLVED : SOLVE_ROUGH;
+    retry->history.iterations += solved.cg_iterations;
     if (status == TULLE_OK && response->linearises_again) status = check_springs(context);
-    if (status == TULLE_OK && is_first && context->retry.is_rough && context->is_stretched &&
-        step_may_halve(context)) {
+    if (status == TULLE_OK && is_first && retry->is_rough &&
+        context->result >= SOLVE_NEARLY_SOLVED && step_may_halve(context)) {
         propose_paths(&context->sub->scene, u, context->sub->end);
         bool stretches = false;
         status = step_judge_stretch(context->model, context->state, context->work, HOPELESS_GROWTH,
@@ -221,7 +212,8 @@ static tulle_status foresee(step_context *context) {
     tulle_status const status =
         foresee_impacts(&context->sub->scene, &context->source, list, context->sub->predicted,
                         context->sub->end, &context->impacts);
-    if (context->impacts.impact_count > 0) context->has_settled = false;
+    if (context->impacts.impact_count > 0 && context->result == SOLVE_SOLVED)
+        context->result = SOLVE_ROUGH;
     return status;
 }
 

@@ -8,6 +8,8 @@
 #include "contact/rows/gather_rows.h"
 #include "contact/solve/solve_motion.h"
 #include "step/energy_balance.h"
+#include "step/motion_state.h"
+#include "step/solve_plan.h"
 #include "step/step_work.h"
 
 /* The stages of a substep, in the order in which step.c runs them and of tulle_stage_name. */
@@ -76,9 +78,7 @@ typedef struct step_context {
 
     /* what the stages of the substep came to */
     size_t gathered_count; /* gather_rows: rows; those of impacts follow */
-    bool is_stretched;     /* the cloth takes more energy than the system reckons with */
-    bool is_nearly_linear; /* but hardly any more, once springs are linearised anew */
-    bool has_settled;      /* the impulses of a full solve no longer change */
+    solve_result result;   /* solve_motion, or of the impacts that it foresees */
     linear_excess excess;  /* of the solution, over what the system reckons with */
     impact_report impacts; /* resolve_impacts */
     commit_report commit;

@@ -149,7 +149,7 @@ contact_scene get_contact_scene(contact_world *world, double h) {
     context->sub->paper =
         (paper_rules){world->def.motion_space, context->state->particles, world->particles};
     contact_scene scene = step_make_scene(context);
-    if (world->settings.solve_rounds > 0) scene.settings = world->settings;
+    if (world->settings.minimum_gap > 0.0) scene.settings = world->settings;
     return scene;
 }
 

@@ -37,6 +37,7 @@ static const double TOUCHING_PART = 1e-3;
 typedef struct paper_work {
     const contact_scene *scene;
     const motion_system *system;
+    const solve_plan *plan;
     row_list *list;
     double *u;
     solve_report *report;
@@ -170,8 +171,8 @@ static tulle_status solve_system(paper_work *work) {
                                            .diagonal = diagonal,
                                            .inverse = inverse,
                                            .is_fixed = work->is_held,
-                                           .tolerance = scene->settings.cg_tolerance,
-                                           .max_iterations = scene->settings.cg_max_iterations,
+                                           .tolerance = work->plan->tolerance,
+                                           .max_iterations = work->plan->iterations_most,
                                            .threads = scene->threads,
                                            .stop = scene->stop};
     /* residuals are measured against the force impulse */
@@ -286,10 +287,12 @@ static tulle_status project_velocities(paper_work *work) {
  * the paper's rule are dropped; the impulses of the others are shares of those on their vertices.
  */
 static tulle_status respond_by_paper(const contact_scene *scene, const motion_system *system,
-                                     row_list *list, double *u, solve_report *report) {
+                                     const solve_plan *plan, row_list *list, double *u,
+                                     solve_report *report) {
     *report = (solve_report){.has_converged = true};
     arena_mark const mark = arena_get_mark(scene->scratch);
-    paper_work work = {.scene = scene, .system = system, .list = list, .u = u, .report = report};
+    paper_work work = {
+        .scene = scene, .system = system, .plan = plan, .list = list, .u = u, .report = report};
     contact_row *const rows = list->rows.data;
     for (size_t i = 0; i < list->rows.count; i++) {
         rows[i].solve.impulse = vec3_make(0.0, 0.0, 0.0);

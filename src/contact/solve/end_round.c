@@ -44,7 +44,7 @@ static bool may_drift(const contact_scene *scene, const friction_sums *all,
     return false;
 }
 
-tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iterations,
+tulle_status end_round(const contact_scene *scene, const solve_effort *effort, row_list *list,
                        friction_sums *sums, double *u, round_result *result) {
     double const count = (double)list->rows.count;
     double violation2 = 0.0, misfit2 = 0.0, largest_misfit = 0.0;
@@ -85,17 +85,12 @@ tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iter
     }
     tulle_status const status = project_impulses(scene, list->rows.data, list->rows.count, u);
     double const violation = sqrt(violation2 / count), misfit = sqrt(misfit2 / count);
-    /* Rounds go on until little is left. Cheap rounds go on until no row is violated. */
     const contact_settings *const settings = &scene->settings;
-    bool const is_cheap = iterations <= (uint32_t)settings->effort->cheap_iterations;
-    const solve_effort *const effort =
-        is_cheap ? &solve_efforts[TULLE_QUALITY_EXACT] : settings->effort;
     double const looseness = effort->looseness;
-    result->has_settled = !(is_cheap && violation > LEAST_VIOLATION) &&
-                          violation <= looseness * settings->settled_speed &&
-                          misfit <= looseness * settings->settled_speed &&
-                          !may_drift(scene, sums, effort, u) &&
-                          largest_misfit <= looseness * settings->settled_misfit &&
-                          result->largest_violation <= looseness * settings->settled_most;
+    result->has_settled =
+        violation <= effort->most_violation && violation <= looseness * settings->settled_speed &&
+        misfit <= looseness * settings->settled_speed && !may_drift(scene, sums, effort, u) &&
+        largest_misfit <= looseness * settings->settled_misfit &&
+        result->largest_violation <= looseness * settings->settled_most;
     return status;
 }

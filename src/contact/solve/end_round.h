@@ -4,6 +4,7 @@
 #define TULLE_CONTACT_SOLVE_END_ROUND_H
 
 #include "contact/contact_types.h"
+#include "contact/solve/solve_plan.h"
 
 /* What friction left after a round: sums over the rows of a surface that are in the matrix. */
 typedef struct friction_sums {
@@ -20,9 +21,10 @@ typedef struct round_result {
     bool has_settled;         /* violations and misfits are small enough, see contact_settings */
 } round_result;
 
-/* Takes the velocities u of a solve that took so many iterations, and gives the impulses after it.
- * Rows that are violated become hard. `sums`: room for one entry of each surface. */
-tulle_status end_round(const contact_scene *scene, row_list *list, uint32_t iterations,
+/* Takes the velocities u of a solve and gives the impulses after it. Rows that are violated become
+ * hard. The effort: that of the round, see get_round_effort. `sums`: room for one entry of each
+ * surface. */
+tulle_status end_round(const contact_scene *scene, const solve_effort *effort, row_list *list,
                        friction_sums *sums, double *u, round_result *result);
 
 #endif

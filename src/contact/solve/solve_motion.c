@@ -64,15 +64,6 @@ static const double LEAST_NET_OF_ALL = 1e-13;
  * diagonal divides unevenly: at borders, and where triangles differ. Conjugate gradients then take
  * hundreds of iterations, thousands for a centimetre of silk, to make a sheet fall. */
 static const double VERY_STIFF = 1e6;
-/* Where it is so many times the mass on average, solves do not end late before they take a thousand
- * iterations, whatever the quality: penalties of rows are ten times A's diagonal. What a late end
- * leaves, times these, would be more than the weight of the cloth, and grow from step to step until
- * it sticks. In single precision, directions lose what they know of each other. Cotton of
- * centimetres has 1e4, of two millimetres 6e5; sheets that slide failed from 2e7 on. Without a late
- * end a swatch of silk does not converge in 5,000 iterations. */
-static const double STIFF_ON_AVERAGE = 5e6;
-static const solve_effort STIFF_EFFORT = {10.0, 1500, 32, 1.0, 0.0};
-
 /* Scalars of the matrix whose sums are kept during a call. With the sums of more of them, solves of
  * large cloth would take more scratch than any other stage. */
 enum { MOST_SUMMED = 4 << 20 };
@@ -82,6 +73,7 @@ enum { VERTICES_PER_CHUNK = 1024 };
 typedef struct motion_solve {
     const contact_scene *scene;
     const motion_system *system;
+    const solve_plan *plan;
     row_list *list;
     double *u;
     solve_report *report;
@@ -390,27 +382,18 @@ static tulle_status bound_by_net(motion_solve *solve, const conjugate_gradients_
 
 /* Iterations before a solve may end late. */
 static int choose_patience(const motion_solve *solve) {
-    const contact_settings *const settings = &solve->scene->settings;
-    bool const is_rough = settings->early_most > 0.0, is_fine = solve->system->aggregates != NULL;
-    int const given = settings->effort->patience;
+    bool const is_rough = solve->plan->early_tolerance > 0.0,
+               is_fine = solve->system->aggregates != NULL;
+    int const given = solve->plan->effort->patience;
     int const most = is_fine ? (int)(FINE_PATIENCE * given) : given, least = most / LATER_PATIENCE;
     if (is_rough || !is_fine) return most;
     uint32_t const spent = solve->system->history->iterations + solve->report->cg_iterations;
     return spent >= (uint32_t)(most - least) ? least : most - (int)spent;
 }
 
-/* Whether a tie holds a body. It may be stiffer than its body is heavy by many powers of ten. The
- * diagonal then hides what moves both, from single precision and from late ends. */
-static bool has_tied_bodies(const motion_system *system) {
-    bool has_any = false;
-    for (size_t i = 0; i < system->spring_count; i++)
-        has_any |= system->springs[i].row.frame.has_body;
-    return has_any;
-}
-
 /* Where a solve ends, and where it may end late. */
 static tulle_status choose_end(motion_solve *solve, conjugate_gradients_problem *problem) {
-    const solve_effort *const effort = solve->scene->settings.effort;
+    const solve_effort *const effort = solve->plan->effort;
     bool const has_bodies = !solve->is_cloth_only;
     double *const net = has_bodies ? &solve->net_of_all : &solve->net_of_cloth;
     tulle_status status = TULLE_OK;
@@ -429,7 +412,7 @@ static tulle_status choose_end(motion_solve *solve, conjugate_gradients_problem 
 /* Solves for u in one round. */
 static tulle_status solve_linear(motion_solve *solve) {
     const contact_scene *const scene = solve->scene;
-    const contact_settings *const settings = &scene->settings;
+    const solve_plan *const plan = solve->plan;
     solve_history *const history = solve->system->history;
     bool const is_at_start = solve->is_at_start;
     solve->is_at_start = solve->phases.has_residual = false;
@@ -442,11 +425,11 @@ static tulle_status solve_linear(motion_solve *solve) {
         .inverse = solve->inverse,
         .is_fixed = solve->is_fixed,
         .is_idle = solve->matrix.is_idle,
-        .tolerance = settings->cg_tolerance,
-        .early_share = settings->early_share,
-        .early_most = settings->early_most,
+        .tolerance = plan->tolerance,
+        .early_share = plan->early_share,
+        .early_most = plan->early_tolerance,
         .reference = solve->reference,
-        .max_iterations = settings->cg_max_iterations,
+        .max_iterations = plan->iterations_most,
         .threads = scene->threads,
         .stop = scene->stop,
     };
@@ -457,8 +440,8 @@ static tulle_status solve_linear(motion_solve *solve) {
         has_tilts |= solve->hard_rows[i]->frame.tilt != NULL;
     }
     bool const has_aggregates = solve->system->aggregates != NULL;
-    bool const is_single =
-        has_aggregates && !history->is_stiff && !has_tilts && !has_tied_bodies(solve->system);
+    bool const is_single = has_aggregates && !history->is_stiff && !has_tilts &&
+                           !has_tied_bodies(solve->system->springs, solve->system->spring_count);
     if (!has_hard_bodies) { /* no hard row joins bodies to cloth: they are solved by themselves */
         solve->is_cloth_only = true;
         problem.vertex_count = scene->cloth_vertex_count;
@@ -577,35 +560,9 @@ static bool is_very_stiff(const motion_solve *solve) {
     return false;
 }
 
-/* The same of all cloth on average. */
-static bool is_stiff_on_average(const contact_scene *scene, const block_matrix *matrix) {
-    double held = 0.0, mass = 0.0;
-    for (size_t v = 0; v < scene->cloth_vertex_count; v++) {
-        if (!(scene->inverse_mass[v] > 0.0)) continue;
-        const double *const block =
-            matrix->values + BLOCK_NUMBERS * (size_t)matrix->diagonal_positions[v];
-        held += block[0] + block[3] + block[5];
-        mass += 1.0 / scene->inverse_mass[v];
-    }
-    return held > 3.0 * STIFF_ON_AVERAGE * mass;
-}
-
-/* Bodies on small cloth creep where its solves end late. */
-static const solve_effort *choose_effort(const contact_scene *scene, const motion_system *system) {
-    const solve_effort *const given = scene->settings.effort;
-    bool const is_small = !system->aggregates, is_stiff = system->history->is_stiff;
-    if (scene->body_count > 0 && (is_small || is_stiff || has_tied_bodies(system)))
-        return &solve_efforts[TULLE_QUALITY_EXACT];
-    return given->patience > 0 && is_stiff ? &STIFF_EFFORT : given;
-}
-
-tulle_status solve_motion(const contact_scene *given, const motion_system *system, row_list *list,
-                          double *u, solve_report *report) {
+tulle_status solve_motion(const contact_scene *scene, const motion_system *system,
+                          const solve_plan *plan, row_list *list, double *u, solve_report *report) {
     *report = (solve_report){.has_converged = true, .has_settled = true};
-    contact_scene own = *given;
-    const contact_scene *const scene = &own;
-    if (!system->start) system->history->is_stiff = is_stiff_on_average(given, system->matrix);
-    own.settings.effort = choose_effort(given, system);
     arena *const scratch = scene->scratch;
     arena_mark const mark = arena_get_mark(scratch);
     size_t const cloth_count = scene->cloth_vertex_count, count = get_solved_count(scene);
@@ -613,6 +570,7 @@ tulle_status solve_motion(const contact_scene *given, const motion_system *syste
     size_t const inverse_size = BLOCK_NUMBERS * count;
     motion_solve solve = {.scene = scene,
                           .system = system,
+                          .plan = plan,
                           .list = list,
                           .u = u,
                           .report = report,
@@ -651,14 +609,13 @@ tulle_status solve_motion(const contact_scene *given, const motion_system *syste
         block_matrix_get_diagonal(system->matrix, solve.diagonal, scene->threads);
         status = prepare_start(&solve);
     }
-    const contact_settings *const settings = &scene->settings;
     contact_row *const rows = list->rows.data;
     size_t const row_count = list->rows.count;
     bool const moves_first = status == TULLE_OK && !system->start && is_very_stiff(&solve);
     if (status == TULLE_OK) set_springs(&solve);
     update_body_rows(scene, rows, row_count);
     if (status == TULLE_OK) prepare_hard_rows(scene, solve.diagonal, rows, row_count, u);
-    for (int round = 0; round < settings->solve_rounds_landing && status == TULLE_OK; round++) {
+    for (int round = 0; round < plan->rounds_most && status == TULLE_OK; round++) {
         uint32_t const before = report->cg_iterations;
         prepare_round(&solve, round == 0);
         if (moves_first && round == 0) status = translate_cloths(&solve);
@@ -669,13 +626,15 @@ tulle_status solve_motion(const contact_scene *given, const motion_system *syste
             break;
         }
         round_result result;
-        status = end_round(scene, list,
-                           system->history->is_costly ? UINT32_MAX : report->cg_iterations - before,
-                           solve.sums, u, &result);
+        uint32_t const spent = report->cg_iterations - before;
+        status = end_round(scene,
+                           system->history->is_costly ? plan->effort
+                                                      : get_round_effort(plan->effort, spent),
+                           list, solve.sums, u, &result);
         if (status != TULLE_OK) break;
         report->violation = result.largest_violation;
         report->has_settled = !settle_drives(scene, rows, row_count, u) && result.has_settled;
-        if (round + 1 >= settings->solve_rounds && report->has_settled) break;
+        if (round + 1 >= plan->rounds_least && report->has_settled) break;
     }
     if (status == TULLE_OK && row_count > 0) {
         /* after a solve that ended early another one follows */

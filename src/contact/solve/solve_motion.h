@@ -3,6 +3,7 @@
 #define TULLE_CONTACT_SOLVE_SOLVE_MOTION_H
 
 #include "contact/contact_types.h"
+#include "contact/solve/solve_plan.h"
 #include "math/conjugate_gradients.h"
 #include "math/single_solve.h"
 
@@ -48,7 +49,15 @@ typedef struct solve_report {
  * In: u of cloth vertices is the velocity at the start of the step. It is the first guess, and the
  * force impulse is measured from it. u of slots is the first guess; u of vertices with inverse mass
  * 0 is prescribed. Out: u, and the rows' impulses. */
-tulle_status solve_motion(const contact_scene *scene, const motion_system *system, row_list *list,
-                          double *u, solve_report *report);
+tulle_status solve_motion(const contact_scene *scene, const motion_system *system,
+                          const solve_plan *plan, row_list *list, double *u, solve_report *report);
+
+/* Whether a spring of a tie holds a body. It may be stiffer than its body is heavy by many powers
+ * of ten. The diagonal then hides what moves both, from single precision and from late ends. */
+static inline bool has_tied_bodies(const tie_spring *springs, size_t count) {
+    bool has_any = false;
+    for (size_t i = 0; i < count; i++) has_any |= springs[i].row.frame.has_body;
+    return has_any;
+}
 
 #endif

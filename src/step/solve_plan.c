@@ -1,0 +1,68 @@
+/* step/solve_plan.c - see solve_plan.h. */
+#include "step/solve_plan.h"
+
+#include <math.h>
+
+/* Solves of motion and impulses while the impulses have not settled. */
+enum { ROUNDS_MOST = 6 };
+/* Solves that follow a gain of energy take so many rounds at least, then twice as many each time.
+ */
+enum { BALANCE_ROUNDS = 3 };
+
+/* The next solve goes on from a rough one. So a rough solve ends at this part of its first
+ * residual, but neither above so many times the tolerance nor above a hundredth. At rest the first
+ * residual is small, and a rough solve is as exact as others. */
+static const double ROUGH_SHARE = 0.01, ROUGH_TOLERANCES = 30.0, ROUGH_MOST = 0.01;
+
+/* A rough solve takes so many iterations at most. Where that is not enough, it has not settled, and
+ * others follow. */
+enum { ROUGH_ITERATIONS = 1000 };
+
+/* Where A's diagonal is so many times the mass on average, solves do not end late: penalties of
+ * rows are ten times the diagonal. What a late end leaves, times these, would be more than the
+ * weight of the cloth, and grow from step to step until it sticks. In single precision, directions
+ * lose what they know of each other. Cotton of centimetres has 1e4, of two millimetres 6e5; sheets
+ * that slide failed from 2e7 on. */
+static const double STIFF_ON_AVERAGE = 5e6;
+
+bool step_is_stiff(const step_model *model, const step_work *work) {
+    const block_matrix *const matrix = &work->system.matrix;
+    double held = 0.0, mass = 0.0;
+    for (size_t v = 0; v < model->cloth_vertex_count; v++) {
+        double const inverse_mass = work->active_inverse_masses[v];
+        if (!(inverse_mass > 0.0)) continue;
+        const double *const block =
+            matrix->values + BLOCK_NUMBERS * (size_t)matrix->diagonal_positions[v];
+        held += block[0] + block[3] + block[5];
+        mass += 1.0 / inverse_mass;
+    }
+    return held > 3.0 * STIFF_ON_AVERAGE * mass;
+}
+
+solve_plan step_make_solve_plan(const step_model *model, const step_work *work, bool is_rough,
+                                int balances, bool is_stiff) {
+    const tulle_world_def *const def = &model->def;
+    int const rounds = balances > 0 ? BALANCE_ROUNDS << (balances - 1) : def->solve_rounds;
+    solve_plan plan = {.rounds_least = rounds,
+                       .rounds_most = rounds > ROUNDS_MOST ? rounds : ROUNDS_MOST,
+                       .rounds_settled = rounds,
+                       .iterations_most = def->cg_max_iterations,
+                       /* The residual counts least where the matrix is stiff, and vertices of short
+                        * edges would hang in the air as a pair. So solves end later there. */
+                       .tolerance = model->height_share * def->cg_tolerance,
+                       .effort = &solve_efforts[def->quality]};
+    if (is_rough) {
+        plan.rounds_least = plan.rounds_most = 1;
+        if (plan.iterations_most > ROUGH_ITERATIONS) plan.iterations_most = ROUGH_ITERATIONS;
+        plan.early_share = ROUGH_SHARE;
+        plan.early_tolerance = fmin(ROUGH_TOLERANCES * plan.tolerance, ROUGH_MOST);
+    }
+    /* bodies on small cloth creep where its solves end late */
+    bool const is_small = !work->aggregates;
+    if (model->body_count > 0 &&
+        (is_small || is_stiff || has_tied_bodies(work->sub.springs, work->sub.spring_count)))
+        plan.effort = &solve_efforts[TULLE_QUALITY_EXACT];
+    else if (plan.effort->patience > 0 && is_stiff)
+        plan.effort = &stiff_effort;
+    return plan;
+}
