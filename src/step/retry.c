@@ -88,25 +88,17 @@ void step_begin_solves(step_context *context) {
     begin_series(context);
 }
 
-/* Solutions overshoot, or go to and fro, where springs stiffen. The first one is a guess as a whole
- * all the same, since it comes from springs that have not turned; so is what a balance begins with.
- * A lost one has set the guess already. */
-static void choose_guess(step_context *context) {
-    size_t const size = 3 * context->model->cloth_vertex_count;
-    const double *const solution = context->sub->mean_velocity;
-    if (context->retry.lost.is_lost) return;
-    if (!context->sub->dynamics.guess || context->retry.linearisations == 0) {
-        memcpy(context->sub->guess, solution, size * sizeof(double));
-        return;
-    }
-    double const share = choose_descent(&context->excess);
-    for (size_t i = 0; i < size; i++)
-        context->sub->guess[i] += share * (solution[i] - context->sub->guess[i]);
-}
-
+/* Linearises springs about a guess. Solutions overshoot, or go to and fro, where springs stiffen.
+ * The first one is a guess as a whole all the same, since it comes from springs that have not
+ * turned; so is what a balance begins with. A lost one has set the guess already. */
 static tulle_status linearise_anew(step_context *context) {
-    choose_guess(context);
-    context->sub->dynamics.guess = context->sub->guess;
+    double *const guess = context->sub->guess, *const solution = context->sub->mean_velocity;
+    bool const is_first = !context->sub->dynamics.guess || context->retry.linearisations == 0;
+    double const share = is_first ? 1.0 : choose_descent(&context->excess);
+    size_t const size = context->retry.lost.is_lost ? 0 : 3 * context->model->cloth_vertex_count;
+    for (size_t i = 0; i < size; i++)
+        guess[i] = is_first ? solution[i] : guess[i] + share * (solution[i] - guess[i]);
+    context->sub->dynamics.guess = guess;
     context->retry.history.has_sums = false; /* the matrix is another one from here on */
     return step_compute_forces(context);
 }
