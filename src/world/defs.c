@@ -2,6 +2,7 @@
 #include "world/defs.h"
 
 #include "base/error.h"
+#include "base/hash.h"
 #include "geom/mesh.h"
 #include "tulle/mesh.h"
 #include "world/fields/fields.h"
@@ -52,6 +53,24 @@ static tulle_status check_dynamic(const char *name, double dynamic, double frict
         "%s: %s is %g; dynamic friction may not exceed static friction, %g. A negative value "
         "means: the same",
         owner, name, dynamic, friction);
+}
+
+uint64_t world_def_hash(const tulle_world_def *def) {
+    tulle_world_def const any = tulle_world_def_default();
+    tulle_world_def guarded = *def;
+    guarded.integrator = any.integrator;
+    guarded.detection = any.detection;
+    guarded.on_overstretch = any.on_overstretch;
+    guarded.quality = any.quality;
+    guarded.cg_tolerance = any.cg_tolerance;
+    guarded.cg_max_iterations = any.cg_max_iterations;
+    guarded.solve_rounds = any.solve_rounds;
+    guarded.impulse_sweeps = any.impulse_sweeps;
+    guarded.impact_rounds = any.impact_rounds;
+    guarded.start_intersections = any.start_intersections;
+    guarded.untangle_limit = any.untangle_limit;
+    guarded.on_pinch = any.on_pinch;
+    return fields_hash(&world_def_fields, &guarded, HASH_SEED);
 }
 
 tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {

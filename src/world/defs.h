@@ -4,6 +4,8 @@
 
 #include "tulle/world.h"
 
+/* Of the values that a saved state must fit; it goes on in a world that solves otherwise. */
+uint64_t world_def_hash(const tulle_world_def *def);
 tulle_status world_def_check(const tulle_world_def *def, tulle_error *error);
 /* Values of a material that do not count with this membrane are not looked at. */
 tulle_status material_check(const tulle_material *material, tulle_membrane membrane,

@@ -133,8 +133,7 @@ static void use_machinery(tulle_world *world) {
 
 /* What is set before the start is as if the def had it. */
 static void note_def(tulle_world *world) {
-    if (!world->is_started)
-        world->first.def_hash = fields_hash(&world_def_fields, &world->model.def, HASH_SEED);
+    if (!world->is_started) world->first.def_hash = world_def_hash(&world->model.def);
 }
 
 tulle_status tulle_world_set_gravity(tulle_world *world, const double gravity[3],

@@ -41,7 +41,7 @@ tulle_status tulle_world_create(const tulle_world_def *def, tulle_world **world,
     made->work.scratch = arena_make(&made->heap);
     world_point_work(made);
     made->def_hash = HASH_SEED;
-    made->first.def_hash = fields_hash(&world_def_fields, def, HASH_SEED);
+    made->first.def_hash = world_def_hash(def);
     *world = made;
     return TULLE_OK;
 }

@@ -202,7 +202,7 @@ refuse 'one of the files that are read' run run/sheet.pc2
 refuse 'one of the files that are read' run run/box.obj --frame 0
 refuse 'one of the files that are read' g%d.ply 'g%01d.ply' --up y
 refuse 'one of the files that are read' run/sheet.pc2 --mesh run/sheet.obj run/sheet.obj --frame 0
-refuse 'folder.obj.*no file' strip.obj folder.obj
+refuse 'folder.obj.*not a regular file' strip.obj folder.obj
 refuse 'its folder' strip.obj nowhere/x.obj
 refuse 'its folder is a file' strip.obj keep.obj/x.obj
 refuse 'there are 25 frames' run x.obj
@@ -234,7 +234,7 @@ refuse '"km" should be' strip.obj x.obj --units km
 refuse 'did you mean --subdivide' strip.obj x.obj --subdivde 1
 cp strip.obj q_0.obj
 sed 's/f 2 6 5/f 6 5 2/' strip.obj >q_1.obj
-refuse 'q_1.obj.*vertices or triangles' q_%d.obj x.pc2
+refuse 'q_1.obj.*same vertices and triangles' q_%d.obj x.pc2
 # Files that go wrong midway leave the ones before, and that is said.
 expect 2 'whole and there: w_0.ply' q_%d.obj w_%d.ply
 [ "$(echo w_*)" = w_0.ply ] || fault "left: $(echo w_*)"

@@ -135,7 +135,7 @@ for pattern, arrays in [
         ("positions.npy: key 'shape'", {"positions": positions.replace(b"(4, 7", b"(4; 7")}),
         ("positions.npy: key 'fortran_order'", {"positions": positions.replace(b"False", b"Maybe")}),
         ("positions.npy: has 336 bytes of numbers", {"positions": positions.replace(b"(4, 7", b"(5, 7")}),
-        ("positions.npy: is no .npy file", {"positions": positions.replace(b"NUMPY\1", b"NUMPY\7")}),
+        ("positions.npy: is not an .npy file", {"positions": positions.replace(b"NUMPY\1", b"NUMPY\7")}),
         ("frame 0: vertex 1 is not finite", {"positions": make_npy([0.0] * 5 + [math.nan] + [0.0] * 15, (7, 3), "<f8")}),
         ("triangles.npy: triangle 4 uses vertex 9", {"positions": positions, "triangles": make_npy(animation.triangles[:-1] + [9], (5, 3), "<i4")}),
         ("triangles.npy: should be whole numbers", {"positions": positions, "triangles": make_npy(animation.triangles, (15,), "<i4")}),

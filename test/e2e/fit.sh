@@ -45,9 +45,9 @@ expect 2 'is there and no file' . --bending-warp 19mm
 echo 'bend: 0' >limp.yaml
 expect 2 'limp.yaml has no bending rigidity' a.yaml --bending-warp 19mm --from limp.yaml
 echo 'stretch: 3' >soft.yaml
-expect 2 'soft.yaml cannot be started from: .*shear stiffness is 50 N/m; it must be at most 3' a.yaml --bending-warp 19mm --from soft.yaml
+expect 2 'soft.yaml cannot be started from: .*shear.stiffness is 50 N/m; it must be at most 3' a.yaml --bending-warp 19mm --from soft.yaml
 echo '{area_density: 1e-9, bend: 1e-300}' >tiny.yaml
-expect 2 'twisting rigidity is inf N m' a.yaml --bending-warp 19mm --from tiny.yaml
+expect 2 'bend_twist is inf N m' a.yaml --bending-warp 19mm --from tiny.yaml
 echo 'warp: {stifness: 1}' >wrong.yaml
 expect 2 '^wrong.yaml:1:8: .*did you mean .stiffness' a.yaml --bending-warp 19mm --from wrong.yaml
 [ -e a.yaml ] && { echo "a.yaml was written though all was refused"; faults=1; }
