@@ -56,21 +56,11 @@ static tulle_status check_dynamic(const char *name, double dynamic, double frict
 }
 
 uint64_t world_def_hash(const tulle_world_def *def) {
-    tulle_world_def const any = tulle_world_def_default();
-    tulle_world_def guarded = *def;
-    guarded.integrator = any.integrator;
-    guarded.detection = any.detection;
-    guarded.on_overstretch = any.on_overstretch;
-    guarded.quality = any.quality;
-    guarded.cg_tolerance = any.cg_tolerance;
-    guarded.cg_max_iterations = any.cg_max_iterations;
-    guarded.solve_rounds = any.solve_rounds;
-    guarded.impulse_sweeps = any.impulse_sweeps;
-    guarded.impact_rounds = any.impact_rounds;
-    guarded.start_intersections = any.start_intersections;
-    guarded.untangle_limit = any.untangle_limit;
-    guarded.on_pinch = any.on_pinch;
-    return fields_hash(&world_def_fields, &guarded, HASH_SEED);
+    return fields_hash(&world_def_fields, def,
+                       "integrator detection on_overstretch quality cg_tolerance cg_max_iterations "
+                       "solve_rounds impulse_sweeps impact_rounds start_intersections "
+                       "untangle_limit on_pinch",
+                       HASH_SEED);
 }
 
 tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {

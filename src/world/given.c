@@ -1,6 +1,6 @@
 /* world/given.c - what a host gives for the next step, and new places for all (tulle/live.h).
  *
- * In: the calls of the host, checked. Out: of what kinematics.c makes targets; the two keyframes
+ * In: the calls of the host, checked. Out: of what step/script.c makes targets; the two keyframes
  * between which an obstacle goes as a whole; the shape from which cloth bends. All of it is for one
  * step: world_begin_given takes it up, world_end_given lets go of it. */
 #include "tulle/live.h"

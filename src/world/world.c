@@ -245,7 +245,7 @@ tulle_status tulle_world_add_cloth(tulle_world *world, const tulle_cloth_def *de
     name_object(cloth.name, def ? def->name : NULL, "cloth", cloth.slot);
     status = cloth_def_check(def, world->model.def.membrane, cloth.name, error);
     if (status != TULLE_OK) return own_error(error, cloth.name, status);
-    cloth.label.def_hash = fields_hash(&cloth_def_fields, def, HASH_SEED);
+    cloth.label.def_hash = fields_hash(&cloth_def_fields, def, NULL, HASH_SEED);
     if (!ARRAY_RESERVE(heap, &world->model.cloths, 1) ||
         !ARRAY_RESERVE(heap, &world->slots.cloths, 1) ||
         !ARRAY_RESERVE(heap, &world->rules.contact_materials, 1) ||
@@ -318,7 +318,7 @@ tulle_status tulle_world_add_obstacle(tulle_world *world, const tulle_obstacle_d
     name_object(obstacle.name, def ? def->name : NULL, "obstacle", obstacle.slot);
     status = obstacle_def_check(def, obstacle.name, error);
     if (status != TULLE_OK) return own_error(error, obstacle.name, status);
-    obstacle.label.def_hash = fields_hash(&obstacle_def_fields, def, HASH_SEED);
+    obstacle.label.def_hash = fields_hash(&obstacle_def_fields, def, NULL, HASH_SEED);
     if (!ARRAY_RESERVE(heap, &world->model.obstacles, 1) ||
         !ARRAY_RESERVE(heap, &world->slots.obstacles, 1) ||
         !ARRAY_RESERVE(heap, &world->rules.contact_materials, 1) ||

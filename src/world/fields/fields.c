@@ -128,12 +128,14 @@ tulle_status fields_check(const field_table *table, const void *def, const char 
 
 /* ---- the hash ---- */
 
-uint64_t fields_hash(const field_table *table, const void *def, uint64_t hash) {
+uint64_t fields_hash(const field_table *table, const void *def, const char *without,
+                     uint64_t hash) {
     for (size_t r = 0; r < table->row_count; r++) {
         const field *const row = &table->rows[r];
         const char *at = (const char *)def + row->offset;
         size_t count = 1;
         if (row->group && strcmp(row->group, "the host's") == 0) continue;
+        if (without && strstr(without, row->name)) continue;
         if (row->is_array) {
             memcpy(&count, (const char *)def + row->length, sizeof count);
             memcpy(&at, at, sizeof at);
@@ -141,7 +143,7 @@ uint64_t fields_hash(const field_table *table, const void *def, uint64_t hash) {
         }
         hash = hash_bytes(hash, &count, sizeof count);
         for (size_t i = 0; row->kind == FIELD_STRUCT && i < count; i++)
-            hash = fields_hash(row->inner, at + i * row->inner->size, hash);
+            hash = fields_hash(row->inner, at + i * row->inner->size, NULL, hash);
         if (row->kind < FIELD_STRUCT && count > 0)
             hash = hash_bytes(hash, at, count * row->count * field_size(row));
     }

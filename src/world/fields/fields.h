@@ -67,8 +67,9 @@ void fields_set_defaults(const field_table *table, void *def);
 tulle_status fields_check(const field_table *table, const void *def, const char *owner,
                           const char *without, tulle_error *error);
 
-/* Adds all values to a hash but texts, what is the host's alone, and the group "the host's". */
-uint64_t fields_hash(const field_table *table, const void *def, uint64_t hash);
+/* Adds all values to a hash but texts, what is the host's alone, the group "the host's", and those
+ * whose names stand in `without`, which may be null. */
+uint64_t fields_hash(const field_table *table, const void *def, const char *without, uint64_t hash);
 
 /* [bytes] of one number or struct. */
 size_t field_size(const field *row);
