@@ -138,7 +138,7 @@ uint64_t fields_hash(const field_table *table, const void *def, const char *with
         if (without && strstr(without, row->name)) continue;
         if (row->is_array) {
             memcpy(&count, (const char *)def + row->length, sizeof count);
-            memcpy(&at, at, sizeof at);
+            memcpy((void *)&at, at, sizeof at);
             if (!at) count = 0;
         }
         hash = hash_bytes(hash, &count, sizeof count);
