@@ -126,19 +126,18 @@ tulle_status fields_check(const field_table *table, const void *def, const char 
     return check_def(&check, table, def);
 }
 
-/* ---- the hash ---- */
-
 uint64_t fields_hash(const field_table *table, const void *def, const char *without,
                      uint64_t hash) {
     for (size_t r = 0; r < table->row_count; r++) {
         const field *const row = &table->rows[r];
-        const char *at = (const char *)def + row->offset;
+        const void *const place = (const char *)def + row->offset;
+        const char *at = place;
         size_t count = 1;
         if (row->group && strcmp(row->group, "the host's") == 0) continue;
         if (without && strstr(without, row->name)) continue;
         if (row->is_array) {
             memcpy(&count, (const char *)def + row->length, sizeof count);
-            memcpy((void *)&at, at, sizeof at);
+            memcpy(&at, place, sizeof at);
             if (!at) count = 0;
         }
         hash = hash_bytes(hash, &count, sizeof count);
