@@ -56,11 +56,12 @@ static tulle_status check_dynamic(const char *name, double dynamic, double frict
 }
 
 uint64_t world_def_hash(const tulle_world_def *def) {
-    return fields_hash(&world_def_fields, def,
-                       "integrator detection on_overstretch quality cg_tolerance cg_max_iterations "
-                       "solve_rounds impulse_sweeps impact_rounds start_intersections "
-                       "untangle_limit on_pinch",
-                       HASH_SEED);
+    return fields_hash(
+        &world_def_fields, def,
+        " integrator detection on_overstretch quality cg_tolerance cg_max_iterations "
+        "solve_rounds impulse_sweeps impact_rounds start_intersections "
+        "untangle_limit on_pinch ",
+        HASH_SEED);
 }
 
 tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {

@@ -1,6 +1,4 @@
-/* world/presence.c - the judgement of obstacles that appear, and of bodies that come free, in a
- * step.
- */
+/* world/presence.c - the judgement of obstacles that appear, and of bodies that come free. */
 #include "base/error.h"
 #include "world/start/inside.h"
 

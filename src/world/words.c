@@ -6,8 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Writes the names of marked obstacles, as many as there is room for. Returns how many are marked.
- */
+/* Writes the names of marked obstacles, as far as there is room. Returns how many are marked. */
 static size_t list_names(const step_model *model, const uint8_t *is_marked, char *text,
                          size_t size) {
     static const char others[] = " and others";

@@ -133,8 +133,10 @@ uint64_t fields_hash(const field_table *table, const void *def, const char *with
         const void *const place = (const char *)def + row->offset;
         const char *at = place;
         size_t count = 1;
-        if (row->group && strcmp(row->group, "the host's") == 0) continue;
-        if (without && strstr(without, row->name)) continue;
+        char word[64];
+        snprintf(word, sizeof word, " %s ", row->name);
+        bool const is_free = without && strstr(without, word);
+        if (is_free || (row->group && strcmp(row->group, "the host's") == 0)) continue;
         if (row->is_array) {
             memcpy(&count, (const char *)def + row->length, sizeof count);
             memcpy(&at, place, sizeof at);

@@ -68,7 +68,7 @@ tulle_status fields_check(const field_table *table, const void *def, const char 
                           const char *without, tulle_error *error);
 
 /* Adds all values to a hash but texts, what is the host's alone, the group "the host's", and those
- * whose names stand in `without`, which may be null. */
+ * whose names stand in `without` with a space on each side; it may be null. */
 uint64_t fields_hash(const field_table *table, const void *def, const char *without, uint64_t hash);
 
 /* [bytes] of one number or struct. */
