@@ -269,7 +269,7 @@ validate:
 	python3=$$($(FIND_PYTHON) matplotlib) && "$$python3" tools/plot_validation.py build/validation; \
 	exit $$code
 
-# A live scene for hours: the judge, memory, the cost of a step, saved states: docs/contributing/testing.md. Prints a line a minute.
+# A live scene for hours: the judge, memory, the cost of a step, saved states: test/README.md. Prints a line a minute.
 MINUTES ?= 120
 soak:
 	@$(INSTALL_PACKAGES) build test
@@ -277,7 +277,7 @@ soak:
 	@cmake --build $(BUILD) -j $(JOBS) --target world_test_soak
 	@TULLE_SOAK_MINUTES=$(MINUTES) $(BUILD)/test/world_test_soak
 
-# Small changes of the engine's code, one after the other: does a test notice? docs/contributing/testing.md. Survivors are listed,
+# Small changes of the engine's code, one after the other: does a test notice? test/README.md. Survivors are listed,
 # results kept in build/mutate; what was interrupted goes on. MUTATE_OPTIONS='--seed 2 --file untangle' chooses others.
 MUTANTS ?= 300
 MUTATE_OPTIONS ?=
@@ -285,7 +285,7 @@ mutate:
 	@$(INSTALL_PACKAGES) build test mutate
 	@python3 tools/mutate.py --count $(MUTANTS) $(MUTATE_OPTIONS)
 
-# Fuzzing: docs/contributing/fuzzing.md. `make fuzz TARGET=obj SECONDS=600`, or all targets, which share the time; the corpus is
+# Fuzzing: fuzz/README.md. `make fuzz TARGET=obj SECONDS=600`, or all targets, which share the time; the corpus is
 # in build/fuzz, and a later call goes on with it. fuzz-afl is the same with AFL++; fuzz-keep chooses the files of fuzz/corpus anew.
 TARGET ?=
 SECONDS ?= 60

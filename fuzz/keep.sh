@@ -1,6 +1,6 @@
 #!/bin/sh
 # Chooses the kept corpus of targets anew: of the working corpus, the seeds and what is kept, few small inputs that reach the same
-# edges. docs/contributing/fuzzing.md.
+# edges. fuzz/README.md.
 # usage: keep.sh TARGET...      without a target: all
 set -eu
 cd "$(dirname "$0")/.."

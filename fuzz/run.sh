@@ -1,5 +1,5 @@
 #!/bin/sh
-# Fuzzes with libFuzzer and tells what came of it: docs/contributing/fuzzing.md.
+# Fuzzes with libFuzzer and tells what came of it: fuzz/README.md.
 # usage: run.sh SECONDS TARGET...     so many seconds, shared evenly; without a target: all
 #
 # The working corpus is build/fuzz/corpus/TARGET; it begins with the seeds and with what is kept in fuzz/corpus, and a later

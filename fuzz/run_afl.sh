@@ -1,5 +1,5 @@
 #!/bin/sh
-# Fuzzes one target with AFL++: docs/contributing/fuzzing.md.
+# Fuzzes one target with AFL++: fuzz/README.md.
 # usage: run_afl.sh SECONDS TARGET
 #
 # AFL++ begins with the seeds and with what is kept in fuzz/corpus; a later call goes on. Exit code 1 if there are findings.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the links of README.md, CHANGELOG.md, of the book and of the diaries in lab/: every file and every anchor that a page
+"""Checks the links of README.md, CHANGELOG.md, of the book, of the pages beside the code and of the diaries in lab/: every file and every anchor that a page
 links to is there, every source file (`src/world/world.c`, `detect/surface_set.h`) and every public name (`tulle_world_step`)
 that a page of the book names in code is there, every page that a source file names (docs/guide/scene.md) is there, every .c or
 .h file that a comment in C names (`world/world.c`, or `run.h` alone) is there, and every page of docs/ stands in the `nav` of
@@ -31,7 +31,7 @@ ANY_NAME = re.compile(r"[A-Z]{3}")
 SOURCE_FOLDERS = ("", "src", "include", "test")
 CODE_FOLDERS = ("src", "include", "test", "fuzz", "examples", "bench", "tools", "cmake", "paper", "scenes")
 CODE_ENDINGS = (".c", ".h", ".cpp", ".py", ".sh", ".cmake", ".txt", ".yaml")
-PAGE = re.compile(r"\b(?:docs|lab)/[\w/]+\.md\b")
+PAGE = re.compile(r"\b(?:docs|lab|test|fuzz|web)/[\w/]+\.md\b")
 COMMENT_OR_TEXT = re.compile(r'(/\*.*?\*/|//[^\n]*)|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S)
 NAMED_FILE = re.compile(r"(?<![\w./*?<>{}$-])(?:[\w-]+/)*[\w-]+\.[ch]\b(?![\w/*>])")
 COMMENT_FOLDERS = ("src", "include", "test", "fuzz", "examples", "bench", "paper")
@@ -69,7 +69,7 @@ def get_anchors(path):
 
 
 def find_pages(root):
-    pages = [name for name in ("README.md", "CHANGELOG.md") if os.path.exists(os.path.join(root, name))]
+    pages = [name for name in ("README.md", "CHANGELOG.md", "test/README.md", "fuzz/README.md", "web/PROTOCOL.md") if os.path.exists(os.path.join(root, name))]
     for top in ("docs", "lab"):
         for folder, _, names in os.walk(os.path.join(root, top)):
             here = os.path.relpath(folder, root).replace(os.sep, "/")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Keeps the prose of README.md and docs/ within 140 columns.
+"""Keeps the prose of README.md, docs/ and the pages beside the code within 140 columns.
 
 usage: wrap_prose.py               wraps anew each paragraph and list item with a longer line; leaves all others as they are
        wrap_prose.py --check       exit 1 if there is one
@@ -93,7 +93,7 @@ def wrap_page(text):
 
 
 def find_pages(root):
-    pages = ["README.md"]
+    pages = [name for name in ("README.md", "test/README.md", "fuzz/README.md", "web/PROTOCOL.md") if os.path.exists(os.path.join(root, name))]
     for folder, _, names in os.walk(os.path.join(root, "docs")):
         here = os.path.relpath(folder, root).replace(os.sep, "/")
         pages += [f"{here}/{name}" for name in names if name.endswith(".md")]

@@ -1,5 +1,5 @@
 """A page for tests of `tulle view`, in Python without packages: starts the program, speaks HTTP and WebSocket over raw sockets, and
-decodes frames as docs/method/view.md describes them."""
+decodes frames as web/PROTOCOL.md describes them."""
 import base64
 import json
 import os

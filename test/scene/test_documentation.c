@@ -153,16 +153,46 @@ static void print_need(const schema_map *map, const schema_key *key, FILE *strea
     }
 }
 
+/* Whether its alternatives choose vertices. */
+static bool has_choice(const schema_map *map) { return map->keys[0].map == &box_map; }
+
+/* The keys that choose vertices, once for all maps that have them. */
+static void print_choices(FILE *stream) {
+    fprintf(stream, "\n## Selection\n\n");
+    print_prose("Exactly one of these keys chooses vertices of a cloth. A pin and an attachment "
+                "take the vertices. A "
+                "region takes the triangles whose corners are all chosen, a crease the edges whose "
+                "ends are both "
+                "chosen; these two have no `nearest`. Points are in scene coordinates, where the cloth starts.",
+                0, stream);
+    fprintf(stream, "\n| key | chooses | value |\n|---|---|---|\n");
+    for (size_t k = 0; k < pin_map.key_count; k++) {
+        const schema_key *key = &pin_map.keys[k];
+        if (!(key->flags & SCHEMA_ALTERNATIVE)) continue;
+        fprintf(stream, "| `%s` | %s | ", key->name, key->meaning + strlen("pins "));
+        print_type(key, stream);
+        fputs(" |\n", stream);
+    }
+}
+
 static void print_map(const map_entry *entry, FILE *stream) {
     const schema_map *map = entry->map;
+    bool const is_selection =
+        map == &box_map || map == &line_map || map == &sphere_map || map == &near_map;
+    if (map == &box_map) print_choices(stream);
     fprintf(stream, "\n## %s\n\n", map->title);
     print_prose(map->meaning, 0, stream);
     fputc('\n', stream);
-    if (entry->places[1] != '`') fprintf(stream, "At %s.\n\n", entry->places);
+    if (entry->places[1] != '`' && !is_selection) fprintf(stream, "At %s.\n\n", entry->places);
     fprintf(stream, "| key | meaning | value |\n|---|---|---|\n");
+    if (has_choice(map))
+        fprintf(
+            stream,
+            "| a key of [Selection](#selection) | what it is about | exactly one; required |\n");
     for (size_t k = 0; k < map->key_count; k++) {
         const schema_key *key = &map->keys[k];
         const char *const unit = unit_si_name(key->unit);
+        if (has_choice(map) && key->flags & SCHEMA_ALTERNATIVE) continue;
         fprintf(stream, "| `%s` | %s", key->name, key->meaning);
         print_need(map, key, stream);
         fputs(" | ", stream);
@@ -172,7 +202,7 @@ static void print_map(const map_entry *entry, FILE *stream) {
         print_default(key, stream);
         fputs(" |\n", stream);
     }
-    print_choice(map, SCHEMA_ALTERNATIVE, map->needs_alternative, stream);
+    if (!has_choice(map)) print_choice(map, SCHEMA_ALTERNATIVE, map->needs_alternative, stream);
     print_choice(map, SCHEMA_SECOND_ALTERNATIVE, map->needs_second_alternative, stream);
 }
 
@@ -289,7 +319,7 @@ static const char introduction[] =
     "  `{axis: [0, 0, 1], angle: 30 deg}`.\n"
     "- Paths are relative to the scene file.\n"
     "- A key without effect is an error, unless it has its default value: `gust_length` without `gust_strength`, or a woven value with\n"
-    "  `membrane: springs`. An override may leave keys of the file without a use. So may a material file.\n"
+    "  `membrane: springs`. Overrides and material files may leave keys without effect.\n"
     "- NaN, infinities, unknown and duplicate keys are errors. Anchors, aliases, tags and several documents are refused. A file has at most 4 MiB\n"
     "  and 200,000 values, nested at most 32 deep; a scene at most 20,000,000 vertices and 4,096 obstacles.\n"
     "- `--set PATH=VALUE` on the command line replaces or adds a value: `--set time.frames=10`, `--set 'cloth[0].mesh.resolution=[40, 40]'`. An\n"

@@ -5,7 +5,7 @@
  * be the same, however wild the contact: a dependence on an axis, on the sign of a coordinate, on
  * the time or on a unit shows. Where sums are rounded otherwise, the first steps differ by rounding
  * alone, for a linear solve that leaves no more; after that contact is chaos, and only what it
- * conserves is compared. docs/contributing/testing.md tells what depends on units, and why. */
+ * conserves is compared. test/README.md says what depends on units, and why. */
 #include "math/vec3.h"
 #include "support/changed_world.h"
 #include "support/small_world.h"

@@ -1,4 +1,4 @@
-// What the page and the server say to each other: docs/method/view.md. Types of the text messages, and the binary messages taken apart.
+// What the page and the server say to each other: web/PROTOCOL.md. Types of the text messages, and the binary messages taken apart.
 //
 // A frame may lean on the frame message before it, so a FrameDecoder keeps the state of every object and has to see every message.
 // It writes into arrays that it made once: a frame leaves no garbage.

@@ -1,6 +1,6 @@
 /* app/view/frame.h - the state of a document at one moment, and how it goes over the wire: exact,
  * or rounded to a grid, whole or as the difference to the frame that a client had before.
- * docs/method/view.md describes the bytes. */
+ * web/PROTOCOL.md describes the bytes. */
 #ifndef TULLE_APP_VIEW_FRAME_H
 #define TULLE_APP_VIEW_FRAME_H
 

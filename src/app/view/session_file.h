@@ -2,7 +2,7 @@
  * so that it can be repeated to the same bits, and read.
  *
  *   {"tulle_session":1,"program":"0.1.0","scene":"NAME.yaml","scene_hash":"..."}
- *   {"at":STEP,"type":"grab",...}          commands, as docs/method/view.md has them
+ *   {"at":STEP,"type":"grab",...}          commands, as web/PROTOCOL.md has them
  *   {"at":STEP,"type":"end","hash":"..."}  of the state */
 #ifndef TULLE_APP_VIEW_SESSION_FILE_H
 #define TULLE_APP_VIEW_SESSION_FILE_H

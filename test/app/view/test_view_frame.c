@@ -1,6 +1,6 @@
 /* Frames over the wire: what a page decodes is within half a step of where the vertices are, or
  * exact to the bit, in whatever order exact, rounded, absent and far away come; and what the coder
- * says is unchanged has not changed. The decoder below is written from docs/method/view.md. */
+ * says is unchanged has not changed. The decoder below is written from web/PROTOCOL.md. */
 #include "app/view/frame.h"
 #include "base/hash.h"
 #include "support/test_support.h"
