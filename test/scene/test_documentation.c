@@ -160,10 +160,9 @@ static bool has_choice(const schema_map *map) { return map->keys[0].map == &box_
 static void print_choices(FILE *stream) {
     fprintf(stream, "\n## Selection\n\n");
     print_prose("Exactly one of these keys chooses vertices of a cloth. A pin and an attachment "
-                "take the vertices. A "
-                "region takes the triangles whose corners are all chosen, a crease the edges whose "
-                "ends are both "
-                "chosen; these two have no `nearest`. Points are in scene coordinates, where the cloth starts.",
+                "take the vertices. A region takes the triangles whose corners are all chosen, a "
+                "crease the edges whose ends are both chosen; these two have no `nearest`. Points "
+                "are in scene coordinates, where the cloth starts.",
                 0, stream);
     fprintf(stream, "\n| key | chooses | value |\n|---|---|---|\n");
     for (size_t k = 0; k < pin_map.key_count; k++) {
