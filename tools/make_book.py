@@ -6,8 +6,8 @@ usage: make_book.py OUT [ROOT]   exit 1 if a public name is undocumented
 
 A page in docs/ links to a header by its path in the tree; in the book that is the header's page in reference/. A link to the Python
 package, or to what makes its structs, leads to its page there, too. A link to
-another file outside docs/ (a scene, an example, a script) leads to a page source/PATH that shows it. The diaries in lab/ do not
-belong to the book: where a page links to one, the book has the file's name.
+another file outside docs/ (a scene, an example, a script) leads to a page source/PATH that shows it. The diaries in lab/ and the pages beside
+the code (test/README.md) do not belong to the book: if a page links to one, the book has the file's name.
 """
 import json
 import os
@@ -23,7 +23,7 @@ import make_reference
 PYTHON_PAGES = {"python/tulle": "reference/python.md", "python/generate.py": "reference/python_structs.md"}
 LANGUAGES = {".c": "c", ".h": "c", ".py": "python", ".sh": "bash", ".yaml": "yaml", ".yml": "yaml", ".cmake": "cmake"}
 LINK = re.compile(r"\]\(([^()\s<>#]+)((?:#[^()\s]*)?)\)")
-LAB_LINK = re.compile(r"\[([^\[\]]*)\]\((?:\.\./)+(lab/[^()\s#]*)(?:#[^()\s]*)?\)")
+OUTSIDE_LINK = re.compile(r"\[([^\[\]]*)\]\((?:\.\./)+((?:lab|test|fuzz|web)/[^()\s#]*\.md|lab/)(?:#[^()\s]*)?\)")
 
 
 def format_notebook(words):
@@ -60,7 +60,7 @@ class Book:
             return f"]({posixpath.relpath(new, posixpath.dirname(page) or '.')}{match.group(2)})"
 
         name_file = lambda match: f"`{match.group(2)}`" if match.group(1).strip("`") == match.group(2) else f"{match.group(1)} (`{match.group(2)}`)"
-        text = LAB_LINK.sub(name_file, text)
+        text = OUTSIDE_LINK.sub(name_file, text)
         result, end = "", 0
         for fence in check_links.FENCE.finditer(text):
             result += LINK.sub(mend, text[end:fence.start()]) + fence.group(0)
@@ -80,7 +80,7 @@ class Book:
                 place = os.path.relpath(os.path.join(folder, name), docs).replace(os.sep, "/")
                 if name.endswith(".md"):
                     self.write(place, self.mend_links(place, check_links.read(os.path.join(folder, name))))
-                elif name.endswith((".png", ".svg", ".css")):
+                elif name.endswith((".png", ".svg", ".css", ".csv")):
                     os.makedirs(os.path.dirname(os.path.join(self.out, place)), exist_ok=True)
                     shutil.copy(os.path.join(folder, name), os.path.join(self.out, place))
 
