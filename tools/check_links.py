@@ -31,7 +31,7 @@ ANY_NAME = re.compile(r"[A-Z]{3}")
 SOURCE_FOLDERS = ("", "src", "include", "test")
 CODE_FOLDERS = ("src", "include", "test", "fuzz", "examples", "bench", "tools", "cmake", "paper", "scenes")
 CODE_ENDINGS = (".c", ".h", ".cpp", ".py", ".sh", ".cmake", ".txt", ".yaml")
-PAGE = re.compile(r"\b(?:docs|lab|test|fuzz|web)/[\w/]+\.md\b")
+PAGE = re.compile(r"\b(?:docs|lab|src|test|fuzz|web)/[\w/]+\.md\b")
 COMMENT_OR_TEXT = re.compile(r'(/\*.*?\*/|//[^\n]*)|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S)
 NAMED_FILE = re.compile(r"(?<![\w./*?<>{}$-])(?:[\w-]+/)*[\w-]+\.[ch]\b(?![\w/*>])")
 COMMENT_FOLDERS = ("src", "include", "test", "fuzz", "examples", "bench", "paper")
@@ -69,7 +69,7 @@ def get_anchors(path):
 
 
 def find_pages(root):
-    pages = [name for name in ("README.md", "CHANGELOG.md", "test/README.md", "fuzz/README.md", "web/PROTOCOL.md") if os.path.exists(os.path.join(root, name))]
+    pages = [name for name in ("README.md", "CHANGELOG.md", "test/README.md", "fuzz/README.md", "web/PROTOCOL.md", "src/io/run/FORMAT.md") if os.path.exists(os.path.join(root, name))]
     for top in ("docs", "lab"):
         for folder, _, names in os.walk(os.path.join(root, top)):
             here = os.path.relpath(folder, root).replace(os.sep, "/")

@@ -23,7 +23,7 @@ import make_reference
 PYTHON_PAGES = {"python/tulle": "reference/python.md", "python/generate.py": "reference/python_structs.md"}
 LANGUAGES = {".c": "c", ".h": "c", ".py": "python", ".sh": "bash", ".yaml": "yaml", ".yml": "yaml", ".cmake": "cmake"}
 LINK = re.compile(r"\]\(([^()\s<>#]+)((?:#[^()\s]*)?)\)")
-OUTSIDE_LINK = re.compile(r"\[([^\[\]]*)\]\((?:\.\./)+((?:lab|test|fuzz|web)/[^()\s#]*\.md|lab/)(?:#[^()\s]*)?\)")
+OUTSIDE_LINK = re.compile(r"\[([^\[\]]*)\]\((?:\.\./)+((?:lab|src|test|fuzz|web)/[^()\s#]*\.md|lab/)(?:#[^()\s]*)?\)")
 
 
 def format_notebook(words):

@@ -93,7 +93,7 @@ def wrap_page(text):
 
 
 def find_pages(root):
-    pages = [name for name in ("README.md", "test/README.md", "fuzz/README.md", "web/PROTOCOL.md") if os.path.exists(os.path.join(root, name))]
+    pages = [name for name in ("README.md", "test/README.md", "fuzz/README.md", "web/PROTOCOL.md", "src/io/run/FORMAT.md") if os.path.exists(os.path.join(root, name))]
     for folder, _, names in os.walk(os.path.join(root, "docs")):
         here = os.path.relpath(folder, root).replace(os.sep, "/")
         pages += [f"{here}/{name}" for name in names if name.endswith(".md")]

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { HASH_SIZE = 8, VERSION_PLACE = 8 /* docs/guide/run_directory.md */ };
+enum { HASH_SIZE = 8, VERSION_PLACE = 8 /* src/io/run/FORMAT.md */ };
 
 static bool is_version_1(const uint8_t *bytes, size_t size) {
     static const uint8_t version[4] = {1};

@@ -12,7 +12,7 @@
 
 enum {
     FRAMES = 3,
-    CHECKPOINT_HEADER = 96, /* [bytes] docs/guide/run_directory.md */
+    CHECKPOINT_HEADER = 96, /* [bytes] src/io/run/FORMAT.md */
     CHECKPOINT_SUMS_SIZE = 72,
     CHECKPOINT_CHAIN = 80,
     CHECKPOINT_HASH = 88,

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Gives a run.json that a test has changed the checksum of its bytes (docs/guide/run_directory.md).
+"""Gives a run.json that a test has changed the checksum of its bytes (src/io/run/FORMAT.md).
 
 usage: seal.py RUN.json
 """

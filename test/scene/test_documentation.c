@@ -95,15 +95,19 @@ static void print_default(const schema_key *key, FILE *stream) {
         fputs("; required", stream);
 }
 
+/* The range, but for a bound of a million, which the introduction names. */
 static void print_range(const schema_key *key, FILE *stream) {
     bool const is_limited = key->minimum != 0 || key->maximum != 0;
-    bool const is_above = key->flags & SCHEMA_ABOVE_MINIMUM;
+    bool const is_above = key->flags & SCHEMA_ABOVE_MINIMUM, is_list = key->type == SCHEMA_LIST;
+    bool const has_low = key->minimum != -1e6, has_high = key->maximum != 1e6;
     for (size_t i = 0; key->choices && key->choices[i]; i++)
         fprintf(stream, "%s`%s`", i > 0 ? ", " : "", key->choices[i]);
-    if (is_limited && !key->choices)
-        fprintf(stream, ", %s%.10g%s to %.16g%s%s", is_above ? "above " : "", key->minimum,
-                is_above ? "," : "", key->maximum, key->type == SCHEMA_LIST ? " entries" : "",
-                key->flags & SCHEMA_NOT_ZERO ? ", not 0" : "");
+    if (is_limited && !key->choices && has_low && has_high)
+        fprintf(stream, ", %s%.10g%s to %.16g%s", is_above ? "above " : "", key->minimum,
+                is_above ? "," : "", key->maximum, is_list ? " entries" : "");
+    else if (is_limited && !key->choices && has_low)
+        fprintf(stream, ", %s %.10g", is_above ? "above" : "at least", key->minimum);
+    if (key->flags & SCHEMA_NOT_ZERO) fputs(", not 0", stream);
     if (key->word) fprintf(stream, ", %s`%s`", is_limited ? "or " : "", key->word);
 }
 
@@ -319,6 +323,7 @@ static const char introduction[] =
     "- Paths are relative to the scene file.\n"
     "- A key without effect is an error, unless it has its default value: `gust_length` without `gust_strength`, or a woven value with\n"
     "  `membrane: springs`. Overrides and material files may leave keys without effect.\n"
+    "- The range stands behind the kind of a value. Where it names no upper bound, the absolute value is at most 1,000,000.\n"
     "- NaN, infinities, unknown and duplicate keys are errors. Anchors, aliases, tags and several documents are refused. A file has at most 4 MiB\n"
     "  and 200,000 values, nested at most 32 deep; a scene at most 20,000,000 vertices and 4,096 obstacles.\n"
     "- `--set PATH=VALUE` on the command line replaces or adds a value: `--set time.frames=10`, `--set 'cloth[0].mesh.resolution=[40, 40]'`. An\n"

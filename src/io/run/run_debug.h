@@ -1,5 +1,5 @@
 /* io/run/run_debug.h - debug.bin of a run: what explains each frame beyond positions. A head, then
- * one block for each frame, one behind the other; docs/guide/run_directory.md has the bytes.
+ * one block for each frame, one behind the other; src/io/run/FORMAT.md has the bytes.
  *
  * Blocks are found by walking from header to header. A header has a hash of its own, so that a
  * damaged size is noticed before it leads astray; the payload has another. */
