@@ -7,9 +7,9 @@
  * wherever the triangle goes and however it deforms.
  *
  * An attachment is part of the state: saved, loaded and in the hash. It acts from the next step on.
- * It ends with its release, after all its vertices have broken off, after the obstacle has left the
- * scene for good, or with the removal of one of its two sides. The promise holds as everywhere: a
- * vertex that would have to pass through a surface does not reach its place. See
+ * It ends when it is released or when one of its two sides is removed. It also ends when all its
+ * vertices have broken off, and when the obstacle has left the scene for good. The promise holds as
+ * everywhere: a vertex that would have to pass through a surface does not reach its place. See
  * docs/guide/embed.md. */
 #ifndef TULLE_ATTACH_H
 #define TULLE_ATTACH_H
@@ -34,8 +34,8 @@ typedef struct tulle_attachment_def {
     tulle_cloth_id other_cloth; /* the holder; may be `cloth` itself, as for a seam */
     /* [m] 3 * vertex_count, each -1e100 .. 1e100: points in space as holders */
     const double *points;
-    /* vertex_count: triangles of the holder's mesh; null: for each vertex the nearest triangle, at
-     * the place nearest to the vertex */
+    /* vertex_count: triangles of the holder's mesh; null: each vertex is held at the nearest place
+     * of the nearest triangle */
     const uint32_t *triangles;
     /* 3 * vertex_count, each -1e6 .. 1e6: barycentric coordinates of places in these triangles;
      * each three have the sum 1. Null if `triangles` is null. The next step pulls the vertices to

@@ -16,9 +16,9 @@
  *
  * See docs/guide/detect.md; examples/detect_two_frames.c is a whole program.
  *
- * A detector keeps trees and patches between calls, so ask the same one for step after step. One
- * thread at a time may use it. The same events in the same order come out for any number of threads
- * and any vector width.
+ * A detector keeps trees and patches between calls, so use the same detector for step after step.
+ * One thread at a time may use it. The same events in the same order come out for any number of
+ * threads and any vector width.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 3.   */
@@ -55,7 +55,7 @@ typedef struct tulle_detect_surface {
     uint32_t vertex_end;     /* one past its last vertex */
     uint32_t triangle_begin; /* its first triangle */
     uint32_t triangle_end;   /* one past its last triangle */
-    double thickness;        /* [m] >= 0; two surfaces keep half the sum of theirs */
+    double thickness;        /* [m] >= 0; two surfaces keep half the sum of their thicknesses */
     int is_obstacle;         /* 1: meets neither itself nor other obstacles */
     /* 1: its vertices stay where the first call has them (checked), so its tree is fitted once */
     int is_static;

@@ -27,8 +27,7 @@ typedef enum tulle_event_kind {
     TULLE_EVENT_CONTACT_END, /* they no longer do */
     TULLE_EVENT_SLEEP,       /* a body or a cloth has fallen asleep */
     TULLE_EVENT_WAKE,        /* it is awake again, also by a call of the host */
-    TULLE_EVENT_PINCH_BEGIN, /* on_pinch holds an obstacle back, or others from it, or lets cloth
-                                through it */
+    TULLE_EVENT_PINCH_BEGIN, /* cloth has no room: an obstacle waits or lags, as on_pinch says */
     TULLE_EVENT_PINCH_END,   /* the pinch is over */
     TULLE_EVENT_OVERSTRETCH_BEGIN, /* a yarn of a cloth is longer than its material holds */
     TULLE_EVENT_OVERSTRETCH_END,   /* no yarn is any longer */
@@ -44,11 +43,11 @@ typedef enum tulle_event_kind {
 /* An event. Objects are numbered as in tulle_contact; UINT32_MAX stands for none. */
 typedef struct tulle_event {
     tulle_event_kind kind; /* what has happened */
-    /* of a contact the lower number, of an attachment its cloth; else the object of the event.
+    /* the object of the event. Of a contact: the lower number. Of an attachment: its cloth.
      * UINT32_MAX: all pins and obstacles (of a pinch), the world (untangled), cloth that was
      * removed */
     uint32_t object_a;
-    /* of a contact the other object, which may equal object_a; else UINT32_MAX */
+    /* of a contact: the other object, which may equal object_a; otherwise UINT32_MAX */
     uint32_t object_b;
     uint32_t attachment; /* the id of an attachment that ended; else 0 */
     uint64_t step;       /* index of the step in which it happened, from 0 */

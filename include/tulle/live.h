@@ -76,12 +76,12 @@ typedef struct tulle_cloth_targets {
 } tulle_cloth_targets;
 /* Draws a cloth to targets in the next step. This call and tulle_world_place are experimental: they
  * may change. A vertex sets out at the speed that leads it to its position and departure, whatever
- * its velocity was. What holds it off stretches that as a spring of area_density / time_step^2
- * [N/m^3] for each area at rest. The cloth bends by what its positions differ from the targets by.
- * So the shape of the targets costs nothing, and neighbours depart from it together. A vertex that
- * is led goes straight to its target position, as if pinned. In such a step no cloth is judged by
- * how far its edges stretch, and elastic_energy of the report counts bending as ever. All is
- * copied. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not started,
+ * its velocity was. A force that holds it off its target stretches a spring of area_density /
+ * time_step^2 [N/m^3] for each area at rest. Bending acts on the difference between positions and
+ * targets. So the shape of the targets costs nothing, and neighbours depart from it together. A
+ * vertex that is led goes straight to its target position, as if pinned. In such a step no cloth is
+ * judged by how far its edges stretch, and elastic_energy of the report counts bending as ever. All
+ * is copied. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, a world that has not started,
  * cloth in the world that is bent at rest, targets that were given already, another count, numbers
  * that are not finite or above 1e100), TULLE_ERROR_OUT_OF_MEMORY; nothing is given then. */
 TULLE_API tulle_status tulle_cloth_set_targets(tulle_world *world, tulle_cloth_id id,
@@ -89,11 +89,11 @@ TULLE_API tulle_status tulle_cloth_set_targets(tulle_world *world, tulle_cloth_i
                                                tulle_error *error);
 /* Puts cloths and obstacles of TULLE_DRIVE_DEFORMING elsewhere, between two steps: 3 *
  * `vertex_count` `positions` [m] of all cloths, then of all obstacles, each in the order of adding;
- * those of other obstacles are not read. All that is put stands still, nothing lags, and contact
- * begins anew. Costs a judgement of the whole world by tulle_check_intersections. Errors:
- * TULLE_ERROR_INVALID_ARGUMENT (null, a world that has not started, another count, numbers that are
- * not finite or above 1e100), TULLE_ERROR_INTERSECTING_START, TULLE_ERROR_OUT_OF_MEMORY; all is
- * where it was then. */
+ * positions of other obstacles are not read. Everything that was put elsewhere stands still,
+ * nothing lags, and all contacts are new. Costs a judgement of the whole world by
+ * tulle_check_intersections. Errors: TULLE_ERROR_INVALID_ARGUMENT (null, a world that has not
+ * started, another count, numbers that are not finite or above 1e100),
+ * TULLE_ERROR_INTERSECTING_START, TULLE_ERROR_OUT_OF_MEMORY; then everything stays where it was. */
 TULLE_API tulle_status tulle_world_place(tulle_world *world, const double *positions,
                                          size_t vertex_count, tulle_error *error);
 

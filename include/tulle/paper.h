@@ -1,4 +1,4 @@
-/* tulle/paper.h - for studies of the method, such as those of Wong & Baciu 2005: how fine a mesh
+/* tulle/paper.h - for studies of the method, as in Wong & Baciu 2005: how fine a mesh
  * is, what an integrator damps, the patches of the detector. Simulations need none of it. */
 #ifndef TULLE_PAPER_H
 #define TULLE_PAPER_H
@@ -23,8 +23,8 @@ TULLE_API tulle_fineness tulle_cloth_get_fineness(const tulle_world *world, tull
 
 /* Gives the numerical damping of the world's integrator, without the damping of materials: the
  * damping ratio (1: critical) of a free motion with this `period` [s], solved in steps of
- * `time_step` [s]. For implicit Euler it is about pi time_step / period. 0 for null, and unless
- * both are finite and > 0. */
+ * `time_step` [s]. For implicit Euler it is about pi time_step / period. 0 if `world` is null or
+ * one of the two is not finite and > 0. */
 TULLE_API double tulle_world_get_numerical_damping(const tulle_world *world, double time_step,
                                                    double period);
 

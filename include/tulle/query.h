@@ -134,14 +134,14 @@ typedef struct tulle_found {
 } tulle_found;
 /* Finds all triangles that have a point in common with the box from `low` to `high` [m], its faces
  * included; both may be equal along an axis. The test is exact. `found` gets them ordered by
- * object, then by number. `mask` as in tulle_ray. Errors as of tulle_world_cast_ray, and for a low
- * side above the high one; the count is 0 then. */
+ * object, then by number. `mask` as in tulle_ray. Errors as of tulle_world_cast_ray, and if `low`
+ * is above `high`; the count is 0 then. */
 TULLE_API tulle_status tulle_world_find_box_overlaps(tulle_world *world, const double low[3],
                                                      const double high[3], uint32_t mask,
                                                      tulle_found *found, tulle_error *error);
-/* Finds all pairs of a triangle of the world and one of `mesh` that have a point in common, exactly
- * as tulle_check_intersections judges two bodies. `found` gets them ordered by the triangle of
- * `mesh`, then by object and number. Triangles that lie wholly inside the mesh are not found.
+/* Finds all pairs of a triangle of the world and a triangle of `mesh` that have a point in common,
+ * exactly as tulle_check_intersections judges two bodies. `found` gets them ordered by the triangle
+ * of `mesh`, then by object and number. Triangles that lie wholly inside the mesh are not found.
  * `mask` as in tulle_ray. Errors as of tulle_world_cast_ray, and TULLE_ERROR_INVALID_MESH (a vertex
  * number out of range, a coordinate that is not finite or above 1e100); the count is 0 then. */
 TULLE_API tulle_status tulle_world_find_mesh_overlaps(tulle_world *world, tulle_mesh_view mesh,

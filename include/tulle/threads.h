@@ -8,7 +8,7 @@
  *     the one before.
  *   - Calls for one world that only read it: all that take a `const tulle_world *`. Their results
  *     are borrowed until a call that changes the world.
- *   - Functions that take no world: shapes, meshes, materials, the judge, a detector of one's own.
+ *   - Functions that take no world: shapes, meshes, materials, the judge, your own detector.
  *
  * These may not run at the same time: two calls for one world if one of them changes it. A task, a
  * stop request or a frame reader of a world must not call that world; tulle_stop_request lists the

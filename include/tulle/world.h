@@ -254,7 +254,7 @@ typedef enum tulle_measured {
     TULLE_MEASURED_HYSTERESIS = 64,  /* of bending and shear */
     TULLE_MEASURED_FRICTION = 128    /* against a smooth hard surface */
 } tulle_measured;
-/* Set of tulle_measured of the preset number `index`. 0, none, past the last one. */
+/* Set of tulle_measured of the preset number `index`. 0 (none measured) past the last preset. */
 TULLE_API unsigned tulle_material_preset_measured(size_t index);
 
 /* A keyframe of a rigid motion: x -> translation + R (x - pivot) + pivot. */
@@ -360,7 +360,8 @@ typedef struct tulle_body {
     double angular_velocity[3]; /* [rad/s] -1e6 .. 1e6: when it comes into the world */
     double linear_damping;      /* [1/s] 0 .. 1e6 */
     double angular_damping;     /* [1/s] 0 .. 1e6 */
-    double start_time;  /* [s] any: until then it follows `motion`; then it keeps its velocity */
+    double start_time;  /* [s] any: until then it follows `motion`; after that it moves freely, with
+                           the velocity that it has */
     double sleep_speed; /* [m/s] 0 .. 1e6; 0: never sleeps */
     double sleep_time;  /* [s] 0 .. 1e6: > 0 where sleep_speed is */
 } tulle_body;
@@ -487,7 +488,7 @@ typedef int (*tulle_stop_request)(void *context);
 TULLE_API void tulle_world_set_stop_request(tulle_world *world, tulle_stop_request is_stopped,
                                             void *context);
 /* The `*count` intersecting pairs of the last start, or step with a new obstacle, that failed. Null
- * `count` is fine. For a null world null and 0. Owned by the world, until its next start or step.
+ * `count` is fine. A null world gives null and 0. Owned by the world, until its next start or step.
  */
 TULLE_API const tulle_intersection *tulle_world_get_intersections(const tulle_world *world,
                                                                   size_t *count);
@@ -603,7 +604,7 @@ TULLE_API uint64_t tulle_world_get_step_count(const tulle_world *world);
  * tulle_world_def. Each of the three may be null; for a null world they get 0. */
 TULLE_API void tulle_world_get_distances(const tulle_world *world, double *contact,
                                          double *separation, double *minimum_gap);
-/* How the world detects, as its def said; for null as tulle_world_def_default says. */
+/* How the world detects, as its def said; for null the values of tulle_world_def_default. */
 TULLE_API tulle_world_detection tulle_world_get_detection(const tulle_world *world);
 /* How the world answers contact, as its def said; for a null world as tulle_world_def_default says.
  * `motion_space` may be null. */
@@ -614,21 +615,21 @@ TULLE_API tulle_response tulle_world_get_response(const tulle_world *world,
  * is none, and for null. Owned by the world, until its next step. */
 TULLE_API const char *tulle_world_last_message(const tulle_world *world);
 
-/* Positions of a cloth: 3 * `*vertex_count` doubles [m]. Borrowed until the next step. For a stale
- * id and a null world null and 0; null `vertex_count` is fine. */
+/* Positions of a cloth: 3 * `*vertex_count` doubles [m]. Borrowed until the next step. A stale id
+ * and a null world give null and 0; `vertex_count` may be null. */
 TULLE_API const double *tulle_cloth_get_positions(const tulle_world *world, tulle_cloth_id id,
                                                   size_t *vertex_count);
-/* Velocities of a cloth: 3 * `*vertex_count` doubles [m/s]. Borrowed until the next step. For a
- * stale id and a null world null and 0; null `vertex_count` is fine. */
+/* Velocities of a cloth: 3 * `*vertex_count` doubles [m/s]. Borrowed until the next step. A stale
+ * id and a null world give null and 0; `vertex_count` may be null. */
 TULLE_API const double *tulle_cloth_get_velocities(const tulle_world *world, tulle_cloth_id id,
                                                    size_t *vertex_count);
-/* Positions of an obstacle: 3 * `*vertex_count` doubles [m]. Borrowed until the next step. For a
- * stale id and a null world null and 0; null `vertex_count` is fine. */
+/* Positions of an obstacle: 3 * `*vertex_count` doubles [m]. Borrowed until the next step. A stale
+ * id and a null world give null and 0; `vertex_count` may be null. */
 TULLE_API const double *tulle_obstacle_get_positions(const tulle_world *world, tulle_obstacle_id id,
                                                      size_t *vertex_count);
 /* Velocities of an obstacle: 3 * `*vertex_count` doubles [m/s]. An obstacle on a script has the
- * mean over the last step. Borrowed until the next step. Null before the start; for a stale id and
- * a null world null and 0; null `vertex_count` is fine. */
+ * mean over the last step. Borrowed until the next step. Null before the start. A stale id and a
+ * null world give null and 0; `vertex_count` may be null. */
 TULLE_API const double *tulle_obstacle_get_velocities(const tulle_world *world,
                                                       tulle_obstacle_id id, size_t *vertex_count);
 /* 1 while the obstacle is in the scene; 0 for a stale id and a null world. */
@@ -636,7 +637,7 @@ TULLE_API int tulle_obstacle_is_present(const tulle_world *world, tulle_obstacle
 
 /* ---- rigid bodies ---- */
 
-/* Where a body is: vertex p of the mesh as given is at position + R (p - centre). */
+/* Where a body is: vertex p of the given mesh is at position + R (p - centre). */
 typedef struct tulle_transform {
     double position[3];         /* [m] of the centre of mass */
     double rotation[4];         /* R as a unit quaternion w, x, y, z */
@@ -660,9 +661,9 @@ TULLE_API tulle_status tulle_obstacle_add_impulse(tulle_world *world, tulle_obst
  * `impulse` [N s] is the sum over its contacts. `angular_impulse` [N m s] is the sum of their
  * moments, about a body's centre of mass or else about the origin. Divided by the substep they are
  * the mean force and torque. Restitution adds nothing to it. Contacts between two obstacles that
- * are not bodies are left out. Contacts of sleeping objects keep their last values. After a load
- * only these count, until the next step. Error: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id, not
- * started). */
+ * are not bodies are left out. Contacts of sleeping objects keep their last values. Between a load
+ * and the next step only these are counted. Error: TULLE_ERROR_INVALID_ARGUMENT (null, a stale id,
+ * not started). */
 TULLE_API tulle_status tulle_obstacle_get_contact_impulse(const tulle_world *world,
                                                           tulle_obstacle_id id, double impulse[3],
                                                           double angular_impulse[3],

@@ -54,13 +54,14 @@ typedef struct tulle_animation_def {
     int is_stepped;         /* glTF: 1 holds a frame until the next, 0 goes over to it evenly */
     int is_double;          /* NPZ: 1 writes float64, 0 float32 */
     tulle_animation_reader read; /* gives the frames */
-    /* 1 where a surface is in the scene at a frame; null: all are always. Said by USD */
+    /* 1 where a surface is in the scene at a frame; null: all surfaces are always there. Only USD
+     * holds it */
     int (*is_present)(void *context, size_t surface, uint32_t frame);
     /* NPZ: the name of a further array with one number for each frame and vertex, of the same type
      * as the positions. The name has up to 64 letters, digits and _, and differs from the names of
      * the other arrays. Null: no such array */
     const char *vertex_array;
-    tulle_animation_reader read_vertex_array; /* gives its numbers, vertex_count, finite */
+    tulle_animation_reader read_vertex_array; /* gives vertex_count finite numbers for a frame */
     void *context;                            /* of the functions */
 } tulle_animation_def;
 /* Metres, z up, 24 frames a second, without surfaces, frames, vertex array or functions. */

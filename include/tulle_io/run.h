@@ -42,7 +42,7 @@ typedef struct tulle_run_def {
     const char *directory;    /* made when missing; its parent must exist */
     const char *scene_path;   /* as the user gave it, for the record */
     const char *scene_text;   /* written to scene.yaml; null: none */
-    uint64_t scene_hash;      /* a resumed run must have the same */
+    uint64_t scene_hash;      /* a resumed run must have the same hash */
     uint64_t seed;            /* of the scene, for the record */
     double time_step;         /* [s] > 0 */
     uint32_t steps_per_frame; /* >= 1 */
@@ -135,12 +135,12 @@ TULLE_API tulle_status tulle_run_create(const tulle_run_def *def, tulle_run_exis
  * the same scene and bodies. All files are compared with their checksums up to the newest
  * checkpoint. If a file is damaged, the checkpoint before it is used. If that is not possible, the
  * call is refused, the message names the file and the frame, and nothing is changed. Meshes and
- * scene.yaml are made again from `def`. All files are then cut back to the checkpoint, which is
- * given back; release it with tulle_run_free_checkpoint. `*writer` is null after an error. If the
- * directory is missing or empty, or the run was killed before its first checkpoint, the run starts
- * from the beginning, as by tulle_run_create, and checkpoint->bytes is null. A run with more frames
- * than def->frame_count wants stays as it is; a note says so. Errors as of tulle_run_create, and
- * TULLE_ERROR_PARSE (also: a file is damaged or missing). */
+ * scene.yaml are made again from `def`. All files are then cut back to this checkpoint. Release
+ * `checkpoint` with tulle_run_free_checkpoint. `*writer` is null after an error. If the directory
+ * is missing or empty, or the run was killed before its first checkpoint, the run starts from the
+ * beginning. Then checkpoint->bytes is null. A run with more frames than def->frame_count wants
+ * stays as it is; a note says so. Errors as of tulle_run_create, and TULLE_ERROR_PARSE (also: a
+ * file is damaged or missing). */
 TULLE_API tulle_status tulle_run_resume(const tulle_run_def *def, tulle_run_writer **writer,
                                         tulle_run_checkpoint *checkpoint, tulle_error *error);
 /* The damage that tulle_run_resume found and repaired, a line for each, without a line end after

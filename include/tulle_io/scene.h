@@ -48,7 +48,7 @@ TULLE_API void tulle_scene_destroy(tulle_scene *loaded);
  * for example on parts of a mesh file that were ignored, or triangles of an obstacle that were
  * dropped. 0 for null. */
 TULLE_API size_t tulle_scene_get_note_count(const tulle_scene *loaded);
-/* Note `index`, below the count; else null, as for a null scene. Owned by the scene. */
+/* Note number `index`; null past the last note and for a null scene. Owned by the scene. */
 TULLE_API const char *tulle_scene_get_note(const tulle_scene *loaded, size_t index);
 
 /* The time step [s]; 0 for null. */
