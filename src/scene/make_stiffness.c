@@ -40,8 +40,7 @@ static tulle_status take_factors(const char *path, const file_data *text, double
                                 LARGEST_FACTOR);
         if (found == count)
             return error_set_at(error, TULLE_ERROR_PARSE, path, line, column,
-                                "has more factors than the mesh has vertices, which are %zu",
-                                count);
+                                "has more factors than the mesh has vertices (%zu)", count);
         factors[found++] = factor;
         at += length;
     }

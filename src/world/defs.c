@@ -119,7 +119,7 @@ tulle_status material_check(const tulle_material *material, tulle_membrane membr
     bool const is_woven = membrane == TULLE_MEMBRANE_WOVEN;
     if (material->area_density == 0.0)
         return REFUSE("%s: area_density is 0 kg/m^2; it must be above that. Begin with a preset "
-                      "(tulle_material_preset): what is left at 0 is 0",
+                      "(tulle_material_preset): a value that is left at 0 is 0",
                       owner);
     tulle_status status = fields_check(&material_fields, material, owner,
                                        is_woven ? "cloth of springs" : "woven cloth", error);
@@ -297,9 +297,10 @@ static tulle_status check_body(const tulle_obstacle_def *def, const char *owner,
                       owner, body->start_time, motion->keys[0].time);
     for (int k = 0; motion->keys && motion->key_count > 1 && k < 3; k++)
         if (body->velocity[k] != 0.0 || body->angular_velocity[k] != 0.0)
-            return REFUSE("%s: the body has a velocity and a motion; at its start_time, %g s, it "
-                          "goes on as the motion, from %g s on, had it; leave the velocity out",
-                          owner, body->start_time, motion->keys[0].time);
+            return REFUSE("%s: the body has a velocity and a motion, which begins at %g s; at its "
+                          "start_time, %g s, it keeps the velocity of that motion; leave its own "
+                          "velocity out",
+                          owner, motion->keys[0].time, body->start_time);
     return TULLE_OK;
 }
 

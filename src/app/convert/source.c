@@ -358,8 +358,8 @@ tulle_status convert_source_find_axes(const convert_source *source, axes_frame o
     if (!axes->unit) axes->unit = axes_find_unit(meters);
     if (axes->unit) return TULLE_OK;
     return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                        "its unit is %g m, but only m, cm, mm, in and ft are known; choose one "
-                        "with tulle convert --from-units",
+                        "its unit is %g m, but only m, cm, mm, in and ft are known; give its unit "
+                        "by --from-units of tulle convert",
                         meters);
 }
 

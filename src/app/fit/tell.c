@@ -30,7 +30,7 @@ static void tell_bending(const fit_story *story, const char *mark, FILE *stream)
         else if (isfinite(measures->lengths[1 - i]))
             fputs("not measured, in proportion to the other direction\n", stream);
         else if (found->unknown == FIT_BENDING && found->search.verdict == SEARCH_VAGUE)
-            fputs("the best fit to the drape coefficient, not an exact one\n", stream);
+            fputs("the best fit to the drape coefficient, which no value gives exactly\n", stream);
         else if (found->unknown == FIT_BENDING)
             fputs("found by the drape coefficient\n", stream);
         else
@@ -95,7 +95,7 @@ static void tell_shear(const fit_story *story, const char *mark, FILE *stream) {
             app_print_names(stream, "%sit is taken from %s; measure it, as KES-F does\n", mark,
                             story->start);
         else
-            fprintf(stream, "%sit is the best fit, not an exact one\n", mark);
+            fprintf(stream, "%sit is the best fit; no value fits exactly\n", mark);
     }
 }
 

@@ -106,9 +106,9 @@ static tulle_status leave_out(mend_input *input, size_t number, tulle_error *err
         if (marks[t]) count++, first = t;
     }
     if (status == TULLE_OK && count > 0 && count == mesh->triangle_count)
-        status =
-            error_set_at(error, TULLE_ERROR_INVALID_MESH, name, 0, 0,
-                         "none of its %zu triangles has an area; a body needs one that has", count);
+        status = error_set_at(
+            error, TULLE_ERROR_INVALID_MESH, name, 0, 0,
+            "none of its %zu triangles has an area; a body needs one with an area", count);
     if (status == TULLE_OK) status = tulle_mesh_drop_marked(mesh, marks, NULL, error);
     free(marks);
     free(positions);
@@ -125,7 +125,8 @@ static tulle_status join_surfaces(mend_input *input, tulle_error *error) {
         const tulle_mesh *const mesh = &surface->source.mesh;
         if (input->vertex_count + mesh->vertex_count > INT32_MAX ||
             input->triangle_count + mesh->triangle_count > INT32_MAX)
-            return error_set(error, TULLE_ERROR_LIMIT, "there are over 2^31 vertices or triangles");
+            return error_set(error, TULLE_ERROR_LIMIT,
+                             "there are more than 2^31 vertices or triangles");
         surface->vertex_begin = (uint32_t)input->vertex_count;
         surface->triangle_begin = (uint32_t)input->triangle_count;
         input->vertex_count += mesh->vertex_count;

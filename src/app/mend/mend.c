@@ -69,11 +69,12 @@ static options_outcome read_words(int argc, char **argv, mend_words *words) {
          "may be given several times",
          0, 0, NULL},
         {"body-mesh", 0, OPTION_LIST, &words->body_meshes, "FILE",
-         "the mesh of a body that is a point cache; the first for the first such body", 0, 0, NULL},
+         "the mesh of a body that is a point cache; the first of them for the first body that is a "
+         "point cache",
+         0, 0, NULL},
         {"bodies-out", 0, OPTION_TEXT, &words->bodies_out, "DIR",
-         "a folder for the bodies as the cloth met them, under their own names: to be used in "
-         "place\n"
-         "of the given ones where these leave the cloth no room",
+         "a folder for the bodies as the cloth met them, under their own names: use them in place\n"
+         "of the given bodies if these leave the cloth no room",
          0, 0, NULL},
         {"strength", 0, OPTION_TEXT, &words->strength, "S",
          "how strongly the cloth is drawn to the given way, 0.001 to 1000 (default: 0.5, which\n"
@@ -95,8 +96,9 @@ static options_outcome read_words(int argc, char **argv, mend_words *words) {
          ".glb, .gltf and .abc y; of .usda as the file says)",
          0, 0, axes_up_choices},
         {"units", 0, OPTION_CHOICE, &words->unit, "m|cm|mm|in|ft",
-         "unit of length of OUT, and of all that is told (default: that of ANIMATION; of .glb and\n"
-         ".gltf m)",
+         "unit of length of OUT and of all printed lengths (default: the unit of ANIMATION; of "
+         ".glb\n"
+         "and .gltf m)",
          0, 0, axes_unit_choices},
         {"from-units", 0, OPTION_CHOICE, &words->from_unit, "m|cm|mm|in|ft",
          "unit of length of ANIMATION, and of bodies whose files do not say (default: m; of .usda\n"
@@ -158,7 +160,7 @@ static tulle_status read_options(mend_session *session, const mend_words *words,
     tulle_status status = TULLE_OK;
     if (!words->out)
         status = error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                           "-o OUT is missing: the name of what is to be written");
+                           "-o OUT is missing: the name of the file to write");
     if (status == TULLE_OK)
         status = read_number("strength", words->strength, STRENGTH_LEAST, STRENGTH_MOST,
                              &options->strength, error);
@@ -341,10 +343,11 @@ static void print_report(const mend_session *session) {
         app_print_names(stdout, "  %-11s %s\n", "body", session->input.surfaces[i].source.path);
     mend_report_print_summary(&session->summary);
     if (session->bodies_path && session->summary.lagging_frames > 0)
-        app_print_names(stdout,
-                        "  %-11s use those in %s in place of the given ones: with them all is "
-                        "counted\n",
-                        "bodies", session->bodies_path);
+        app_print_names(
+            stdout,
+            "  %-11s use the bodies in %s in place of the given bodies: pairs are counted "
+            "with them\n",
+            "bodies", session->bodies_path);
 }
 
 static int fail(const mend_session *session, tulle_status status, const tulle_error *error) {

@@ -45,7 +45,7 @@ tulle_status mend_store_keep(mend_store *store, uint32_t index, const double *po
         if (count < 0 && errno == EINTR) continue;
         if (count <= 0)
             return file_fail(error, store->path, count < 0 ? errno : EIO,
-                             "the frames cannot be kept beside it");
+                             "the frames cannot be kept in the same folder");
         done += (size_t)count;
     }
     return TULLE_OK;

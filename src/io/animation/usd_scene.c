@@ -304,8 +304,8 @@ static tulle_status make_triangles(usd_scene *scene, const usd_piece *piece,
         if (!(count >= 3.0 && count <= (double)(faces->index_count - first)) ||
             count != floor(count))
             return usd_text_fail(text, faces->count_place, error,
-                                 "face %zu has %g corners, of %zu that are left: at least 3 make a "
-                                 "face",
+                                 "face %zu has %g corners; a face has 3 at least, and %zu are left "
+                                 "here",
                                  i, count, faces->index_count - first);
         while (next_hole < faces->hole_count && faces->holes[next_hole] < (double)i) next_hole++;
         bool const is_hole = next_hole < faces->hole_count && faces->holes[next_hole] == (double)i;

@@ -99,7 +99,7 @@ tulle_status stl_read_binary(memory *heap, const char *path, const file_data *da
     if (data->byte_count < BINARY_HEADER_SIZE)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "is neither a text STL (it does not begin with \"solid\") nor a binary "
-                            "one (it ends within the header, after %zu bytes)",
+                            "STL (it ends within the header, after %zu bytes)",
                             data->byte_count);
     if (!stl_has_binary_size(data))
         return error_set_at(

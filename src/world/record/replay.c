@@ -85,7 +85,7 @@ static tulle_status read_block(replay *self, size_t *place, recorded_call *call,
     if (status == TULLE_ERROR_UNSUPPORTED)
         return error_set(&self->error, TULLE_ERROR_PARSE,
                          "the recording was made by Tulle %.15s, whose defs have other values than "
-                         "those of Tulle %s: take the version that made it",
+                         "the defs of Tulle %s: use the version that made it",
                          call->texts[0] ? call->texts[0] : "of no name", tulle_version());
     if (status != TULLE_OK)
         return refuse_block(self, begin, "a block does not hold what its call takes");

@@ -224,10 +224,10 @@ tulle_status world_derive_distances(tulle_world *world, tulle_error *error) {
                          world->model.minimum_gap, smallest, largest);
     return error_set(
         error, TULLE_ERROR_INVALID_ARGUMENT,
-        "the minimum gap of %g m, because the scene reaches %g m from the origin and its files "
-        "hold floats, is more than half of the contact distance of %g m: move the scene nearer, "
-        "use thicker cloth, or give the minimum gap (xi) yourself",
-        world->model.minimum_gap, extent, smallest);
+        "the minimum gap, %g m, is more than half of the contact distance, %g m: it is so large "
+        "because the scene reaches %g m from the origin and its files hold floats. Move the scene "
+        "nearer, use thicker cloth, or give the minimum gap (xi) yourself",
+        world->model.minimum_gap, smallest, extent);
 }
 
 /* Grain of the surfaces, if one of them has friction that depends on the direction. */
