@@ -171,7 +171,7 @@ static void others_are_refused(void **state) {
     SAYS("start_time", tulle_world_add_obstacle(world, &def, NULL, &error));
     def.body.start_time = 0.5; /* its motion has it move */
     def.body.angular_velocity[1] = 1.0;
-    SAYS("leave the velocity out", tulle_world_add_obstacle(world, &def, NULL, &error));
+    SAYS("leave its own velocity out", tulle_world_add_obstacle(world, &def, NULL, &error));
     static const uint32_t triangle[] = {0, 1, 2};
     tulle_detect_surface const surface = {0};
     tulle_detect_def detect = tulle_detect_def_default();

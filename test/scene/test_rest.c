@@ -295,7 +295,7 @@ static const refusal refusals[] = {
     {CLOTH("stiffness_file: r.obj"), dressed, "1 1\n1\n", 3, 0,
      "has 3 factors; the mesh has 4 vertices"},
     {CLOTH("stiffness_file: r.obj"), dressed, "1 1 1 1\n\n1", 3, 1,
-     "more factors than the mesh has vertices, which are 4"},
+     "more factors than the mesh has vertices (4)"},
     {CLOTH("rest: {file: r.obj}"), dressed, SQUARE "f 1 2 3\nf 3 4 1\n", 3, 14,
      "triangle 1 has the vertices 2, 3, 0, in the mesh it has 0, 2, 3"},
     {CLOTH("rest: {file: r.obj}"), dressed,
