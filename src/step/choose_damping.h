@@ -6,7 +6,7 @@
 
 /* The damping of the integrator in this step, see force_options. */
 double step_choose_damping(const step_model *model, step_work *work);
-/* The damping ratio that an integrator gives free motion of a period [s]. */
+/* The damping ratio of free motion with this period [s] under an integrator. */
 double measure_numerical_damping(tulle_integrator integrator, double time_step, double period);
 
 #endif

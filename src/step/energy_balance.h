@@ -4,26 +4,27 @@
 
 #include "step/step_work.h"
 
-/* What became of the solutions of a substep that took far more energy than there is. */
+/* Whether solutions of a substep took far more energy than there is. */
 typedef struct lost_solve {
     bool is_lost;     /* there was one */
-    bool is_tempered; /* the last one still did, and no other follows: u went back on its way */
+    bool is_tempered; /* the last solution did, and no other follows: u was moved back towards the
+                         guess */
 } lost_solve;
 
-/* Whether a substep must not gain energy. Other integrators than implicit Euler
- * let it go up and down about its value, and the paper's response has no such rule. */
+/* Whether a substep must not gain energy. Under other integrators than implicit Euler the energy
+ * oscillates, and the paper's response has no such rule. */
 bool step_keeps_balance(const step_model *model, const step_work *work);
-/* Whether the gain is so large, or the solve so lost, that the substep is better tried at half its
- * length. */
+/* Whether the substep should be tried at half its length: it gains too much energy, or its solve is
+ * lost. */
 bool step_gains_too_much(const step_work *work, const lost_solve *lost);
 
-/* Takes a solution that stretches cloth by far more energy than there is back on
- * the way to it, and sets `guess`. From then on so it takes all of the substep that have more. */
+/* Moves a solution with far more energy than there is back towards the guess before it, and sets
+ * `guess`. All later solutions of the substep that have more energy are moved back, too. */
 tulle_status step_temper_solution(const step_model *model, motion_state *state, step_work *work,
                                   const linear_excess *excess, bool is_last, lost_solve *lost);
 
-/* The kinetic energy of vertices that can move with which the substep may end at
- * sub.end, without the work of what rows hold them by. */
+/* The kinetic energy with which the vertices that can move may end the substep at sub.end. The work
+ * of the rows that hold them is left out. */
 typedef struct kinetic_limit {
     double start;  /* [J] kinetic energy at the start */
     double energy; /* [J] */
@@ -31,14 +32,14 @@ typedef struct kinetic_limit {
 tulle_status step_compute_kinetic_limit(const step_model *model, motion_state *state,
                                         step_work *work, kinetic_limit *limit);
 
-/* Energies of the cloths at `positions` with the velocities of state. The elastic ones are
- * those in *elastic where they are known, else they are measured into it. */
+/* Energies of the cloths at `positions` with the velocities of state. Elastic energies are taken
+ * from *elastic if they are known; otherwise they are measured into it. */
 tulle_status step_measure_cloths(const step_model *model, motion_state *state, step_work *work,
                                  const double *positions, known_elastic *elastic,
                                  cloth_energies *energies);
 
-/* Sets `gain`: the energy that the substep, ending with u at `end`, has beyond what it may and a
- * small slack; 0 where it need not keep a balance. */
+/* Sets `gain`: the energy by which the substep, ending with u at `end`, exceeds its limit and a
+ * small slack; 0 if no balance is kept. */
 tulle_status step_measure_gain(const step_model *model, motion_state *state, step_work *work);
 
 #endif

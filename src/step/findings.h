@@ -1,4 +1,4 @@
-/* step/findings.h - what a step has to say. world/words.c makes sentences of it. */
+/* step/findings.h - what a step reports. world/words.c turns findings into sentences. */
 #ifndef TULLE_STEP_FINDINGS_H
 #define TULLE_STEP_FINDINGS_H
 
@@ -11,7 +11,7 @@ typedef enum finding_kind {
     FINDING_NONE,
 
     /* why a step failed; without one, its status says so */
-    FINDING_FRAME,        /* the reader of frames has told the error */
+    FINDING_FRAME,        /* the reader of frames has filled in the error */
     FINDING_CROWDED,      /* numbers: length of the shortest try [s] */
     FINDING_SCRIPT_TURNS, /* surface; numbers: turn in the step, largest in a substep [rad], number
                              of substeps */
@@ -24,9 +24,10 @@ typedef enum finding_kind {
     /* what happened in a step that succeeded */
     FINDING_NO_ROOM, /* surface, pinched at the position; marks: obstacles that are near; count:
                         pins that move, vertices: the nearest of these */
-    FINDING_WAITS,   /* the same: what follows a script waits */
+    FINDING_WAITS,   /* as above: obstacles and pins on a script wait */
     FINDING_LAGS,    /* surface begins to lag, near the position */
-    FINDING_FOLLOWS, /* marks: obstacles that are held back no more; the last: all */
+    FINDING_FOLLOWS, /* marks: obstacles that are no longer held back; the last of these findings
+                        marks all */
     FINDING_BREAKS   /* vertices: the first that breaks off; count of them; numbers: its force, the
                         most that holds it [N]; attachment */
 } finding_kind;

@@ -14,8 +14,9 @@ typedef struct motion_key {
     double time;         /* [s] */
     vec3 translation;    /* [m] */
     quaternion rotation; /* of unit length */
-    vec3 turn;           /* [rad] axis times angle: rotation is this turn after that before it */
-    double turned;       /* [rad] angles of all turns up to here */
+    vec3 turn; /* [rad] axis times angle: rotation is the rotation before it, followed by this turn
+                */
+    double turned; /* [rad] angles of all turns up to here */
 } motion_key;
 
 /* An owned copy of a tulle_motion. */
@@ -26,21 +27,21 @@ typedef struct world_motion {
     int is_eased;
 } world_motion;
 
-/* Checks a def's motion: finite values, times strictly increasing, turns that numbers resolve. */
+/* Checks a def's motion: finite values, times strictly increasing, turns that doubles resolve. */
 tulle_status motion_validate(const tulle_motion *motion, const char *owner, tulle_error *error);
 tulle_status motion_copy(memory *heap, const tulle_motion *source, world_motion *target);
 void motion_destroy(memory *heap, world_motion *motion);
 
 /* The pose at `time` [s]: x -> R (x - pivot) + pivot + translation. The identity without keys.
- * Where `turned` is not null it gets how far [rad] the motion has turned up to there, all ways
- * counted. */
+ * If `turned` is not null, it gets the sum of the angles [rad] by which the motion has turned up to
+ * there. */
 typedef struct motion_pose {
     vec3 translation;    /* [m] */
     quaternion rotation; /* R */
 } motion_pose;
 motion_pose motion_compute_pose(const world_motion *motion, double time, double *turned);
 
-/* The rigid change from the pose at `from` to that at `to`: x -> matrix x + offset. */
+/* The rigid change from the pose at `from` to the pose at `to`: x -> matrix x + offset. */
 void motion_compute_change(const world_motion *motion, double from, double to, mat3 *matrix,
                            vec3 *offset);
 

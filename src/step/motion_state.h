@@ -1,4 +1,4 @@
-/* step/motion_state.h - what a step replaces, when it succeeds, by the copy on which it works. */
+/* step/motion_state.h - the state, which a step replaces by its working copy when it succeeds. */
 #ifndef TULLE_STEP_MOTION_STATE_H
 #define TULLE_STEP_MOTION_STATE_H
 
@@ -10,12 +10,12 @@
 /* How an obstacle with a body moves. */
 typedef enum body_state { BODY_SCRIPTED, BODY_FREE, BODY_SLEEPS } body_state;
 
-/* What a step knows of a body beside its slots (bodies.h). Plain data without padding: saved and
- * hashed as bytes. */
+/* What a step knows of a body, apart from its slots (bodies.h). Plain data without padding: saved
+ * and hashed as bytes. */
 typedef struct body_rest {
     uint32_t state;    /* body_state */
     uint32_t group;    /* lowest of the bodies with which it fell asleep */
-    double quiet_time; /* [s] it has been slow, or slept since */
+    double quiet_time; /* [s] for which it has been slow; while it sleeps, for which it has slept */
     double force[3];   /* [N] of cloth on it when it fell asleep */
     double torque[3];  /* [N m] of that force about the body's centre */
     double impulse[3]; /* [N s] of all its contacts in the last substep before it fell asleep */
@@ -26,8 +26,8 @@ typedef struct body_rest {
  * hashed as bytes. */
 typedef struct cloth_rest {
     uint64_t is_asleep; /* 0 or 1 */
-    double quiet_time;  /* [s] it has been slow, or slept since */
-    double slept_from;  /* [s] start of the step in which it fell asleep; 0 while awake */
+    double quiet_time; /* [s] for which it has been slow; while it sleeps, for which it has slept */
+    double slept_from; /* [s] start of the step in which it fell asleep; 0 while awake */
 } cloth_rest;
 
 /* What on_pinch: slow holds back (holds.h). Plain data without padding: saved and hashed as bytes.
@@ -35,21 +35,23 @@ typedef struct cloth_rest {
 typedef struct world_hold {
     uint32_t kind;          /* hold_kind */
     uint32_t cloth;         /* surface that was pinched */
-    uint32_t obstacles[2];  /* the second may be TULLE_NONE: what is fixed */
+    uint32_t obstacles[2];  /* the second may be TULLE_NONE: something fixed */
     uint32_t points[2][4];  /* vertices of each obstacle; their weighted mean is the point at which
                                it is held apart from the other */
     double weights[2][4];   /* of these vertices in the mean */
     double normal[3];       /* unit, from the first obstacle to the second */
     double gap, wanted_gap; /* [m] of the points along the normal that they keep: now, at last */
-    double share;           /* of what the script asks too much, that the first holds back */
-    double lag;             /* [m] farthest vertex from where the script has it, as it catches up */
-    uint32_t wait, waiting; /* steps until it is tried again: all, and those left */
+    double share; /* of the excess that the script asks for: the share that the first obstacle holds
+                     back */
+    double lag;   /* [m] distance of the farthest vertex from its place in the script, while the
+                     obstacle catches up */
+    uint32_t wait, waiting; /* steps until it is tried again: in all, and still to go */
 } world_hold;
 enum { HOLDS_MAX = 16 };
 
 /* A vertex of cloth that an attachment holds (ties.h). Plain data without padding: saved and hashed
- * as bytes. Of what holds a vertex it has two descriptions: a place over the triangle of `corners`,
- * or, where these are TULLE_NONE, `point`. */
+ * as bytes. It describes what holds the vertex: a place over the triangle of `corners`, or, if
+ * these are TULLE_NONE, `point`. */
 typedef struct world_tie {
     uint32_t number;             /* of the attachment, from 1 */
     uint32_t order, order_count; /* of the vertex in its def, of how many */
@@ -89,7 +91,7 @@ typedef struct motion_state {
     body_rest *rests;            /* per body */
     cloth_rest *cloth_rests;     /* cloth_rest_count */
     double *drive_forces;        /* [N], [N m] 6 per body: of the last substep; not saved */
-    motion_pose *poses;          /* of pose_count obstacles: those driven as a whole */
+    motion_pose *poses;          /* of pose_count obstacles that are driven as a whole */
     world_hold holds[HOLDS_MAX];
     size_t hold_count;
     double *lags;              /* [m] of lag_vertex_count vertices, see lag.h */

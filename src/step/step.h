@@ -5,8 +5,7 @@
 #include "step/step_work.h"
 
 /* Makes `state`, which is a copy of work->start (undo.h), the state that is work->whole_step later.
- * Where it fails, the state is worth nothing, and what the step has changed beside it is to be
- * undone. */
+ * If it fails, `state` is useless, and the caller undoes what the step has changed elsewhere. */
 tulle_status step_run(const step_model *model, motion_state *state, step_work *work);
 
 #endif

@@ -26,49 +26,51 @@ typedef enum stage {
     STAGE_ACCEPT_STATE
 } stage;
 
-/* How a substep ended. What ends it says so: a stage, the judgement of its motion, retry.c or, at
- * the end of the step, step.c. retry.c decides what is tried next. */
+/* How a substep ended. The stage that ends it sets this; so may the judgement of its motion,
+ * retry.c and, at the end of the step, step.c. retry.c decides what is tried next. */
 typedef enum substep_outcome {
     SUBSTEP_RUNS,      /* no stage has ended it yet */
     SUBSTEP_WHOLE,     /* accepted: all of its time passed */
     SUBSTEP_SHORTENED, /* accepted: a part of its time passed */
     SUBSTEP_BLOCKED,   /* no part of its time may pass */
-    SUBSTEP_CROWDED,   /* refused: its paths are so long that too much comes near to them */
+    SUBSTEP_CROWDED,   /* refused: its paths are so long that they have too many candidates */
     SUBSTEP_WAKES,     /* refused: its contacts woke bodies or cloth */
     SUBSTEP_TURNS,     /* refused: a contact makes a body turn too far */
     SUBSTEP_STRETCHES, /* refused: an edge of cloth would grow too much */
     SUBSTEP_GAINS,     /* refused: it would end with far more energy than there is */
     SUBSTEP_PINCHED,   /* the last of the step: obstacles or pins leave cloth no room */
-    SUBSTEP_TORN       /* the last of the step, which tears squeezed cloth */
+    SUBSTEP_TORN       /* the last of the step; it tears squeezed cloth */
 } substep_outcome;
 
-/* What retry.c decides by. The first group lasts for one go at the step, the second for a substep.
+/* The facts by which retry.c decides. The first group lasts for one attempt at the step, the second
+ * for a substep.
  */
 typedef struct retry_state {
-    double remaining;       /* [s] of the step that must still pass */
-    double wanted;          /* [s] length of the next substep, if no body turns too far in it */
-    double turn_time;       /* [s] the longest that the next substep may be for a body that turns */
-    double shortest;        /* [s] a substep of this length is taken whatever it stretches */
-    bool is_cut_by_turns;   /* the substep is shorter than wanted, for bodies turn in it */
+    double remaining; /* [s] of the step that must still pass */
+    double wanted;    /* [s] length of the next substep, if no body turns too far in it */
+    double turn_time; /* [s] the longest that the next substep may be for a body that turns */
+    double shortest;  /* [s] a substep of this length is accepted, however far it stretches cloth */
+    bool is_cut_by_turns;   /* the substep is shorter than wanted, because bodies turn in it */
     uint32_t substep_limit; /* after so many substeps the step is stuck */
     int crawl_count;        /* substeps in a row in which next to no time passed */
-    int shorter_count;      /* how often a step that was stuck went on with shorter substeps */
+    int shorter_count;      /* how often a stuck step continued with shorter substeps */
 
     int solves;            /* of the substep so far */
     solve_history history; /* of them */
     bool is_rough;         /* the next solve need only be rough: springs are linearised about it */
-    int linearisations;    /* of the springs anew, since the last balance */
+    int linearisations;    /* further linearisations of the springs since the last balance */
     lost_solve lost;       /* of the substep */
-    int balances;          /* solves anew with more rounds, for a gain of energy */
-    int room_levels;       /* solves anew with less room between bodies, for the same */
-    double first_gain, last_gain; /* [J] that balances were for: the first, the one before */
+    int balances;          /* repeated solves with more rounds, because energy was gained */
+    int room_levels;       /* repeated solves with less room between bodies, for the same reason */
+    double first_gain,
+        last_gain; /* [J] gains that caused balances: the first, and the one before this */
 } retry_state;
 
-/* What the files of a step carry from stage to stage: step.c, stages.c, search.c, predict_paths.c,
- * retry.c. */
+/* The data that these files of a step carry from stage to stage: step.c, stages.c, search.c,
+ * predict_paths.c, retry.c. */
 typedef struct step_context {
     const step_model *model;
-    motion_state *state; /* a copy of the world's; accept_state moves it on */
+    motion_state *state; /* a copy of the state of the world; accept_state advances it */
     step_work *work;
     substep *sub; /* of the work */
 
@@ -76,10 +78,10 @@ typedef struct step_context {
     retry_state retry;
     pair_source source;
 
-    /* what the stages of the substep came to */
+    /* results of the stages of the substep */
     size_t gathered_count; /* gather_rows: rows; those of impacts follow */
     solve_result result;   /* solve_motion, or of the impacts that it foresees */
-    linear_excess excess;  /* of the solution, over what the system reckons with */
+    linear_excess excess;  /* of the solution, beyond what the linear system predicts */
     impact_report impacts; /* resolve_impacts */
     commit_report commit;
 
@@ -97,12 +99,13 @@ tulle_status step_predict_paths(step_context *context);
 /* The substep as contact sees it, without bodies. */
 contact_scene step_make_scene(step_context *context);
 
-/* search.c: patches certified for x0 -> x1, trees of x0 -> bounds, the candidates of these. */
+/* search.c: patches certified for x0 -> x1, trees of x0 -> bounds, and the candidates of these
+ * paths. */
 tulle_status step_update_patches(step_context *context, const double *x1);
 tulle_status step_build_trees(step_context *context, const double *bounds);
 tulle_status step_find_pairs(step_context *context, const double *bounds);
 
-/* stages.c: stages 5 to 9. compute_forces is about x0, or about `guess` where that is set. */
+/* stages.c: stages 5 to 9. compute_forces linearises about x0, or about `guess` if that is set. */
 tulle_status step_gather_rows(step_context *context);
 tulle_status step_compute_forces(step_context *context);
 tulle_status step_solve_motion(step_context *context);
@@ -112,15 +115,16 @@ tulle_status step_commit_safely(step_context *context);
 /* accept_state.c: the one place where the state moves on. */
 tulle_status step_accept_state(step_context *context);
 
-/* Multiplies the impulses of all rows. Before the solve and after it they are those of the whole
+/* Multiplies the impulses of all rows. Before and after the solve they are impulses of the whole
  * step; the solve counts them as its right-hand side does. By implicit Euler both are the same. */
 void step_scale_impulses(step_context *context, double factor);
 
-/* Ends a stage: adds the time since the last end to it, without that of searches inside it. Returns
- * the status, narrowed. */
+/* Ends a stage: adds the time since the end of the last stage to it, without the searches inside
+ * it. Returns the narrowed status. */
 tulle_status step_end_stage(step_context *context, stage number, tulle_status status);
 
-/* What a stage's status is for a step: no memory, too many pairs, or that it leads nowhere. */
+/* The status of a step for a stage's status: out of memory, too many pairs, or a step that failed.
+ */
 static inline tulle_status step_narrow(tulle_status status) {
     bool const is_own =
         status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY || status == TULLE_ERROR_LIMIT;
@@ -136,18 +140,18 @@ void step_begin_solves(step_context *context);
 tulle_status step_choose_substep(step_context *context);
 /* Whether springs may be linearised once more before the substep is judged. */
 bool step_may_linearise(const retry_state *retry, bool is_lost);
-/* Takes a solution that is lost back, see step_temper_solution. */
+/* Moves a lost solution back, see step_temper_solution. */
 tulle_status step_temper(step_context *context);
-/* Whether stage 7 runs again; stages 7 and 8; how the step goes on after a substep; whether the
- * step, undone, runs again. */
+/* Whether stage 7 runs again; stages 7 and 8; how the step continues after a substep; whether the
+ * step is undone and runs again. */
 bool step_retry_solve(step_context *context, tulle_status *status);
 bool step_retry_balance(step_context *context, tulle_status *status);
 void step_retry_substep(step_context *context, tulle_status *status);
 bool step_retry_whole(step_context *context, tulle_status *status);
 /* Whether the step has passed, or is pinched. */
 bool step_is_over(const step_context *context);
-/* Whether the substep is still long enough that half of it may be tried instead; whether that may
- * be for a gain of energy. */
+/* Whether the substep is still long enough that half of it may be tried instead; whether a gain of
+ * energy may be a reason for that. */
 bool step_may_halve(const step_context *context);
 bool step_may_refuse_gain(const step_context *context);
 

@@ -40,7 +40,7 @@ typedef struct world_mesh {
     double extent; /* [m] the largest coordinate, as given */
 } world_mesh;
 
-/* What a host says of an object beside its def. */
+/* What a host says of an object apart from its def. */
 typedef struct world_label {
     uint64_t def_hash; /* of the def with all its arrays */
     uint32_t category, mask;
@@ -53,8 +53,8 @@ typedef struct world_cloth {
     uint32_t slot;        /* of its id */
     world_mesh mesh;      /* start positions */
     double *rest;         /* [m] 3 * vertex_count; null once the world has started */
-    double *velocities;   /* [m/s] at the start; the same */
-    double *rest_corners; /* [m] 9 * triangle_count; null: those of `rest` */
+    double *velocities;   /* [m/s] at the start; null once the world has started */
+    double *rest_corners; /* [m] 9 * triangle_count; null: the corners follow from `rest` */
     double *warps;        /* 3 * triangle_count; null: along the grain */
     double *factors;      /* triangle_count, on the stiffness; null: 1 */
     bool has_flat_rest;
@@ -67,7 +67,8 @@ typedef struct world_cloth {
     world_pin *pins;
     size_t pin_count;
     bool is_drawn;   /* targets were given for the next step: */
-    double *targets; /* [m] 3 * vertex_count; those with departures; by vertex, 1: led. Or null */
+    double *targets; /* null, or [m] 3 * vertex_count targets; then targets with departures; then a
+                        mark for each vertex, 1: led */
     uint32_t vertex_begin; /* in the world's numbering, set by the start */
 } world_cloth;
 
@@ -84,22 +85,23 @@ typedef struct world_obstacle {
     world_mesh mesh;                                                           /* at motion zero */
     double friction, dynamic_friction, restitution, friction_across, grain[3]; /* of the def */
     uint32_t contact_material;                                                 /* as of a cloth */
-    world_motion motion; /* TULLE_DRIVE_RIGID: that of the step */
+    world_motion motion; /* TULLE_DRIVE_RIGID: the motion of the step */
     tulle_drive drive;
     bool is_static; /* no script, no frames, no drive, not a rigid body */
     given_move given;
-    motion_pose given_pose;       /* TULLE_DRIVE_RIGID: the pose that was given */
-    double *given_positions;      /* [m] of all vertices: where to; in a jump from where; or null */
-    bool has_jumped, was_present; /* in the step that runs; before that */
+    motion_pose given_pose;  /* TULLE_DRIVE_RIGID: the pose that was given */
+    double *given_positions; /* null, or [m] of all vertices: their places at the end of the step;
+                                in a jump, at its start */
+    bool has_jumped, was_present; /* in the present step; before it */
     tulle_frame_reader read_frame;
     void *frame_context;
     uint32_t frame_count;
     double frame_start_time, frame_interval; /* [s] */
     double appear_time, disappear_time;      /* [s] */
-    frame_cache *frames;                     /* of the sequence; to read a frame fills it */
-    tulle_body body;                         /* as the def said; the rest is for dynamic ones */
-    rigid_body rigid;                        /* mass and moments */
-    vec3 centre;                             /* [m] of mass, at motion zero */
+    frame_cache *frames;                     /* of the sequence; filled when a frame is read */
+    tulle_body body;                /* as the def said; the members below are for rigid bodies */
+    rigid_body rigid;               /* mass and moments */
+    vec3 centre;                    /* [m] of mass, at motion zero */
     quaternion axes;                /* from the body's coordinates to the mesh's at motion zero */
     double *points;                 /* [m] vertices in the body's coordinates */
     double radius;                  /* [m] of the farthest vertex from the centre */
@@ -107,8 +109,8 @@ typedef struct world_obstacle {
     uint32_t vertex_begin;
 } world_obstacle;
 
-/* What the host has a body do until it is told otherwise (tulle/bodies.h). Plain data without
- * padding: saved and hashed as bytes. Zeroed is nothing. */
+/* Drives and locks of a body; they hold until the host changes them (tulle/bodies.h). Plain data
+ * without padding: saved and hashed as bytes. Zeroed: no drive and no lock. */
 typedef struct body_control {
     tulle_body_drive drive;
     uint32_t locks;     /* bit k: axis k of body_drive */
@@ -118,11 +120,11 @@ typedef struct body_control {
 typedef ARRAY(world_cloth) cloth_list;
 typedef ARRAY(world_obstacle) obstacle_list;
 
-/* The start makes it, with what follows from the objects' defs. Between two steps the host may
+/* The start makes it from the objects' defs. Between two steps the host may
  * change settings in it (gravity, wind, materials, laws, drives). */
 typedef struct step_model {
     tulle_world_def def;
-    const contact_response *response; /* that def.response names */
+    const contact_response *response; /* named by def.response */
     cloth_list cloths;
     obstacle_list obstacles;
     size_t pin_count; /* of all cloths */
@@ -153,7 +155,8 @@ typedef struct step_model {
     double *rooms, *automatic; /* as of contact_scene; null: there is room everywhere */
     double contact_distance, separation_distance, minimum_gap; /* [m] */
     double edge_length;                                        /* [m] mean over all cloth */
-    double height_share; /* of the lowest triangle in what is not low; 1: none is low */
+    double height_share; /* height of the lowest triangle over the height below which a triangle is
+                            low; 1: none is low */
 } step_model;
 
 static inline const char *world_surface_name(const step_model *model, size_t surface) {
@@ -168,7 +171,7 @@ static inline const world_mesh *world_surface_mesh(const step_model *model, size
                                  : &model->obstacles.data[surface - cloth_count].mesh;
 }
 
-/* Whether features of two surfaces are held apart at all, by what the host chose. */
+/* Whether features of two surfaces are held apart at all: the host may have excluded the pair. */
 static inline bool world_pair_collides(const step_model *model, size_t a, size_t b) {
     return !model->collides || model->collides[a * model->surface_count + b];
 }

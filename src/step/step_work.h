@@ -1,4 +1,4 @@
-/* step/step_work.h - what a step works with and needs not keep: trees, patches, pairs, rows, the
+/* step/step_work.h - the tools of a step, which need not be kept: trees, patches, pairs, rows, the
  * linear system, scratch memory. It may be dropped between two steps. */
 #ifndef TULLE_STEP_STEP_WORK_H
 #define TULLE_STEP_STEP_WORK_H
@@ -27,16 +27,16 @@ typedef struct substep {
     double time_step; /* [s] its length */
     double passed;    /* [s] of it that passed, set by commit_safely */
 
-    /* what the stages read */
+    /* input of the stages */
     contact_scene scene;
     tie_spring *springs; /* ties that pull, in the order of the state's ties */
     size_t spring_count;
     paper_rules paper; /* of the scene, by the paper's response */
     cloth_start dynamics;
-    force_terms terms; /* of `dynamics`, where there is room for them */
+    force_terms terms; /* of `dynamics`, if there is memory for them */
     double damping;    /* of the integrator, see force_options */
 
-    /* what they write */
+    /* results of the stages */
     double *predicted;         /* [m] predict_paths: ends of the paths to expect, all vertices */
     double *bounds;            /* [m] find_pairs: ends of the paths that the pairs are for */
     double *certified_end;     /* [m] update_patches: ends that the patches are certified for */
@@ -44,21 +44,21 @@ typedef struct substep {
     double *mean_velocity;     /* [m/s] solve_motion: u of all vertices */
     double *end;               /* [m] solve_motion: ends x0 + h u of the paths */
     known_elastic end_elastic; /* of the cloths at `end` */
-    double gain;               /* [J] that the paths give beyond what there is and a small slack */
-    double energy_scale;       /* [J] at work in the substep: motion, and what falls */
-    double lost_energy;        /* [J] that the substep loses; only with bodies */
-    stored_contact *resting;   /* contacts of the store whose pairs have no rows */
+    double gain;             /* [J] energy by which the paths exceed the limit and a small slack */
+    double energy_scale;     /* [J] energy at work in the substep: of motion, and of the fall */
+    double lost_energy;      /* [J] that the substep loses; only with bodies */
+    stored_contact *resting; /* contacts of the store whose pairs have no rows */
     size_t resting_count;
 } substep;
 
-/* Is told of each frame of an obstacle that was read; `positions` are null where that failed. */
+/* Hears of each frame of an obstacle that was read; `positions` are null if reading failed. */
 typedef struct frame_listener {
     void (*tell)(void *context, size_t obstacle, uint32_t frame, const double *positions,
                  tulle_status status); /* null: nobody listens */
     void *context;
 } frame_listener;
 
-/* Cloth vertices and triangles of sleepers; null where none may sleep. */
+/* Cloth vertices and triangles of sleepers; null if none may sleep. */
 typedef struct idle_marks {
     uint8_t *vertices, *triangles;
     size_t vertex_count, triangle_count;
@@ -73,7 +73,7 @@ typedef struct step_work {
     tulle_step_progress progress; /* of the step that is under way */
     arena scratch;
 
-    surface_range *surfaces; /* of which some are absent, asleep or bodies now */
+    surface_range *surfaces; /* some may be absent, asleep or bodies now */
     surface_set set;
     linear_system system;
     nested_aggregates *aggregates; /* preconditioner of the solve; null for small cloth */
@@ -91,7 +91,7 @@ typedef struct step_work {
     double step_end;   /* [s] time at its end */
     tulle_step_report *report;
     tulle_error *error;   /* for readers of frames */
-    step_finding failure; /* why it fails, where the status alone does not say it */
+    step_finding failure; /* why it fails, if the status alone does not say it */
     step_finding broken;  /* attachments */
     frame_listener frames;
     uint8_t *is_fixed;             /* cloth vertices: pinned */

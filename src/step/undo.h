@@ -4,8 +4,8 @@
 
 #include "step/step_work.h"
 
-/* Makes the copy of work->start on which the step works. What may have appeared since the state
- * before is to be judged. TULLE_ERROR_OUT_OF_MEMORY. */
+/* Makes the copy of work->start on which the step works. Sets *has_appeared if an obstacle may have
+ * appeared since the state before; then the copy must be judged. TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status step_copy_start(const step_model *model, motion_state *target, step_work *work,
                              bool *has_appeared);
 /* Undoes what a step changed outside its copy. */

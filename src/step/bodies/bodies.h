@@ -1,9 +1,9 @@
 /* step/bodies/bodies.h - rigid bodies of a world: obstacles that answer contact.
  *
  * Body b has two slots among the vertices, right after those of cloths (contact_body). Their
- * positions are its centre and its orientation, their velocities those of the centre and the
- * angular velocity: a state needs nothing else. Until its start time, and while absent, a body is
- * an obstacle like others, and its slots follow the script. */
+ * positions are its centre and its orientation, their velocities are the velocity of the centre and
+ * the angular velocity: a state needs nothing else. Until its start time, and while absent, a body
+ * is an obstacle like others, and its slots follow the script. */
 #ifndef TULLE_STEP_BODIES_BODIES_H
 #define TULLE_STEP_BODIES_BODIES_H
 
@@ -20,7 +20,8 @@ static inline surface_range *get_body_surface(const step_model *model, const ste
 static inline size_t get_first_slot(const step_model *model, size_t body) {
     return model->cloth_vertex_count + 2 * body;
 }
-/* Whether a body is there and answers contact; else it follows its script or is absent. */
+/* Whether a body is in the scene and answers contact; otherwise it follows its script or is absent.
+ */
 static inline bool body_answers(const step_model *model, const step_work *work, size_t body) {
     const surface_range *const range = get_body_surface(model, work, body);
     return range->is_body && range->is_present;
@@ -31,13 +32,13 @@ bool step_free_bodies(const step_model *model, motion_state *state);
 /* Marks the surfaces of the obstacles that are bodies in this state. */
 void step_mark_bodies(const step_model *model, const motion_state *state, step_work *work);
 
-/* What contact reads of the bodies in this substep: sub.scene and targets. */
+/* Fills in sub.scene and targets, from which contact reads the bodies in this substep. */
 tulle_status step_prepare_bodies(const step_model *model, motion_state *state, step_work *work);
 /* Right-hand sides by the integrator of the cloth's system and its share c; 1: implicit Euler. */
 void step_load_bodies(const step_model *model, step_work *work, double share);
-/* Called after the laws of impact: angular velocities with the inertia at the end, those of the
- * history too, and velocities of the bodies' vertices. Slots of bodies that are not free get what
- * their script says. */
+/* Called after the laws of impact: computes angular velocities with the inertia at the end, also of
+ * the history, and velocities of the bodies' vertices. Slots of bodies that are not free follow
+ * their script. */
 void step_finish_bodies(const step_model *model, motion_state *state, step_work *work, double *end);
 
 /* [J] Energies of free bodies, with inertia of `positions`. */

@@ -1,20 +1,20 @@
-/* step/bodies/body_drive.h - what the host has bodies do: forces, locks and drives
- * (tulle/bodies.h), as a substep takes them up. */
+/* step/bodies/body_drive.h - control of bodies by the host within a substep: forces, locks and
+ * drives (tulle/bodies.h). */
 #ifndef TULLE_STEP_BODIES_BODY_DRIVE_H
 #define TULLE_STEP_BODIES_BODY_DRIVE_H
 
 #include "step/step_work.h"
 
-/* Stops a body along what is locked. */
+/* Stops a body along its locked axes. */
 void step_stop_locked(const step_model *model, size_t body, double *velocities);
-/* Gives the scene's body its drive, in the scratch arena, where it has locks or a drive; stops what
- * moves along locked axes. False: no memory. */
+/* If the body has locks or a drive, gives the scene's body a drive in the scratch arena and stops
+ * motion along locked axes. False: no memory. */
 bool step_prepare_drive(const step_model *model, motion_state *state, step_work *work, size_t body);
 /* Gains, pushes and limits of a drive for the time [s] that forces act on u. */
 void step_load_drive(const step_model *model, step_work *work, size_t body, double force_time);
-/* Notes in state what the drive gave in the substep. */
+/* Notes in state the force and torque of the drive in the substep. */
 void step_note_drive(const step_model *model, motion_state *state, step_work *work, size_t body);
-/* [J] Work of drives and of what the host added, in the substep as solved. */
+/* [J] Work of drives and of forces that the host added, in the solved substep. */
 double step_measure_control_work(const step_model *model, motion_state *state, step_work *work);
 
 #endif

@@ -3,27 +3,27 @@
  * Cloth may sleep if the world's def has a sleep_speed. It falls asleep when it, and all cloth that
  * touches it directly or over other cloth, has been slow for sleep_time, and no body that is awake
  * touches any of it. A sleeper is held at all of its vertices: it is an obstacle that stands. It
- * has no pairs with itself, with other sleepers or with what is no body that is awake or cloth that
- * is, for between these nothing moves; its contacts stay in the store.
+ * has pairs only with cloth and bodies that are awake, because between all others nothing moves.
+ * Its contacts stay in the store.
  *
  * It wakes
- * - before a substep in which something on a script moves near it, what holds it moves or lets go,
- *   gusts blow, or something that touched it has woken;
- * - when a contact with what is awake carries load; the substep is then made anew;
- * - when an obstacle appears or leaves, or the host changes what acts on it or asks for it. */
+ * - before a substep in which something on a script moves near it, its holder moves or lets go,
+ * gusts blow, or something that touched it has woken;
+ * - when a contact with something that is awake carries load; then the substep is repeated;
+ * - when an obstacle appears or leaves, or the host changes its surroundings or wakes it. */
 #ifndef TULLE_STEP_SLEEP_CLOTH_SLEEP_H
 #define TULLE_STEP_SLEEP_CLOTH_SLEEP_H
 
 #include "step/step_work.h"
 
-/* Wakes a cloth; all of them. What touches them follows in the next step. The time for which they
- * have been slow begins anew also where they are awake. */
+/* Wakes a cloth; wakes all cloths. Objects that touch them follow in the next step. The time for
+ * which they have been slow restarts, also if they are awake. */
 void step_wake_cloth(const step_model *model, motion_state *state, size_t cloth);
 void step_wake_cloths(const step_model *model, motion_state *state);
 /* Wakes the cloth of a vertex, if it is one of cloth. */
 void step_wake_cloth_at(const step_model *model, motion_state *state, uint32_t vertex);
 
-/* Stage 1, when the targets of the script are known: wakes what the rules above say, and holds the
+/* Stage 1, when the targets of the script are known: wakes cloth by the rules above, and holds the
  * sleepers where they are. */
 void step_hold_sleepers(const step_model *model, motion_state *state, step_work *work);
 /* After resolve_impacts: wakes cloth whose contacts carry load. True when there is some. */
@@ -33,13 +33,13 @@ bool step_wake_loaded(const step_model *model, motion_state *state, step_work *w
 tulle_status step_settle_cloths(const step_model *model, motion_state *state, step_work *work,
                                 bool is_whole);
 
-/* still_world.c: whether all that may move sleeps, and nothing of what is on a script, given or
- * held moves in the step or ends before it. */
+/* still_world.c: whether everything that may move sleeps, and nothing on a script, given or held
+ * moves in the step or ends before it. */
 bool step_stands_still(const step_model *model, const step_work *work);
-/* still_world.c: such a step. Only its time passes. */
+/* still_world.c: makes a step in which only time passes. */
 tulle_status step_pass_still(const step_model *model, motion_state *state, step_work *work);
 
-/* Whether what was read from a saved state may be the sleep of this world's cloths. */
+/* Whether the sleep that was read from a saved state fits the cloths of this world. */
 bool step_cloth_rests_are_valid(const step_model *model, const motion_state *state);
 
 #endif

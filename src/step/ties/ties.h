@@ -1,8 +1,8 @@
 /* step/ties/ties.h - ties: single vertices of cloth that attachments hold (tulle/attach.h).
  *
- * A rigid tie to a point or to what follows a script makes its vertex go where it says, as a pin
- * does. Every other tie is a spring in the solve of stage 7; a rigid one is so stiff that the cloth
- * beside it gives instead. */
+ * A rigid tie to a point or to an obstacle on a script leads its vertex, as a pin does. Every other
+ * tie is a spring in the solve of stage 7; a rigid tie is so stiff that the cloth around it gives
+ * instead. */
 #ifndef TULLE_STEP_TIES_TIES_H
 #define TULLE_STEP_TIES_TIES_H
 
@@ -20,23 +20,24 @@ static inline uint32_t get_tie_surface(const step_model *model, const world_tie 
 }
 
 /* place_ties.c: fills place and height of a tie of this vertex to the nearest triangle of a surface
- * that does not own the vertex. False where none is within `distance` [m]. */
+ * that does not own the vertex. False if none is within `distance` [m]. */
 bool step_find_tie_place(const step_model *model, step_work *work, uint32_t vertex,
                          uint32_t surface, double distance, world_tie *tie);
-/* place_ties.c: the same in a triangle that is given, at `weights`. */
+/* place_ties.c: as above, in a given triangle at `weights`. */
 void step_set_tie_place(const step_model *model, step_work *work, uint32_t vertex,
                         uint32_t triangle, const double weights[3], world_tie *tie);
 
-/* Stage 1, once targets are set: drops ties to what has left the scene, keeps bodies that are tied
- * awake and sets targets of vertices that are led. */
+/* Stage 1, once targets are set: drops ties to objects that have left the scene, keeps bodies that
+ * are tied awake and sets targets of vertices that are led. */
 void step_lead_ties(const step_model *model, motion_state *state, step_work *work);
-/* Stage 1, once the scene is made: springs as rows for stage 7, and what the scene must know. */
+/* Stage 1, once the scene is made: makes rows of springs for stage 7, and fills in the ties of the
+ * scene. */
 tulle_status step_make_ties(const step_model *model, motion_state *state, step_work *work);
-/* Energy balance [J]: what springs give from the start to sub.end, and the work of what leads
- * their other ends. */
+/* Energy balance [J]: energy that springs give from the start to sub.end, and the work of the
+ * objects that move their other ends. */
 double step_measure_tie_work(step_work *work);
-/* Stage 10, while the rows still have the impulses of the solve: forces of all ties; those that
- * are too large break. */
+/* Stage 10, while the rows still have the impulses of the solve: measures the forces of all ties;
+ * ties with too large a force break. */
 tulle_status step_break_ties(const step_model *model, motion_state *state, step_work *work);
 
 /* Whether ties that were read may be of this world. */
