@@ -7,8 +7,7 @@
 /* Whether solutions of a substep took far more energy than there is. */
 typedef struct lost_solve {
     bool is_lost;     /* there was one */
-    bool is_tempered; /* the last solution did, and no other follows: u was moved back towards the
-                         guess */
+    bool is_tempered; /* the last solution did, and no other follows: u was moved back */
 } lost_solve;
 
 /* Whether a substep must not gain energy. Under other integrators than implicit Euler the energy

@@ -26,8 +26,7 @@ typedef enum finding_kind {
                         pins that move, vertices: the nearest of these */
     FINDING_WAITS,   /* as above: obstacles and pins on a script wait */
     FINDING_LAGS,    /* surface begins to lag, near the position */
-    FINDING_FOLLOWS, /* marks: obstacles that are no longer held back; the last of these findings
-                        marks all */
+    FINDING_FOLLOWS, /* marks: obstacles that wait no longer; in the end all of them */
     FINDING_BREAKS   /* vertices: the first that breaks off; count of them; numbers: its force, the
                         most that holds it [N]; attachment */
 } finding_kind;

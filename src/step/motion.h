@@ -14,9 +14,8 @@ typedef struct motion_key {
     double time;         /* [s] */
     vec3 translation;    /* [m] */
     quaternion rotation; /* of unit length */
-    vec3 turn; /* [rad] axis times angle: rotation is the rotation before it, followed by this turn
-                */
-    double turned; /* [rad] angles of all turns up to here */
+    vec3 turn;           /* [rad] axis times angle: from the rotation before to this one */
+    double turned;       /* [rad] angles of all turns up to here */
 } motion_key;
 
 /* An owned copy of a tulle_motion. */

@@ -41,10 +41,8 @@ typedef struct world_hold {
     double weights[2][4];   /* of these vertices in the mean */
     double normal[3];       /* unit, from the first obstacle to the second */
     double gap, wanted_gap; /* [m] of the points along the normal that they keep: now, at last */
-    double share; /* of the excess that the script asks for: the share that the first obstacle holds
-                     back */
-    double lag;   /* [m] distance of the farthest vertex from its place in the script, while the
-                     obstacle catches up */
+    double share;           /* share of the forbidden motion that the first holds back */
+    double lag; /* [m] farthest vertex from its place in the script, while catching up */
     uint32_t wait, waiting; /* steps until it is tried again: in all, and still to go */
 } world_hold;
 enum { HOLDS_MAX = 16 };

@@ -42,8 +42,7 @@ typedef enum substep_outcome {
     SUBSTEP_TORN       /* the last of the step; it tears squeezed cloth */
 } substep_outcome;
 
-/* The facts by which retry.c decides. The first group lasts for one attempt at the step, the second
- * for a substep.
+/* Facts for retry.c. The first group lasts for one attempt at the step, the second for a substep.
  */
 typedef struct retry_state {
     double remaining; /* [s] of the step that must still pass */
@@ -62,8 +61,7 @@ typedef struct retry_state {
     lost_solve lost;       /* of the substep */
     int balances;          /* repeated solves with more rounds, because energy was gained */
     int room_levels;       /* repeated solves with less room between bodies, for the same reason */
-    double first_gain,
-        last_gain; /* [J] gains that caused balances: the first, and the one before this */
+    double first_gain, last_gain; /* [J] gains that caused balances: the first, the last */
 } retry_state;
 
 /* The data that these files of a step carry from stage to stage: step.c, stages.c, search.c,
@@ -99,8 +97,7 @@ tulle_status step_predict_paths(step_context *context);
 /* The substep as contact sees it, without bodies. */
 contact_scene step_make_scene(step_context *context);
 
-/* search.c: patches certified for x0 -> x1, trees of x0 -> bounds, and the candidates of these
- * paths. */
+/* search.c: patches certified for x0 -> x1, trees of x0 -> bounds, candidates of these paths. */
 tulle_status step_update_patches(step_context *context, const double *x1);
 tulle_status step_build_trees(step_context *context, const double *bounds);
 tulle_status step_find_pairs(step_context *context, const double *bounds);
@@ -123,8 +120,7 @@ void step_scale_impulses(step_context *context, double factor);
  * it. Returns the narrowed status. */
 tulle_status step_end_stage(step_context *context, stage number, tulle_status status);
 
-/* The status of a step for a stage's status: out of memory, too many pairs, or a step that failed.
- */
+/* A stage's status as the step's: out of memory, too many pairs, or failed. */
 static inline tulle_status step_narrow(tulle_status status) {
     bool const is_own =
         status == TULLE_OK || status == TULLE_ERROR_OUT_OF_MEMORY || status == TULLE_ERROR_LIMIT;

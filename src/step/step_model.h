@@ -67,8 +67,7 @@ typedef struct world_cloth {
     world_pin *pins;
     size_t pin_count;
     bool is_drawn;   /* targets were given for the next step: */
-    double *targets; /* null, or [m] 3 * vertex_count targets; then targets with departures; then a
-                        mark for each vertex, 1: led */
+    double *targets; /* null, or [m] targets, targets with departures, marks of led vertices */
     uint32_t vertex_begin; /* in the world's numbering, set by the start */
 } world_cloth;
 
@@ -89,9 +88,8 @@ typedef struct world_obstacle {
     tulle_drive drive;
     bool is_static; /* no script, no frames, no drive, not a rigid body */
     given_move given;
-    motion_pose given_pose;  /* TULLE_DRIVE_RIGID: the pose that was given */
-    double *given_positions; /* null, or [m] of all vertices: their places at the end of the step;
-                                in a jump, at its start */
+    motion_pose given_pose;       /* TULLE_DRIVE_RIGID: the pose that was given */
+    double *given_positions;      /* null, or [m] at the end of the step; in a jump, at its start */
     bool has_jumped, was_present; /* in the present step; before it */
     tulle_frame_reader read_frame;
     void *frame_context;
@@ -155,8 +153,7 @@ typedef struct step_model {
     double *rooms, *automatic; /* as of contact_scene; null: there is room everywhere */
     double contact_distance, separation_distance, minimum_gap; /* [m] */
     double edge_length;                                        /* [m] mean over all cloth */
-    double height_share; /* height of the lowest triangle over the height below which a triangle is
-                            low; 1: none is low */
+    double height_share; /* lowest height over the height that counts as low; 1: none is low */
 } step_model;
 
 static inline const char *world_surface_name(const step_model *model, size_t surface) {

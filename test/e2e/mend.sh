@@ -90,7 +90,7 @@ judge_met() { # CLOTH BODY: frames with crossings
 for name in x.glb x.usda x.npz; do "$TULLE" convert press.pc2 $name --mesh press.obj >out || fault "the press as $name"; done
 mend 1 pressed.pc2 --mesh sheet.obj --body press.pc2 --body-mesh press.obj -o pressed_out.pc2
 mend 0 pressed.pc2 --mesh sheet.obj --body press.pc2 --body-mesh press.obj --body far.obj -o pressed_out.pc2 --bodies-out met --report met.csv
-grep -q 'use the bodies in met in place of the given bodies' out || { fault "bodies to be used are not told"; cat out; }
+grep -q 'use the bodies in met: the pairs are counted with them' out || { fault "bodies to be used are not told"; cat out; }
 awk -F, 'NR > 1 && $5 > 0 { after = 1 } NR > 1 && $3 > 0 { before = 1 } END { exit !(before && !after) }' met.csv ||
     fault "pairs are not counted with the bodies as they were met"
 cmp far.obj met/far.obj || fault "a body that stands is not copied"

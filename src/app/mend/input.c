@@ -125,8 +125,7 @@ static tulle_status join_surfaces(mend_input *input, tulle_error *error) {
         const tulle_mesh *const mesh = &surface->source.mesh;
         if (input->vertex_count + mesh->vertex_count > INT32_MAX ||
             input->triangle_count + mesh->triangle_count > INT32_MAX)
-            return error_set(error, TULLE_ERROR_LIMIT,
-                             "there are more than 2^31 vertices or triangles");
+            return error_set(error, TULLE_ERROR_LIMIT, "2^31 vertices or triangles are too many");
         surface->vertex_begin = (uint32_t)input->vertex_count;
         surface->triangle_begin = (uint32_t)input->triangle_count;
         input->vertex_count += mesh->vertex_count;

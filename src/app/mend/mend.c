@@ -69,9 +69,8 @@ static options_outcome read_words(int argc, char **argv, mend_words *words) {
          "may be given several times",
          0, 0, NULL},
         {"body-mesh", 0, OPTION_LIST, &words->body_meshes, "FILE",
-         "the mesh of a body that is a point cache; the first of them for the first body that is a "
-         "point cache",
-         0, 0, NULL},
+         "the mesh of a body that is a point cache; the first belongs to the first of these", 0, 0,
+         NULL},
         {"bodies-out", 0, OPTION_TEXT, &words->bodies_out, "DIR",
          "a folder for the bodies as the cloth met them, under their own names: use them in place\n"
          "of the given bodies if these leave the cloth no room",
@@ -96,9 +95,8 @@ static options_outcome read_words(int argc, char **argv, mend_words *words) {
          ".glb, .gltf and .abc y; of .usda as the file says)",
          0, 0, axes_up_choices},
         {"units", 0, OPTION_CHOICE, &words->unit, "m|cm|mm|in|ft",
-         "unit of length of OUT and of all printed lengths (default: the unit of ANIMATION; of "
-         ".glb\n"
-         "and .gltf m)",
+         "unit of OUT and of all printed lengths (default: the unit of ANIMATION; of .glb and\n"
+         ".gltf m)",
          0, 0, axes_unit_choices},
         {"from-units", 0, OPTION_CHOICE, &words->from_unit, "m|cm|mm|in|ft",
          "unit of length of ANIMATION, and of bodies whose files do not say (default: m; of .usda\n"
@@ -343,11 +341,8 @@ static void print_report(const mend_session *session) {
         app_print_names(stdout, "  %-11s %s\n", "body", session->input.surfaces[i].source.path);
     mend_report_print_summary(&session->summary);
     if (session->bodies_path && session->summary.lagging_frames > 0)
-        app_print_names(
-            stdout,
-            "  %-11s use the bodies in %s in place of the given bodies: pairs are counted "
-            "with them\n",
-            "bodies", session->bodies_path);
+        app_print_names(stdout, "  %-11s use the bodies in %s: the pairs are counted with them\n",
+                        "bodies", session->bodies_path);
 }
 
 static int fail(const mend_session *session, tulle_status status, const tulle_error *error) {

@@ -20,8 +20,7 @@ static inline surface_range *get_body_surface(const step_model *model, const ste
 static inline size_t get_first_slot(const step_model *model, size_t body) {
     return model->cloth_vertex_count + 2 * body;
 }
-/* Whether a body is in the scene and answers contact; otherwise it follows its script or is absent.
- */
+/* Whether a body is present and answers contact; otherwise it follows its script. */
 static inline bool body_answers(const step_model *model, const step_work *work, size_t body) {
     const surface_range *const range = get_body_surface(model, work, body);
     return range->is_body && range->is_present;

@@ -2,17 +2,15 @@
  *
  * In a substep vertices move along chords, although they turn on arcs. So the shape that is tested
  * shrinks in the middle of a turn. No substep turns a body so far that a vertex leaves its chord by
- * much of the contact distance. No substep turns an obstacle on keyframes by more than an eighth of
- * a turn. */
+ * much of the contact distance. Obstacles on keyframes turn by at most an eighth of a turn. */
 #ifndef TULLE_STEP_BODIES_BODIES_TURN_H
 #define TULLE_STEP_BODIES_BODIES_TURN_H
 
 #include "step/step_work.h"
 
 /* Cuts *length [s], the length that the substep would have, into equal parts. In none of them a
- * free body turns too far with its present spin, nor an obstacle on keyframes. Keyframes are looked
- * at first. An error names the body or the keyframes for which the step would need too many
- * substeps. */
+ * body with its present spin, or an obstacle on keyframes, turns too far. Keyframes come first. An
+ * error names the body or the keyframes for which the step would need too many substeps. */
 tulle_status step_limit_turns(const step_model *model, motion_state *state, step_work *work,
                               double *length);
 

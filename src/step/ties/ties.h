@@ -1,8 +1,7 @@
 /* step/ties/ties.h - ties: single vertices of cloth that attachments hold (tulle/attach.h).
  *
  * A rigid tie to a point or to an obstacle on a script leads its vertex, as a pin does. Every other
- * tie is a spring in the solve of stage 7; a rigid tie is so stiff that the cloth around it gives
- * instead. */
+ * tie is a spring in the solve of stage 7; a rigid tie is stiffer than the cloth around it. */
 #ifndef TULLE_STEP_TIES_TIES_H
 #define TULLE_STEP_TIES_TIES_H
 
