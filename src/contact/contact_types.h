@@ -1,5 +1,5 @@
-/* contact/contact_types.h - the data of the contact stages 5 and 7 to 10: settings, what contact
- * sees of one step, rows, and the store that lives from step to step.
+/* contact/contact_types.h - the data of the contact stages 5 and 7 to 10: settings, one step as
+ * contact sees it, rows, and the store that lives from step to step.
  *
  * All vertices share one numbering, cloths first (0 .. cloth_vertex_count - 1), then obstacles. The
  * unknown of a step is u, the mean displacement velocity of every vertex: x1 = x0 + h u. Vertices
@@ -27,17 +27,17 @@ typedef struct contact_settings {
     double push_out_speed;  /* [m/s] a row inside the contact distance asks for this at most */
     double slope_tolerance; /* sine of the angle by which a new row's normal may lie outside of a
                                normal cone */
-    double old_slope_tolerance; /* the same for a row that goes on from the step before */
+    double old_slope_tolerance; /* as above, for a row that continues a contact */
     /* Rounds end when all of these hold: */
-    double settled_speed; /* [m/s] violations, and misfits of friction, have at most this root mean
-                             square */
-    double settled_drift; /* [m/s] what friction misses gives each cloth at most this speed */
-    double settled_slip;  /* [m/s] where rows hold a cloth, it slips as a whole at most this fast */
-    double settled_misfit;    /* [m/s] friction of each row misses at most this speed */
-    double settled_most;      /* [m/s] each row is violated by at most this speed */
-    double hard_stiffness;    /* penalty of a hard row over its share of diag(A) */
-    double anchor_share;      /* a step undoes this part of the offset of a contact that sticks */
-    double hard_friction;     /* penalty of slip over that of the normal part */
+    double settled_speed;  /* [m/s] violations, and misfits of friction, have at most this root mean
+                              square */
+    double settled_drift;  /* [m/s] errors of friction give each cloth at most this speed */
+    double settled_slip;   /* [m/s] a cloth that rows hold slips as a whole at most this fast */
+    double settled_misfit; /* [m/s] the error of friction of each row is at most this */
+    double settled_most;   /* [m/s] each row is violated by at most this speed */
+    double hard_stiffness; /* penalty of a hard row over its share of diag(A) */
+    double anchor_share;   /* a step undoes this part of the offset of a contact that sticks */
+    double hard_friction;  /* penalty of slip over that of the normal part */
     double push_out_softness; /* compliance of a row times its share of diag(A) */
 } contact_settings;
 
@@ -49,7 +49,7 @@ typedef struct contact_law {
     double separation_distance; /* [m] delta_s >= delta_c: where it ends */
     double static_friction;     /* Coulomb coefficient of a contact that does not slide */
     double dynamic_friction;    /* <= static_friction, of one that slides */
-    double restitution;         /* 0 .. 1, part of the speed of an impact that comes back */
+    double restitution;         /* 0 .. 1, rebound speed over impact speed */
 } contact_law;
 
 /* How friction of a surface depends on the direction. */
@@ -71,10 +71,10 @@ typedef enum particle_state { PARTICLE_FREE, PARTICLE_SLIDES, PARTICLE_STICKS } 
 typedef struct paper_rules {
     tulle_motion_space motion_space;
     uint8_t *before; /* particle_state of each cloth vertex at the start of the step */
-    uint8_t *after;  /* the same at its end, filled by the response */
+    uint8_t *after;  /* as above, at its end; filled by the response */
 } paper_rules;
 
-/* What an axis of a driven body gets. */
+/* The impulse on an axis of a driven body. */
 typedef enum drive_state {
     DRIVE_FOLLOWS,  /* push - gain u */
     DRIVE_AT_MOST,  /* the limit, forwards */
@@ -91,10 +91,10 @@ typedef struct body_drive {
     double pushes[BODY_AXES]; /* [N s], [N m s] */
     double limits[BODY_AXES]; /* [N s], [N m s] >= 0 */
     drive_state states[BODY_AXES];
-    double impulses[BODY_AXES]; /* [N s], [N m s] that it gives */
+    double impulses[BODY_AXES]; /* [N s], [N m s] of the drive */
 } body_drive;
 
-/* A vector without its parts along axes that the centre is locked along. */
+/* A vector without its parts along the locked axes of the centre. */
 static inline vec3 mask_locked(const body_drive *drive, vec3 a) {
     return vec3_make(drive->is_locked[0] ? 0.0 : a.x, drive->is_locked[1] ? 0.0 : a.y,
                      drive->is_locked[2] ? 0.0 : a.z);
@@ -109,26 +109,26 @@ typedef struct contact_body {
     const rigid_body *body;
     const double *points;              /* [m] of its vertices, in the body's coordinates */
     uint32_t vertex_begin, vertex_end; /* its surface's vertices */
-    bool is_free;                      /* else scripted or absent: its slots are no unknowns */
-    rigid_state start;                 /* at x0 */
-    mat3 inertia;                      /* about the centre, in the world's axes at x0 */
+    bool is_free;      /* else scripted or absent: the solve has no unknowns for it */
+    rigid_state start; /* at x0 */
+    mat3 inertia;      /* about the centre, in the world's axes at x0 */
     /* The implicit solve multiplies mass and inertia by these: 1 + alpha damping. */
     double mass_factor, inertia_factor;
-    bool has_own_answers; /* in the solve: not those of its mass and inertia alone */
+    bool has_own_answers; /* in the solve it answers otherwise than by its mass and inertia alone */
     body_drive *drive;    /* null: nothing drives or locks it */
-    vec3 inverse_mass;    /* [1/kg] of each axis. These two answer an impulse: with damping and the
-                             gains that the drive follows, zero where it is locked */
+    vec3 inverse_mass; /* [1/kg] of each axis. These two answer an impulse. They include damping and
+                          gains of the drive, and are zero along locks */
     mat3 inverse_inertia;
-    vec3 momentum, spin; /* [N s], [N m s] right-hand sides: those of the start, or what BDF2 makes
-                            of them and its history, with gravity and what the host adds */
+    vec3 momentum, spin; /* [N s], [N m s] right-hand sides: of the start, or by BDF2 with its
+                            history; with gravity and forces of the host */
     mat3 turn;           /* predicted for the step */
     vec3 turn_vector;    /* [rad] h w of the prediction */
 } contact_body;
 
 typedef struct contact_response contact_response;
 
-/* All that contact reads of one (sub)step. Borrowed. It is constant while the stages run, except
- * for what `scratch` and `heap` hand out. */
+/* All that contact reads of one (sub)step. Borrowed. It is constant while the stages run; only
+ * `scratch` and `heap` are used up. */
 typedef struct contact_scene {
     const surface_set *set;
     size_t vertex_count, cloth_vertex_count;
@@ -145,27 +145,27 @@ typedef struct contact_scene {
      * keeps no more distance, where its distance is the automatic one of the cloth. Null: there is
      * room everywhere */
     const double *rooms;
-    const double *automatic; /* [m] surface_count, read beside rooms; 0: its thickness is given */
+    const double *automatic; /* [m] surface_count, read with rooms; 0: its thickness is given */
     contact_body *bodies;    /* body_count */
     size_t body_count;
     const uint32_t *surface_bodies;    /* surface_count: body of each surface, or TULLE_NONE; may be
                                           null where body_count is 0 */
     vec3 gravity;                      /* [m/s^2] */
     const affine_map *const *carriers; /* surface_count entries, each may be null; null: none. How
-                                          what rides on a scripted obstacle moves with it */
+                                          cloth on a scripted obstacle moves with it */
     const uint64_t *ignored;           /* triangle pairs that may intersect, ascending, see
                                           ignored_pair_key; null: none */
     size_t ignored_count;
-    const uint32_t *tied_surfaces;    /* cloth_vertex_count: surface at which each vertex is held
-                                         rigidly, or TULLE_NONE; null: none is */
-    const double *tied_places;        /* [m] 3 * cloth_vertex_count: where each of these vertices is
-                                         held, in the rest shape of what holds it */
-    double time_step;                 /* [s] h > 0 */
+    const uint32_t *tied_surfaces; /* cloth_vertex_count: surface at which each vertex is held
+                                      rigidly, or TULLE_NONE; null: none is */
+    const double *tied_places; /* [m] 3 * cloth_vertex_count: where each of these vertices is held,
+                                  in the rest shape of its holder */
+    double time_step;          /* [s] h > 0 */
     const contact_response *response; /* how contact answers, see response.h */
     const paper_rules *paper;         /* read by the paper's response alone; else null */
     contact_settings settings;
     memory *heap;
-    arena *scratch;  /* each stage releases what it took */
+    arena *scratch;  /* each stage releases its memory */
     stop_poll *stop; /* asked often. When it says stop, stages end with TULLE_ERROR_INTERRUPTED, or
                         with any result where they have no status. May be null */
     int threads;
@@ -200,9 +200,9 @@ static inline uint32_t find_body(const contact_scene *scene, uint32_t vertex) {
 
 typedef enum row_state { ROW_OPEN, ROW_STICKS, ROW_SLIDES } row_state;
 
-/* A triangle of cloth that turns carries along what is tied at a height over it: its corner k adds
- * arms[k] (normal . u)  to the row's velocity, and an impulse p on the row gives it as much as
- * normal (arms[k] . p)  more. Without that a tie would turn cloth for ever. */
+/* A triangle of cloth that turns carries along a vertex that is tied at a height over it: its
+ * corner k adds arms[k] (normal . u)  to the row's velocity, and an impulse p on the row gives it
+ * as much as normal (arms[k] . p)  more. Without that a tie would turn cloth for ever. */
 typedef struct row_tilt {
     vec3 normal;  /* unit normal of the triangle */
     vec3 arms[3]; /* height times the gradients of the barycentric coordinates */
@@ -221,9 +221,8 @@ typedef struct row_frame {
     double weights[4];     /* signed, see closest_points */
     vec3 normal;           /* unit, from the second feature to the first */
     vec3 turning; /* [m/s] relative velocity at which the contact keeps its place. Tangentially:
-                     what rides on a scripted obstacle that turns, a gap away from it, seems to
-                     slip. Along the normal: what the gap seems to lose while the frame turns to
-                     that of the end of the step */
+                     cloth a gap away from a scripted obstacle that turns seems to slip. Along the
+                     normal: the gap seems to shrink while the frame turns to the end of the step */
     uint32_t vertices[4];
     bool has_body;        /* a side lies on a free body */
     const row_tilt *tilt; /* of a tie at a height over cloth; null for contacts */
@@ -242,11 +241,11 @@ typedef struct row_law {
     vec3 anchor;          /* [m] tangential offset since the contact began to stick */
     double restitution;   /* as in contact_law */
     double approach;     /* [m/s] n . sum w v0: negative where the sides come nearer at the start */
-    double fall;         /* [m/s] what gravity adds to it in this step */
+    double fall;         /* [m/s] that gravity adds to it in this step */
     double rebound;      /* [m/s] speed at which an impact parts at the end of the step; 0: none */
     row_state old_state; /* of the contact of the step before; ROW_OPEN for a new row */
     uint32_t age;        /* steps before this one in which that contact was there */
-    bool is_old;         /* goes on with a contact of the step before */
+    bool is_old;         /* continues a contact of the step before */
     bool is_sliding;     /* slips at the start of the step */
 } row_law;
 
@@ -255,12 +254,12 @@ typedef struct row_law {
  * `slip_answer`. Stage 10 stores impulse and state. */
 typedef struct row_solve {
     vec3 impulse;        /* [N s] total over the step, acts w_i impulse on vertex i */
-    double inverse_mass; /* [1/kg] sum w_i^2 / m_i and what bodies add along the normal, > 0 */
-    double compliance;   /* [1/kg] the normal impulse times this is taken off a push-out's speed */
+    double inverse_mass; /* [1/kg] sum w_i^2 / m_i, with bodies along the normal, > 0 */
+    double compliance;   /* [1/kg] times the normal impulse: is taken off a push-out's speed */
     double friction_cap; /* [N s] normal impulse that bounds friction of a hard row; < 0: its own */
     row_state state;     /* after the last sweep */
-    bool is_hard;        /* takes part in the matrix of the solve, while it carries load */
-    bool is_in_matrix;   /* does so in this round */
+    bool is_hard;        /* joins the matrix of the solve while it carries load */
+    bool is_in_matrix;   /* is in the matrix in this round */
     double slip_inverse_mass; /* [1/kg] with a body: largest answer to a tangential impulse */
     vec3 slip_answer;    /* [1/kg] with a body: tangential velocity for a unit of normal impulse */
     double stiffness;    /* [kg] penalty of a hard row in the solve */
@@ -271,9 +270,9 @@ typedef struct row_solve {
     vec3 slip_target;    /* [m/s] slip_pull pulls towards this slip */
 } row_solve;
 
-/* One contact: the half-space  n . sum_i w_i u_i >= bias  with friction and its total impulse. So
- * that what sweeps touch lies together, it is the end of `frame` and the beginnings of `solve` and
- * `law`. */
+/* One contact: the half-space  n . sum_i w_i u_i >= bias  with friction and its total impulse.
+ * Sweeps touch the end of `frame` and the beginnings of `solve` and `law`, which lie together in
+ * memory. */
 typedef struct contact_row {
     row_frame frame;
     row_solve solve;
@@ -282,10 +281,10 @@ typedef struct contact_row {
 
 /* A spring that pulls a vertex of cloth to its place over a triangle or to a point. */
 typedef struct tie_spring {
-    contact_row row;  /* its frame: vertex and triangle, and their bodies */
-    row_tilt tilt;    /* the frame's, where it has one */
-    vec3 away;        /* [m] from the place to the vertex at x0, and what turns of bodies add */
-    double stiffness; /* [N/m] INFINITY: so stiff that the cloth beside it gives instead */
+    contact_row row; /* its frame: vertex and triangle, and their bodies */
+    row_tilt tilt;   /* the frame's, where it has one */
+    vec3 away; /* [m] from the place to the vertex at x0, with the second-order turn of bodies */
+    double stiffness; /* [N/m] INFINITY: stiffer than the cloth around it */
     double pull;      /* [kg] impulse against a velocity, set by the solve */
 } tie_spring;
 
@@ -310,8 +309,8 @@ typedef struct row_list {
     near_pair_list near_pairs;
 } row_list;
 
-/* What is kept of a contact from step to step. Plain data without padding: may be saved, loaded
- * and hashed as bytes. */
+/* The part of a contact that is kept from step to step. Plain data without padding: may be saved,
+ * loaded and hashed as bytes. */
 typedef struct stored_contact {
     uint32_t kind, first, second; /* key; sorted by it */
     uint32_t is_hard;             /* 0 or 1 */

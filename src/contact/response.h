@@ -1,6 +1,6 @@
-/* contact/response.h - the two ways in which contact answers, as tables of what differs between
- * them. The world and a step never ask which one it is: they call the functions of the table, of
- * which none is null, and each bool answers one question.
+/* contact/response.h - the two responses of contact, as tables of their differences. The world and
+ * a step never ask which response it is: they call the functions of the table, which are never
+ * null, and each bool answers one question.
  *
  * coupled: one solve finds the impulses of all rows and the motion of all cloth and bodies.
  * paper: forces and velocities of each vertex are projected on its motion space, for comparison. */
@@ -26,28 +26,27 @@ struct contact_response {
      * Called for whole substeps. */
     tulle_status (*end_contacts)(const contact_scene *scene, row_list *list, const double *u,
                                  double *v1, end_velocities *ends);
-    /* Stage 10: keeps what the next step needs to know of the accepted paths x0 -> x1, in the rows
-     * and in scene->paper. */
+    /* Stage 10: keeps facts of the accepted paths x0 -> x1 for the next step, in the rows and in
+     * scene->paper. */
     void (*keep_contacts)(const contact_scene *scene, const double *x1, row_list *list);
     /* Energy is balanced: a substep by implicit Euler is solved again when it gains energy, and a
-     * rebound gives no more than there is. That takes contacts that keep momentum: what one side
-     * loses the other one gains. */
+     * rebound gives no more than there is. This needs contacts that keep momentum. */
     bool balances_energy;
     /* The first solves of a substep are rough, because others follow. */
     bool begins_roughly;
-    /* A solution that stretches springs by much more energy than was linear is solved again, with
-     * springs linearised about it. */
+    /* If a solution stretches springs by much more energy than the linear system predicts, springs
+     * are linearised about it and it is solved again. */
     bool linearises_again;
     /* The solve takes the forces at the start of the step by themselves. */
     bool needs_forces;
     /* Springs stay linear, whatever the material says. Where a substep has one solve, cloth that
      * stiffens would tear. */
     bool has_linear_springs;
-    /* Contact may give energy on and on. So edges are tested before a motion is taken, and cloth
-     * that tears fails the step. */
+    /* Contact may add energy again and again. So edges are tested before a motion is accepted, and
+     * torn cloth fails the step. */
     bool may_tear_cloth;
     /* Rows are fitted to obstacles: they take the normal of the obstacle's surface, turn to the end
-     * of the step, and are dropped where a nearer row hides them. If false, a row keeps the normal
+     * of the step, and are dropped if a nearer row hides them. If false, a row keeps the normal
      * between the features that are nearest. */
     bool fits_rows;
     bool moves_bodies;    /* rigid bodies can answer */

@@ -32,8 +32,8 @@ typedef struct pair_source {
     /* Finds the candidates of x0 -> x1 with `margin` and sets pairs and bounds (a copy of x1). */
     tulle_status (*renew)(struct pair_source *source, const double *x1);
     /* Called when x1 stays in the bounds, or where pairs beyond the list are not wanted
-     * (foresee_impacts). Keeps the bounds. Takes in again the pairs that were left out and are not
-     * proven to keep their gap along x0 -> x1. Null: nothing is left out. */
+     * (foresee_impacts). Keeps the bounds. Adds the left-out pairs that are not proven to keep
+     * their gap along x0 -> x1. Null: nothing is left out. */
     tulle_status (*adapt)(struct pair_source *source, const double *x1);
     void *context;        /* of renew and adapt */
     uint64_t renew_count; /* renewals so far */

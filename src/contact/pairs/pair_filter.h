@@ -8,8 +8,8 @@
  * (compute_rounding_slack), which covers the error of g.
  *
  * Two directions at the start of the step are tried: from the middle of the second feature to that
- * of the first, and the common normal of both. The middle of a large triangle tells little where
- * small features lie on it, and there its normal tells all. */
+ * of the first, and the common normal of both. The middle of a large triangle says little about
+ * small features on it; there its normal is decisive. */
 #ifndef TULLE_CONTACT_PAIRS_PAIR_FILTER_H
 #define TULLE_CONTACT_PAIRS_PAIR_FILTER_H
 
@@ -29,9 +29,9 @@ TULLE_DECLARE_KERNEL(size_t, filter_pairs,
                      (const pair_filter *filter, feature_kind kind, const feature_pair *pairs,
                       size_t count, feature_pair *kept))
 
-/* What is measured of pairs, an entry each. */
+/* Measures of pairs, an entry each. */
 typedef struct pair_measures {
-    double *distances; /* [m] those of closest_of_pair to the bit */
+    double *distances; /* [m] the same bits as by closest_of_pair */
     bool *is_at_end;   /* of two edges: a closest point is an end of an edge; a weight of
                           closest_of_pair is under RIM_WEIGHT */
 } pair_measures;

@@ -5,7 +5,7 @@
 
 #include "contact/contact_types.h"
 
-/* What becomes of the row of a pair. A reserved one is kept only if a contact is carried over to
+/* Whether the row of a pair is kept. A reserved row is kept only if a contact is carried over to
  * it.
  */
 typedef enum row_choice { ROW_DROPPED, ROW_RESERVED, ROW_KEPT } row_choice;

@@ -7,7 +7,7 @@
 /* Replaces the store's contents by the rows of an accepted step of length time_step [s], each pair
  * once with the sum of its rows' impulses, and by `others`, contacts of pairs without a row, in
  * ascending order. Fails
- * only when memory is short, which a call of reserve_contacts before rules out; the store is then
+ * only when memory is short, which an earlier call of reserve_contacts rules out; the store is then
  * as it was. */
 tulle_status store_contacts(contact_store *store, memory *heap, const row_list *list,
                             const stored_contact *others, size_t other_count, double time_step);
@@ -29,9 +29,8 @@ uint64_t contact_store_hash(const contact_store *store, uint64_t hash);
 /* The store as bytes (a little-endian block without padding), for the checkpoint. */
 size_t contact_store_get_size(const contact_store *store);
 void contact_store_save(const contact_store *store, void *bytes);
-/* Reads a block of byte_count bytes; INVALID_ARGUMENT when it is not one (wrong size, unsorted,
- * values not finite), the store is then as it was. Whether indices fit the mesh is another
- * question: contact_store_fits. */
+/* Reads a block of byte_count bytes; INVALID_ARGUMENT if it is wrong (size, order, values not
+ * finite); then the store is as it was. contact_store_fits says whether indices fit the mesh. */
 tulle_status contact_store_load(contact_store *store, memory *heap, const void *bytes,
                                 size_t byte_count);
 

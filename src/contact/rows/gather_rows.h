@@ -1,4 +1,4 @@
-/* contact/rows/gather_rows.h - stage 5: rows of pairs that touch or are about to. */
+/* contact/rows/gather_rows.h - stage 5: rows of pairs that touch or will touch. */
 #ifndef TULLE_CONTACT_ROWS_GATHER_ROWS_H
 #define TULLE_CONTACT_ROWS_GATHER_ROWS_H
 

@@ -20,17 +20,17 @@ typedef struct near_planes {
 } near_planes;
 
 /* Sets the plane of a row. Only a vertex/triangle row has one, made for the start, between a vertex
- * that moves and a scripted obstacle, that pushes along the shortest way. ends [m]: predicted
+ * that moves and a scripted obstacle, that pushes along the shortest line. ends [m]: predicted
  * positions. */
 void make_near_plane(const contact_scene *scene, const double *ends, const contact_row *row,
                      near_plane *plane);
 
 /* Whether the obstacle's feature of the row lies behind the planes that are nearest to its vertices
- * of cloth or of a free body. What keeps the vertices in front of these planes keeps them away from
- * the feature, too. So each vertex has one row on a flat obstacle, and nothing stops at the rim of
- * a triangle that lies flush with its neighbour without sharing vertices. The nearest row of a
- * vertex is never hidden. Of the row only kind, vertices, weights and is_old are read; `index`
- * tells it from others. */
+ * of cloth or of a free body. Rows that keep the vertices in front of these planes keep them away
+ * from the feature, too. So each vertex has one row on a flat obstacle, and nothing stops at the
+ * rim of a triangle that lies flush with its neighbour without sharing vertices. The nearest row of
+ * a vertex is never hidden. Of the row only kind, vertices, weights and is_old are read; `index` is
+ * its number. */
 bool row_is_hidden(const contact_scene *scene, const double *ends, const near_planes *planes,
                    const contact_row *row, size_t index);
 

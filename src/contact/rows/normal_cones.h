@@ -20,9 +20,9 @@ vec3 compute_vertex_normal(const contact_scene *scene, const double *x1, double 
                            uint32_t vertex);
 
 /* A direction near `normal` in which the row's feature that is not of cloth can be touched, at time
- * `time` along x0 -> x1; `normal` itself where it is one. A flat can be touched in one direction
- * only, even where an edge or a vertex of it is nearest. A hollow edge or vertex gives the mean
- * normal of its triangles. Unit, or zero where these cancel. */
+ * `time` along x0 -> x1; `normal` itself if it can. A flat can be touched in one direction only,
+ * even if an edge or a vertex of it is nearest. A hollow edge or vertex gives the mean normal of
+ * its triangles. Unit, or zero where these cancel. */
 vec3 fit_normal_to_cone(const contact_scene *scene, const double *x1, const contact_row *row,
                         vec3 normal, double time);
 

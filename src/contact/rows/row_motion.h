@@ -1,5 +1,5 @@
-/* contact/rows/row_motion.h - how a row moves with what it touches: vertices, and rigid bodies
- * through the two slots of each.
+/* contact/rows/row_motion.h - how a row moves with the vertices that it touches, and with rigid
+ * bodies through the two slots of each.
  *
  * A side of a row that lies on a body adds  s V + w x a  to the row's velocity: V and w are the
  * body's slots, a = sum w_i r_i is the side's arm, and s is 1 for the first side and -1 for the
@@ -10,7 +10,7 @@
 
 #include "contact/contact_types.h"
 
-/* sum w_i x_i over the four vertices, whatever they belong to. */
+/* sum w_i x_i over the four vertices, of cloth or not. */
 static inline vec3 blend_row_vertices(const contact_row *row, const double *x) {
     vec3 sum = vec3_scale(vec3_load(x, row->frame.vertices[0]), row->frame.weights[0]);
     for (int k = 1; k < 4; k++)
@@ -40,12 +40,12 @@ static inline const contact_body *find_side_body(const contact_scene *scene, con
     return &scene->bodies[(row->frame.slots[side] - scene->cloth_vertex_count) / 2];
 }
 
-/* Velocity [m/s] of the first feature relative to the second, of a row with bodies or a tilt: their
- * part, and that of the vertices that count by themselves. */
+/* Velocity [m/s] of the first feature relative to the second, of a row with bodies or a tilt: the
+ * sum of their parts and of the vertices that count by themselves. */
 vec3 get_coupled_velocity(const contact_row *row, const double *u);
 
 /* Velocity [m/s] of the first feature relative to the second at the contact, less the row's
- * `turning`, which is the velocity of what keeps its place. */
+ * `turning`, at which the contact keeps its place. */
 static inline vec3 get_relative_velocity(const contact_row *row, const double *u) {
     vec3 const of_points =
         row->frame.has_body ? get_coupled_velocity(row, u) : blend_row_vertices(row, u);
