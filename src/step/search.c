@@ -103,7 +103,7 @@ static tulle_status adapt_pairs(pair_source *source, const double *x1) {
     if (!context->work->patches) return TULLE_OK;
     double const start = timer_now();
     /* The patches are proven for x0 -> x1 too where no vertex of a cloth ends farther from the end
-     * that they are certified for than their reach allows; else they are tested anew. */
+     * that they are certified for than their reach allows; else they are tested again. */
     patch_rules rules = context->work->patch_rules;
     rules.reach = context->work->hold_reach;
     rules.max_angle = fmax(rules.max_angle, HOLD_ANGLE);

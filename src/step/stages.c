@@ -18,9 +18,9 @@
 /* Springs may take more energy than the linear system reckons with. It misleads the solve where the
  * difference is over this share of the energy that the step takes anyway. */
 static const double EXCESS_SHARE = 0.5;
-/* Near rest a step takes next to no energy. So springs that were linearised anew may also take this
- * share of m (g h)^2 of the lightest cloth. Without that first time pinched cloth creeps. Beside
- * bodies they may not: a stack on cloth would creep. */
+/* Near rest a step takes next to no energy. So springs that were linearised again may also take
+ * this share of m (g h)^2 of the lightest cloth. Without that first time pinched cloth creeps.
+ * Beside bodies they may not: a stack on cloth would creep. */
 static const double FALL_SHARE = 0.01;
 /* The first new linearisation usually leaves less than a twentieth of the excess. Where that will
  * do, the solve that follows is a full one, but for an excess over m (g h)^2: stiff sheets that

@@ -2,7 +2,7 @@
  *
  * The copy takes the place of the state when the step has succeeded. What the step changes outside
  * the copy (who is present, patches) is noted before and put back when the
- * step fails or is made anew. */
+ * step fails or is repeated. */
 #include "step/undo.h"
 
 #include "step/bodies/bodies.h"

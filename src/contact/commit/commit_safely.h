@@ -16,7 +16,7 @@ typedef struct commit_report {
     commit_outcome outcome;
     double fraction;        /* of the time step that passed: 1, less, or 0 when blocked */
     uint64_t tested_pairs;  /* pairs that the cheapest test did not prove apart */
-    uint64_t turning_pairs; /* those of them that a plane that turns proved apart */
+    uint64_t turning_pairs; /* of these: proven apart by a turning plane */
     uint64_t impact_zones, component_scalings, global_scalings;
     double smallest_gap; /* [m] over all candidates at x1, INFINITY if none is nearer than the
                             largest separation distance */
@@ -30,7 +30,7 @@ typedef struct commit_report {
 /* In: u and x1 of stage 8; is_clean, its verdict on exactly these x1. Out: x1 that is safe, and u:
  * for vertices that were held back it is their displacement over the time that passed.
  * When time was shortened, vertices with inverse mass 0 are at x0 + fraction (target - x0). The
- * caller sets its obstacles there and goes on with the rest of the step. If the outcome is
+ * caller sets its obstacles there and continues with the rest of the step. If the outcome is
  * COMMIT_CLEAN or COMMIT_SHORTENED, the last test covered every candidate along x0 -> x1, with
  * exactly the doubles that are returned. */
 tulle_status commit_safely(const contact_scene *scene, pair_source *source, bool is_clean,

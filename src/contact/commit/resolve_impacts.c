@@ -145,7 +145,7 @@ tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, ro
     for (int round = 0; status == TULLE_OK; round++) {
         arena_mark const round_mark = arena_get_mark(scene->scratch);
         /* Later rounds test only pairs with a changed vertex. If that finds no hit, all pairs are
-         * tested. Pairs that were found anew need no full test: what was tested on paths that are
+         * tested. Pairs that were found again need no full test: what was tested on paths that are
          * still the same was complete for them. So hits do not depend on when pairs are searched.
          */
         pair_events hits = {0};

@@ -7,7 +7,7 @@
 typedef struct impact_report {
     uint32_t rounds;        /* rounds that found something */
     uint64_t tested_pairs;  /* pairs that the cheapest test did not prove apart */
-    uint64_t turning_pairs; /* those of them that a plane that turns proved apart */
+    uint64_t turning_pairs; /* of these: proven apart by a turning plane */
     uint64_t impact_count;  /* rows added */
     bool is_clean;          /* the last test of x0 -> x1 found nothing */
 } impact_report;
@@ -18,9 +18,9 @@ typedef struct impact_report {
 tulle_status resolve_impacts(const contact_scene *scene, pair_source *source, row_list *list,
                              double *u, double *x1, impact_report *report);
 
-/* Adds a row for each hit along x0 -> x1, of a rough solve, that the first search of the substep
- * has found a candidate for, along x0 -> predicted. Nothing answers: the next solve will. Does not
- * tell whether x0 -> x1 is clean. */
+/* Adds a row for each hit along the paths x0 -> x1 of a rough solve. Only pairs are tested that the
+ * first search of the substep found, along x0 -> predicted. Nothing answers to these rows before
+ * the next solve. Does not say whether x0 -> x1 is clean. */
 tulle_status foresee_impacts(const contact_scene *scene, pair_source *source, row_list *list,
                              const double *predicted, const double *x1, impact_report *report);
 

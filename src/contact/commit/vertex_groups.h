@@ -24,7 +24,7 @@ static inline bool vertex_groups_make(vertex_groups *groups, arena *scratch, siz
     return true;
 }
 
-/* Returns the name of the vertex's group, and halves the way to it for the next time. */
+/* Returns the name of the vertex's group, and shortens later searches. */
 static inline uint32_t find_group(vertex_groups *groups, uint32_t vertex) {
     uint32_t *const parents = groups->parents;
     while (parents[vertex] != vertex) {

@@ -7,7 +7,7 @@
  * before. The active normals are kept as Q R, orthogonalised twice.
  *
  * Based on: Goldfarb, Idnani, A numerically stable dual method for solving strictly convex
- * quadratic programs, 1983. Departure: Q R is made anew for every change; it has at most three
+ * quadratic programs, 1983. Departure: Q R is computed again for every change; it has at most three
  * columns. */
 #include "contact/paper/half_spaces.h"
 

@@ -49,9 +49,9 @@ bool motion_space_contains(const motion_space *space, vec3 v);
  *  polyhedral: the point of the intersection that is nearest to v. It is too far if it lies further
  *  from v than 20 times the largest violation: the intersection is then a sharp wedge. If there is
  *  no point, or it is too far, offsets drop to min(offset, 0), so that zero is always allowed; the
- *  answer is the nearest point of these half-spaces. That may be too far as well, as between two
- *  layers whose normals rounding has tilted, and zero would lock the vertex. The answer is then the
- *  point x with the least |x - v|^2 + 400 sum missed^2, for the offsets as given. */
+ *  answer is the nearest point of these half-spaces. If that is too far as well, as between two
+ * layers whose normals rounding has tilted, zero would lock the vertex. Then the answer is the
+ * point x with the least |x - v|^2 + 400 sum missed^2, for the offsets as given. */
 vec3 motion_space_project(const motion_space *space, vec3 v);
 
 #endif

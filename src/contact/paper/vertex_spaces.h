@@ -38,17 +38,17 @@ typedef struct space_choice {
                        are 0 */
 } space_choice;
 
-/* Where a vertex may move, seen from the frame of what it touches. */
+/* Where a vertex may move, seen from the frame of the touched surface. */
 typedef struct vertex_space {
     motion_space space;
     vec3 reference; /* [m/s] velocity of the frame */
 } vertex_space;
 
 /* cone: the planes of the rows stand still in space, and so does the frame.
- * polyhedral: each plane moves as the two sides of its row would together. It leaves room for the
- * approach down to the contact distance, and for the way that a corner lies behind the contact
- * point. The velocity of the frame is the mean of theirs.
- * May run for several vertices at once. */
+ * polyhedral: each plane moves as both sides of its row would move together. It leaves room for the
+ * approach down to the contact distance, and for the distance by which a corner lies behind the
+ * contact point. The velocity of the frame is the mean of theirs. May run for several vertices at
+ * once. */
 vertex_space make_vertex_space(const vertex_spaces *spaces, uint32_t vertex, space_choice choice);
 
 /* The row whose plane this velocity, as seen from the frame, misses by most; null: it misses none.

@@ -16,7 +16,7 @@ static const double SCRIPT_TURN_MAX = 0.7853981633974483;
 /* Bits to which a substep's share of the step is found. */
 enum { SHARE_BITS = 40 };
 /* A contact may give a body this factor times the turn for which the substep was cut. Beyond it
- * the substep is made anew, with a turn that is shorter by the same factor. */
+ * the substep is repeated, with a turn that is shorter by the same factor. */
 static const double TURN_SLACK = 1.1;
 
 /* [rad] The most that a body may turn in one substep, from its least contact distance with
