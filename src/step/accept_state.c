@@ -42,7 +42,7 @@ static tulle_status accept_velocities(step_context *context) {
     finish_velocities(system, &context->sub->dynamics, solved_count, u, end);
     for (size_t v = 0; v < solved_count; v++) {
         if (context->work->is_fixed[v]) memcpy(end + 3 * v, u + 3 * v, 3 * sizeof(double));
-        /* of a change of velocity the part that fits the time which passed */
+        /* the part of the change of velocity that fits the passed time */
         bool const is_moved = v >= context->model->cloth_vertex_count ||
                               context->work->active_inverse_masses[v] > 0.0;
         if (is_whole || !is_moved) continue;

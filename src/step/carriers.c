@@ -1,5 +1,5 @@
 /* step/carriers.c - the affine map by which each scripted obstacle goes through a substep,
- * for the rescue that lets cloth ride on what moves.
+ * for the rescue that lets cloth ride on moving obstacles.
  *
  * A step begins with obstacles on their script. Vertices move on straight lines to where the script
  * has them at the end of the substep; when time is shortened on the way they stop on their chords,

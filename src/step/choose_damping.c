@@ -1,14 +1,15 @@
 /* step/choose_damping.c - how far a step goes from its integrator towards implicit Euler.
  *
- * Crank-Nicolson turns the sign of modes that the step does not resolve, and BDF2 goes on with
+ * Crank-Nicolson turns the sign of modes that the step does not resolve, and BDF2 continues with
  * velocities from before an impact. So a step with an impact is one of implicit Euler, which also
- * stops what hangs on the vertex that hit; the next step takes no history from it. Impulses that
- * have not settled excite modes that the step does not resolve, so steps with contact are damped.
- * Free steps of Crank-Nicolson are damped a little. The damping is a rate times the step, so the
- * order without impacts stays two. It is the same for all vertices: linear momentum is kept.
+ * stops the cloth that hangs on the vertex that hit; the next step takes no history from it.
+ * Impulses that have not settled excite modes that the step does not resolve, so steps with contact
+ * are damped. Free steps of Crank-Nicolson are damped a little. The damping is a rate times the
+ * step, so the order without impacts stays two. It is the same for all vertices: linear momentum is
+ * kept.
  *
- * Takes rows as gathered and velocities at the start; gives force_options.damping. What the
- * integrator then takes from free motion by itself is told, too. */
+ * Takes rows as gathered and velocities at the start; gives force_options.damping. The numerical
+ * damping of free motion is computed here, too. */
 #include "step/choose_damping.h"
 #include "contact/solve/end_velocities.h"
 
@@ -35,7 +36,7 @@ double step_choose_damping(const step_model *model, step_work *work) {
     return fmin(rate * work->sub.time_step, 1.0);
 }
 
-/* ---- what it takes from free motion ---- */
+/* ---- the damping of free motion ---- */
 
 /* By what a step multiplies x + i v / omega of a motion that turns by omega h in it. */
 typedef struct amplification {

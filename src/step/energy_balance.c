@@ -1,9 +1,8 @@
 /* step/energy_balance.c - the energy that a substep may end with.
  *
  * At the end of a substep, kinetic energy and the true potentials of springs, bending and gravity
- * may not be more than at its start and what was put in from outside: the work of wind, of pins and
- * of obstacles on their own way. Takes the substep as solved; gives what is left for the kinetic
- * energy. */
+ * may not exceed the energy at its start plus the work from outside: of wind, of pins and of
+ * obstacles on scripts. Takes the substep as solved; gives what is left for the kinetic energy. */
 #include "step/energy_balance.h"
 
 #include "contact/solve/end_velocities.h"
@@ -60,7 +59,7 @@ tulle_status step_measure_cloths(const step_model *model, motion_state *state, s
     return TULLE_OK;
 }
 
-/* Work [J] of what holds cloth vertices, but for what their contacts ask: u . (A u - b). */
+/* Work [J] of the pins that hold cloth vertices, without their contacts: u . (A u - b). */
 static tulle_status measure_pins(const step_model *model, step_work *work, double *pulled) {
     const double *const u = work->sub.mean_velocity;
     bool moves = false;
@@ -166,10 +165,10 @@ static tulle_status measure_work(const step_model *model, motion_state *state, s
     return status;
 }
 
-/* Newton's method goes astray where a solution stretches stiff cloth in earnest: the tangent there
- * throws it farther off. No motion can have more energy than there is, so none is linearised about
- * that has. The way from the guess before to the solution begins with such as have not, and is
- * halved until one is found. Pins go their part of it in the guess, but not in u. */
+/* Newton's method diverges if a solution stretches stiff cloth far: the tangent there throws it
+ * farther off. No motion can have more energy than there is, so springs are never linearised about
+ * such a solution. It is moved back towards the guess before it, by halves, until its energy is low
+ * enough. Pins go their part of it in the guess, but not in u. */
 tulle_status step_temper_solution(const step_model *model, motion_state *state, step_work *work,
                                   const linear_excess *excess, bool is_last, lost_solve *lost) {
     double energy;

@@ -2,7 +2,7 @@
  *
  * Takes the state at the start of the substep and the script; fills what the stages read
  * (context->scene, targets, arrays of the scratch arena). Gives the paths to expect: x0 + h v0 +
- * h^2 g for cloth, without contact and inner forces, and the way to the target for what follows a
+ * h^2 g for cloth, without contact and inner forces, and the path to the target for everything on a
  * script. Stages 2 to 5 search along them. */
 #include "contact/pairs/body_paths.h"
 #include "step/bodies/bodies.h"

@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Makes sure that frame `number` is in one of the two cached slots; *slot tells which. `keep` is
+/* Makes sure that frame `number` is in one of the two cached slots; *slot says which. `keep` is
  * the slot that must not be overwritten, or -1. */
 static tulle_status load_frame(const step_model *model, step_work *work, size_t index,
                                uint32_t number, int keep, int *slot) {

@@ -96,7 +96,7 @@ static tulle_status renew_pairs(pair_source *source, const double *x1) {
     return search_again(source->context, x1, x1);
 }
 
-/* Takes pairs again that patches left out and that are not proven for x0 -> x1. The boxes stay
+/* Adds pairs that patches left out and that are not proven for x0 -> x1. The boxes stay
  * those of the paths that the pairs were found for, so they leave out the same as before. */
 static tulle_status adapt_pairs(pair_source *source, const double *x1) {
     step_context *const context = source->context;

@@ -9,7 +9,7 @@ enum { ROUNDS_MOST = 6 };
  */
 enum { BALANCE_ROUNDS = 3 };
 
-/* The next solve goes on from a rough one. So a rough solve ends at this part of its first
+/* The next solve continues from a rough solve. So a rough solve ends at this part of its first
  * residual, but neither above so many times the tolerance nor above a hundredth. At rest the first
  * residual is small, and a rough solve is as exact as others. */
 static const double ROUGH_SHARE = 0.01, ROUGH_TOLERANCES = 30.0, ROUGH_MOST = 0.01;
@@ -19,10 +19,10 @@ static const double ROUGH_SHARE = 0.01, ROUGH_TOLERANCES = 30.0, ROUGH_MOST = 0.
 enum { ROUGH_ITERATIONS = 1000 };
 
 /* Where A's diagonal is so many times the mass on average, solves do not end late: penalties of
- * rows are ten times the diagonal. What a late end leaves, times these, would be more than the
- * weight of the cloth, and grow from step to step until it sticks. In single precision, directions
- * lose what they know of each other. Cotton of centimetres has 1e4, of two millimetres 6e5; sheets
- * that slide failed from 2e7 on. */
+ * rows are ten times the diagonal. The error of a late end, times these, would exceed the weight of
+ * the cloth, and grow from step to step until the cloth sticks. In single precision, directions
+ * lose their conjugacy. Cotton of centimetres has 1e4, of two millimetres 6e5; sheets that slide
+ * failed from 2e7 on. */
 static const double STIFF_ON_AVERAGE = 5e6;
 
 bool step_is_stiff(const step_model *model, const step_work *work) {

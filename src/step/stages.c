@@ -1,4 +1,4 @@
-/* step/stages.c - stages 5 to 9: what the world gives each of them and takes from it.
+/* step/stages.c - stages 5 to 9: hands their input from the world to each and takes its output.
  *
  * The stages themselves are in contact/ and dynamics/, where they know neither a world nor a step.
  * Each takes its input from the context, writes its output there and counts into the report. */
@@ -15,8 +15,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Springs may take more energy than the linear system reckons with. It misleads the solve where the
- * difference is over this share of the energy that the step takes anyway. */
+/* Springs may take more energy than the linear system predicts. The solve is misled if the
+ * difference exceeds this share of the energy that the step takes anyway. */
 static const double EXCESS_SHARE = 0.5;
 /* Near rest a step takes next to no energy. So springs that were linearised again may also take
  * this share of m (g h)^2 of the lightest cloth. Without that first time pinched cloth creeps.
@@ -27,12 +27,12 @@ static const double FALL_SHARE = 0.01;
  * land would be thrown about more, and cloth would creep in a drum that spins fast. */
 static const double NEWTON_FALL = 20.0;
 
-/* Where the first, rough solution of a substep lets cloth grow by so many times what is too much,
- * the substep is refused at once. Solves that go on from there seldom mend it. */
+/* If the first, rough solution of a substep stretches cloth by so many times the limit, the substep
+ * is refused at once. Later solves seldom mend it. */
 static const double HOPELESS_GROWTH = 80.0;
 
-/* Paths of a rough solve that are so many times longer than any that was expected are not worth to
- * foresee impacts by: they may hit everything. */
+/* Paths of a rough solve that are so many times longer than the longest expected path are not used
+ * to foresee impacts: they may hit everything. */
 static const double LEAP = 4.0;
 
 /* [bytes] of scratch for each vertex of cloth that other stages may need while terms are kept, and
@@ -252,7 +252,7 @@ tulle_status step_commit_safely(step_context *context) {
         if (commit->has_blocking) context->work->pinch.blocked = *commit;
         context->sub->passed = commit->fraction * context->sub->time_step;
         context->outcome = outcomes[commit->outcome];
-        /* a rescue knows nothing of springs: what it moved may have far more energy than there is
+        /* a rescue knows nothing of springs: cloth that it moved may have far too much energy
          */
         bool const has_rescue = commit->impact_zones + commit->component_scalings > 0;
         if (has_rescue && commit->outcome == COMMIT_CLEAN && step_may_refuse_gain(context)) {

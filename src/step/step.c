@@ -3,7 +3,7 @@
  * A step takes the state and gives a state that is proven free of intersection, or an error and the
  * state as it was. It works on a copy (undo.c) in one or more substeps; a healthy scene needs one.
  * A substep runs the ten stages below, top down. A stage that cannot go on says how the substep
- * ended (substep_outcome); what is tried then stands in retry.c.
+ * ended (substep_outcome); retry.c decides what is tried then.
  *
  * Based on: Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005 (detection, contact, response in this order). Departures: docs/method/index.md. */
@@ -106,7 +106,7 @@ static tulle_status report_energies(step_context *context) {
     return TULLE_OK;
 }
 
-/* Fails where a fabric holds no more and the world is to stop there. */
+/* Fails if a yarn is beyond its limit and the world is to stop there. */
 static tulle_status check_overstretch(const step_context *context) {
     if (context->work->report->overstretched == 0 ||
         context->model->def.on_overstretch != TULLE_ON_OVERSTRETCH_STOP)

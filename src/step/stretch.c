@@ -1,5 +1,5 @@
-/* step/stretch.c - what a substep would do to the lengths of cloth edges: the judgement of
- * its paths before they are taken. */
+/* step/stretch.c - how far a substep would stretch cloth: its paths are judged before they are
+ * accepted. */
 #include "step/stretch.h"
 
 #include "base/parallel.h"

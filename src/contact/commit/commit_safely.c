@@ -99,7 +99,7 @@ static tulle_status shorten_time(commit_work *work) {
         pair_events hits;
         tulle_status const status = test_all(work, &hits);
         if (status == TULLE_OK && !work->is_clean) {
-            /* the earliest hit stands for what blocks the scene */
+            /* the earliest hit is named as the cause of a block */
             const pair_event *earliest = &hits.events[0];
             for (size_t i = 1; i < hits.count; i++)
                 if (hits.events[i].time < earliest->time) earliest = &hits.events[i];
@@ -113,8 +113,8 @@ static tulle_status shorten_time(commit_work *work) {
         arena_release(scene->scratch, mark);
         if (status != TULLE_OK || work->is_clean) return status;
         if (!(report->fraction >= MINIMUM_FRACTION)) break;
-        /* x1 = x0 + fraction (base - x0), and what stands still keeps its bits, the sign of a zero
-         * included; bodies go the first part of their way */
+        /* x1 = x0 + fraction (base - x0); vertices that stand still keep their bits, the sign of a
+         * zero included; bodies go the first part of their paths */
         for (size_t i = 0; i < size; i++)
             if (base[i] != scene->x0[i])
                 work->x1[i] = scene->x0[i] + report->fraction * (base[i] - scene->x0[i]);

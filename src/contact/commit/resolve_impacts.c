@@ -9,8 +9,8 @@
  *
  * Impacts foreseen on the paths of a rough solve are no proof, only rows for the solve that
  * follows. So vertices that leave the paths that were predicted need no new search, as long as the
- * source still lists all pairs whose boxes along those paths meet. Only these count, so every
- * source gives the same. */
+ * source still lists all pairs whose boxes along those paths meet. Only these count, so all sources
+ * give the same rows. */
 #include "contact/commit/resolve_impacts.h"
 
 #include "contact/pairs/body_paths.h"
@@ -28,8 +28,9 @@ typedef struct cloth_hit {
 } cloth_hit;
 
 /* Drops rows, from `first_new` on, of cloth that comes to an obstacle from behind: by then it would
- * have passed through, since an earlier impact of one of its vertices pushes the other way. What is
- * still hit once that one is resolved comes back in the next round. `hits`: of each new row. */
+ * have passed through, since an earlier impact of one of its vertices pushes the other way. Hits
+ * that remain after that impact is resolved come back in the next round. `hits`: of each new row.
+ */
 static tulle_status drop_hits_from_behind(const contact_scene *scene, row_list *list,
                                           size_t first_new, const cloth_hit *hits) {
     size_t const cloth_count = scene->cloth_vertex_count;

@@ -1,10 +1,10 @@
 /* contact/commit/scale_components.c - see scale_components.h.
  *
- * A component that goes the part s of its way, against its own cloth or against what rests, passes
- * in the same order through the first part of paths that were tested. Against an obstacle that
- * moves by K the displacement relative to K is shortened instead: if K is a translation, the
- * relative paths are again the first part of those tested. With several obstacles, or a rotation,
- * they need not be; then the next test says so. */
+ * A component that goes the part s of its path, against its own cloth or against things at rest,
+ * repeats the first part of tested paths. Against an obstacle that moves by K the displacement
+ * relative to K is shortened instead: if K is a translation, the relative paths are again the first
+ * part of those tested. With several obstacles, or a rotation, they need not be; then the next test
+ * says so. */
 #include "contact/commit/scale_components.h"
 
 #include "contact/pairs/body_paths.h"
@@ -49,9 +49,9 @@ static int32_t combine_carriers(int32_t a, int32_t b) {
 }
 
 /* Joins the members of a hit to one component. A member is a vertex, or the body of a vertex;
- * bodies are numbered after all cloth vertices. Returns the first member, or TULLE_NONE where
- * nothing has mass. A vertex without mass gives the component its carrier; a component with a body
- * has none. */
+ * bodies are numbered after all cloth vertices. Returns the first member, or TULLE_NONE if nothing
+ * has mass. A vertex without mass gives the component its carrier; a component with a body has
+ * none. */
 static uint32_t join_hit(const contact_scene *scene, scaled_components *components,
                          const pair_event *hit) {
     vertex_groups *const groups = &components->groups;

@@ -11,8 +11,8 @@
  * nearer by at most the margin, so it stays above the limit. Outside the list only pairs with a
  * fast vertex are taken.
  *
- * Here alone safety rests on distances as they are computed. Their error is some roundings of the
- * coordinates, far below compute_rounding_slack. */
+ * Only here safety rests on computed distances. Their error, some roundings of the coordinates, is
+ * far below compute_rounding_slack. */
 #include "contact/pairs/near_pairs.h"
 
 #include "base/parallel.h"
@@ -86,8 +86,8 @@ static void pick_chunk(void *context, size_t begin, size_t end, size_t chunk, in
     pick->counts[chunk] = count;
 }
 
-/* Picks all pairs with a fast vertex, and of the others those of the list. *picked stays what it is
- * where the limit leaves no room, or too many vertices are fast. */
+/* Picks all pairs with a fast vertex, and the other pairs of the list. *picked does not change if
+ * the limit leaves no room, or too many vertices are fast. */
 static tulle_status pick_fast(const contact_scene *scene, const pair_source *source,
                               const double *x1, double limit, pair_list *picked) {
     const near_pair_list *const list = source->near_pairs;

@@ -95,8 +95,8 @@ static int count_shared(const uint32_t corners[3], const uint32_t *vertices, int
     return shared;
 }
 
-/* Whether triangles lead from one feature to the other without leaving the ball about the first
- * one's closest point in the rest shape whose radius is the contact distance. A walk begins at the
+/* Whether triangles lead from one feature to the other within a ball: it lies about the first
+ * feature's closest point at rest and has the contact distance as its radius. A walk begins at the
  * other feature. Where the rest shape is folded so that it must go further away first, it stops.
  * Then triangles are looked at from the first feature on, the next one always the one whose edge is
  * nearest to the other's closest point. */
@@ -192,10 +192,9 @@ static bool are_neighbours(const contact_scene *scene, feature_kind kind,
     }
 }
 
-/* [m] The room of a pair with a contact distance; all of it where that is not the one which the
- * start has chosen for its cloth. A side of cloth has the room of its narrowest vertex, one of an
- * obstacle that of its point that is nearest at x0: a large face is narrow where it borders on a
- * narrow place. */
+/* [m] The room of a pair with a contact distance; all of the distance if the start has not chosen
+ * it for the cloth. A side of cloth has the room of its narrowest vertex, one of an obstacle that
+ * of its point that is nearest at x0: a large face is narrow where it borders on a narrow place. */
 static double find_room(const contact_scene *scene, feature_kind kind, const uint32_t v[4],
                         double contact) {
     double const a = scene->automatic[scene->vertex_surface[v[0]]];
@@ -256,7 +255,7 @@ pair_distances compute_pair_distances(const contact_scene *scene, feature_kind k
     return distances;
 }
 
-/* Owners of an edge are those triangles of its first vertex that have the edge: also right where
+/* Owners of an edge are the triangles of its first vertex that have the edge. This also holds if
  * more than two triangles meet. */
 bool pair_is_ignored(const contact_scene *scene, feature_kind kind, feature_pair pair) {
     const topology *const topo = scene->set->topo;

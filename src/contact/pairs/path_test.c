@@ -1,6 +1,6 @@
 /* contact/pairs/path_test.c - see path_test.h.
  *
- * The test is a chain from cheap to dear: the direction between the middles or the common
+ * The test is a chain, the cheapest first: the direction between the middles or the common
  * normal separates; an axis or the closest direction at the start separates, all eight pairs at a
  * time; no vertex moved relative to the others; the closest direction at the end separates; a plane
  * that turns from the closest direction at the start to that at the end separates; conservative
@@ -99,8 +99,8 @@ typedef struct gap_search {
     smallest_gap *smallest; /* one a chunk */
 } gap_search;
 
-/* Of equal distances that of the first pair in (first, second) is the smallest, so that it does not
- * depend on the order of the pairs. */
+/* Of equal distances the first pair in (first, second) wins, so that the order of the pairs does
+ * not matter. */
 static bool is_smaller(double distance, feature_pair pair, const smallest_gap *than) {
     if (distance != than->distance) return distance < than->distance;
     return pair.first != than->pair.first ? pair.first < than->pair.first

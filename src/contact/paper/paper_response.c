@@ -1,5 +1,5 @@
 /* contact/paper/paper_response.c - the table of the paper's response: stages 7 and 8 by the paper's
- * own rules. The safe commit guards what comes out.
+ * own rules. The safe commit guards the result.
  *
  * Before the solve, every vertex with an old contact: F is the sum of its forces at the start of
  * the step. If F lies inside the motion space Z, nothing changes. Else, with F_T = F . Z and
@@ -45,7 +45,7 @@ typedef struct paper_work {
     size_t first_new; /* rows from here on are new whatever they say */
     double *seen;     /* [m/s] velocities that a pass reads while it writes u */
     double *force;    /* [N s] h F of each vertex */
-    double *impulses; /* [N s] what contact gave each vertex */
+    double *impulses; /* [N s] impulse of contact on each vertex */
     uint8_t *is_held; /* for the solve */
 } paper_work;
 
@@ -61,8 +61,7 @@ static bool allocate_work(paper_work *work) {
 
 /* ---- before the solve ---- */
 
-/* Old contacts: rows that go on from the step before, and rows that a vertex touches which was in
- * contact. */
+/* Old contacts: rows that continue a contact, and rows of a vertex that was in contact. */
 static bool is_old_contact(const void *context, uint32_t vertex, const contact_row *row) {
     const paper_work *const work = context;
     if (row->law.is_old) return true;

@@ -48,7 +48,7 @@ void test_admissible(const contact_scene *scene, const double *x1, const contact
         const uint32_t *const others = frame->vertices + (side == 0 ? split : 0);
         int const other_count = is_one_surface ? 4 - (end - begin) : 0;
 
-        /* what the row touches on this side, the point of contact on it, and its neighbours */
+        /* the feature on this side, the point of contact on it, and its neighbours */
         rim_part part = is_edge_row ? RIM_EDGE : RIM_VERTEX;
         uint32_t feature = side == 0 ? frame->pair.first : frame->pair.second;
         if (!is_edge_row && side == 1) part = find_rim_part(topo, row, &feature);

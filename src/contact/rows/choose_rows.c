@@ -28,8 +28,8 @@ typedef struct row_work {
     near_planes planes;        /* of vertex events; null: no row is hidden */
 } row_work;
 
-/* Tests the pair of event i from the cheapest test to the dearest, and completes its row if all are
- * passed. Rows of edges are tried against the planes of those of vertices before that. */
+/* Tests the pair of event i, the cheapest test first, and completes its row if it passes all. Rows
+ * of edges are tried against the planes of those of vertices before that. */
 static row_choice make_row(const row_work *work, size_t i, contact_reader *reader,
                            contact_row *row) {
     const contact_scene *const scene = work->scene;
@@ -46,8 +46,8 @@ static row_choice make_row(const row_work *work, size_t i, contact_reader *reade
         return ROW_DROPPED;
 
     /* Contacts of the step before are held to a wider tolerance. So are new rows that one of them
-     * may be carried over to. What turns with a body may land on features that were not the nearest
-     * at the start. */
+     * may be carried over to. A body that turns may land on features that were not the nearest at
+     * the start. */
     double turn = 0.0;
     for (int side = 0; side < 2; side++) {
         const contact_body *const body = find_side_body(scene, row, side);
@@ -153,7 +153,7 @@ tulle_status choose_rows(const contact_scene *scene, const contact_store *store,
     }
     parallel_for(found->count, ROW_CHUNK, scene->threads, end_rows, &work);
 
-    /* what is left, in the order of the events */
+    /* the remaining rows, in the order of the events */
     size_t count = 0;
     for (size_t i = 0; i < found->count; i++) {
         if (work.choices[i] == ROW_DROPPED) continue;

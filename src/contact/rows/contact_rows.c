@@ -20,8 +20,8 @@
 
 /* Sine of the largest angle between the frames of start and end: 45 degrees. */
 static const double LARGEST_TURN = 0.7;
-/* Points that move by less than this part of the gap leave the frame as it is, so that what rests
- * keeps its frame. */
+/* Points that move by less than this part of the gap leave the frame as it is, so that things at
+ * rest keep their frame. */
 static const double LEAST_WAY = 1e-3;
 /* The matrix of a motion without a turn differs from the identity by no more than this: rounding.
  */
@@ -54,8 +54,8 @@ bool finish_contact_row(const contact_scene *scene, contact_row *row) {
     row_frame *const frame = &row->frame;
     if (!set_row_mobility(scene, row) || !(vec3_norm2(frame->normal) > 0.5)) return false;
     frame->gap = vec3_dot(frame->normal, blend_row_vertices(row, scene->x0));
-    /* Points of the two sides are a gap apart. What turns with an obstacle would seem to slip on
-     * it, and friction would undo the turn. Rows of bodies have arms instead. */
+    /* Points of the two sides are a gap apart. Cloth that turns with an obstacle would seem to slip
+     * on it, and friction would undo the turn. Rows of bodies have arms instead. */
     const affine_map *const carrier = frame->has_body ? NULL : get_carrier(scene, row);
     frame->turning = vec3_make(0.0, 0.0, 0.0);
     if (carrier) {
@@ -76,7 +76,7 @@ bool finish_contact_row(const contact_scene *scene, contact_row *row) {
 }
 
 /* Whether the row is fitted to an obstacle. One side must follow a script, so that it takes up any
- * couple, and it must stand still or shift. What rides on an obstacle that turns keeps its place by
+ * couple, and it must stand still or shift. Cloth on an obstacle that turns keeps its place by
  * `turning`. Its velocity trembles, so a frame predicted from that would let it creep. */
 static bool is_fitted(const contact_scene *scene, const contact_row *row) {
     const uint32_t *const vertices = row->frame.vertices;
@@ -117,7 +117,7 @@ void straighten_row(const contact_scene *scene, const double *x1, double time, b
     contact_row turned = *row;
     turned.frame.normal = fitted;
     if (!finish_contact_row(scene, &turned) || !(turned.frame.gap > 0.0)) return;
-    /* The way to the obstacle stays what it is. A gap along the new normal is shorter, and a
+    /* The distance to the obstacle does not change. A gap along the new normal is shorter, and a
      * push-out that made up for it would feed energy to stiff cloth. */
     if (!is_impact) turned.law.bias = row->law.bias;
     *row = turned;

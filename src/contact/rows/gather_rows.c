@@ -2,8 +2,8 @@
  *
  * A pair that is near at the start gets a row with the frame of the start. A pair whose predicted
  * path comes within the contact distance gets a row with the frame of that time, so that the row
- * pushes where the impact will be. Rows only shape the response: stages 8 and 9 catch what has no
- * row.
+ * pushes where the impact will be. Rows only shape the response: stages 8 and 9 catch impacts
+ * without a row.
  */
 #include "contact/rows/gather_rows.h"
 
@@ -27,9 +27,9 @@ typedef struct gathering {
     double largest_contact, largest_separation; /* [m] with rounding slack */
 } gathering;
 
-/* Whether one side of a pair is held rigidly beside the other: the tie keeps their distance, and a
+/* Whether one side of a pair is held rigidly near the other: the tie keeps their distance, and a
  * row would pull against it for ever. Bodies are stiff, so all of a body is kept away. Cloth may
- * fold onto what it holds, and only what is near the place at rest is kept. */
+ * fold onto the vertex that it holds; only rows near the place at rest are left out. */
 static bool pair_is_tied(const contact_scene *scene, feature_kind kind, feature_pair pair) {
     if (!scene->tied_surfaces) return false;
     uint32_t vertices[4];

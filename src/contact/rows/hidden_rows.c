@@ -2,17 +2,17 @@
  *
  * The test of admissible rows knows only neighbours that share vertices. Where two boxes stand
  * flush, or each triangle has vertices of its own, the rim of the next triangle looks like a free
- * edge. What slides towards that rim at the contact distance is near the rim before it is above it.
- * The normal of such a row leans against the motion and would stop it. But the plane of the row
- * that carries the vertex already keeps it away from all that lies behind. */
+ * edge. Cloth that slides towards that rim at the contact distance is near the rim before it is
+ * above it. The normal of such a row leans against the motion and would stop it. But the plane of
+ * the row that carries the vertex already keeps it away from everything behind the plane. */
 #include "contact/rows/hidden_rows.h"
 
 #include "contact/rows/normal_cones.h"
 
 #include <math.h>
 
-/* What counts as behind a plane may rise above it by this part of the vertex's distance: far over
- * rounding, and hardly felt. */
+/* A feature behind a plane may rise above it by this part of the vertex's distance: far more than
+ * rounding, and hardly visible. */
 static const double FLAT_SHARE = 0.1;
 /* Part of that for a row of the step before. Hiding it lets the cloth sink by as much, and a
  * smaller gap then allows less. */

@@ -77,7 +77,7 @@ void set_row_friction(const contact_scene *scene, contact_row *row) {
     vec3 const velocity =
         scene->v0 ? get_relative_velocity(row, scene->v0) : vec3_make(0.0, 0.0, 0.0);
     law->approach = vec3_dot(velocity, row->frame.normal);
-    /* gravity pulls what has mass: vertices, and the bodies of both sides */
+    /* gravity pulls vertices with mass, and the bodies of both sides */
     double const pull = vec3_dot(row->frame.normal, scene->gravity);
     law->fall = 0.0;
     for (int k = 0; k < 4; k++)

@@ -7,11 +7,12 @@
 /* The sign of each side in the relative velocity. */
 static const double SIDE_SIGNS[2] = {1.0, -1.0};
 
-/* A row acts on what can move if this much of one side's weight lies on it. With less, as where an
- * edge lies under a held one, the impulse that moves the row would throw the free vertex away. */
+/* A row acts on vertices that can move if this much of one side's weight lies on them. With less,
+ * as where an edge lies under a held one, the impulse that moves the row would throw the free
+ * vertex away. */
 static const double LEAST_FREE_WEIGHT = 0.01;
 
-/* w_k u, and what the tilt adds. */
+/* w_k u, with the tilt's part. */
 static inline vec3 get_vertex_velocity(const row_frame *frame, int k, const double *velocities) {
     vec3 const u = vec3_load(velocities, frame->vertices[k]);
     vec3 const part = vec3_scale(u, frame->weights[k]);
@@ -176,8 +177,9 @@ void move_row(const contact_scene *scene, const contact_row *row, vec3 impulse, 
 
 /* Between two sides that can move, the impulse acts on both at one point of x0. So it keeps angular
  * momentum, and so does friction across the gap. The point is that of the cloth, else the middle.
- * Against what cannot move, arms are those of the end of the step, where the contact lands below
- * the centre. With those of x0 a rolling ball would meet a resistance of first order in its turn.
+ * Against things that cannot move, arms are taken at the end of the step, where the contact lands
+ * below the centre. With the arms of x0 a rolling ball would meet a resistance of first order in
+ * its turn.
  */
 void set_row_bodies(const contact_scene *scene, contact_row *row) {
     row_frame *const frame = &row->frame;
@@ -216,9 +218,9 @@ void set_row_bodies(const contact_scene *scene, contact_row *row) {
     }
 }
 
-/* The part of a normal impulse's motion that locks leave to the bodies of a row, 0 .. 4. Where it
- * is but a trace, the row would throw a body along that trace: such a pair is like one of two
- * obstacles, and only the safe commit looks after it. */
+/* The part of a normal impulse's motion that locks leave to the bodies of a row, 0 .. 4. If it is
+ * tiny, the row would throw a body along it: such a pair is treated as a pair of obstacles, which
+ * only the safe commit looks after. */
 static double measure_free_share(const contact_scene *scene, const contact_row *row) {
     double sum = 0.0;
     for (int side = 0; side < 2; side++) {
@@ -277,7 +279,7 @@ bool set_row_mobility(const contact_scene *scene, contact_row *row) {
         const contact_body *const body = find_side_body(scene, row, side);
         is_driven |= body && body->drive;
     }
-    if (is_driven) { /* friction against what cannot slip moves nothing, but has its bound */
+    if (is_driven) { /* friction that cannot slip moves nothing, but has its bound */
         double const least = LEAST_FREE_WEIGHT * LEAST_FREE_WEIGHT;
         row->solve.slip_inverse_mass =
             fmax(row->solve.slip_inverse_mass, least * row->solve.inverse_mass);

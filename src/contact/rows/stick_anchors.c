@@ -4,14 +4,14 @@
  * left in each step would add up. So a contact keeps the tangential offset d by which its two sides
  * have moved past each other since it began to stick. Friction then aims at the velocity -s d / h
  * instead of rest, within the same Coulomb bound, and errors are undone instead of summed. The
- * offset is summed step by step over the material points in contact. So the anchor goes along with
- * what moves or turns, and from face to face with the contact.
+ * offset is summed step by step over the material points in contact. So the anchor moves and turns
+ * with the surfaces, and passes from face to face with the contact.
  *
- * A contact that slides, at the start of the step or by its bound at the end, lets go and begins
- * anew. An offset is limited so that it asks for a fraction of the speed that counts as slip; hence
- * no anchor ever makes a contact slide. Offsets fade within MEMORY. What many contacts of one piece
- * of cloth have gathered on different ways does not fit together for ever, and without fading a
- * pinched sheet trembles.
+ * A contact that slides, at the start of the step or by its bound at the end, drops its anchor and
+ * starts again. An offset is limited so that it asks for a fraction of the speed that counts as
+ * slip; hence no anchor ever makes a contact slide. Offsets fade within MEMORY. Offsets that
+ * contacts of one piece of cloth have gathered on different paths do not fit together for ever:
+ * without fading a pinched sheet trembles.
  *
  * Based on: Cundall, Strack, A discrete numerical model for granular assemblies, 1979 (tangential
  * offset of a contact, bounded by friction); Baumgarte 1972 (a share of the error a step).
@@ -26,7 +26,7 @@ static const double SPEED_SHARE = 0.5;
 /* [s] Offsets fade by the factor e in this time; half to three times as long does as well. */
 static const double MEMORY = 1.0;
 
-/* The offset, shortened to what asks for the largest speed that an anchor may ask for. */
+/* The offset, shortened so that it asks for at most the largest speed of an anchor. */
 static vec3 limit_offset(const contact_scene *scene, vec3 offset) {
     const contact_settings *const settings = &scene->settings;
     double const largest =

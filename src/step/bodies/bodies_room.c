@@ -8,8 +8,7 @@
 /* Rows may use this share of the energy that the substep before lost. */
 static const double ROOM_SHARE = 0.5;
 
-/* [m/s] Speed at which a row keeps the room that it has. Without it, bodies that turn come
- * nearer. */
+/* [m/s] Speed at which a row keeps its room. Without it, bodies that turn come nearer. */
 static double compute_kept_speed(const step_work *work, const contact_row *row) {
     return -compute_row_curvature(&work->sub.scene, row) / work->sub.time_step;
 }

@@ -33,8 +33,8 @@ void step_wake_all(const step_model *model, motion_state *state) {
     step_wake_cloths(model, state);
 }
 
-/* The ways in this substep of obstacles that are no free bodies and move. Returns how many; there
- * is room for all. */
+/* The boxes of the paths of moving obstacles that are not free bodies. Returns how many; there is
+ * room for all. */
 static size_t list_ways(const step_model *model, const motion_state *state, const step_work *work,
                         surface_box *ways) {
     const double *const positions = state->positions;
@@ -49,7 +49,7 @@ static size_t list_ways(const step_model *model, const motion_state *state, cons
     return count;
 }
 
-/* Whether a surface, which stands, is near one of the ways. */
+/* Whether a surface, which stands, is near one of these boxes. */
 static bool is_near_ways(const step_model *model, const motion_state *state,
                          const surface_range *range, const surface_box *ways, size_t count) {
     const double *const positions = state->positions;
@@ -81,7 +81,7 @@ tulle_status step_wake_near_script(const step_model *model, motion_state *state,
     return TULLE_OK;
 }
 
-/* What cloth presses on a sleeper with, as an impulse [N s] and its moment [N m s]. */
+/* The push of cloth on a sleeper, as an impulse [N s] and its moment [N m s]. */
 typedef struct body_press {
     vec3 impulse, moment;
     bool by_body; /* a body that is awake takes part */
@@ -106,7 +106,7 @@ static side_owner find_side_owner(const step_model *model, const contact_row *ro
     return owner;
 }
 
-/* What cloth presses on a body with, as `impulse` at `point`. */
+/* The push of cloth on a body, as `impulse` at `point`. */
 static void add_press(const step_model *model, const motion_state *state, uint32_t body, vec3 point,
                       vec3 impulse, body_press *press) {
     size_t const slot = get_first_slot(model, body);
@@ -115,8 +115,8 @@ static void add_press(const step_model *model, const motion_state *state, uint32
     press->moment = vec3_add(press->moment, vec3_cross(arm, impulse));
 }
 
-/* The same for sleeping cloth on sleeping bodies, which has no rows: as the store has it. `rate`
- * makes of its impulses what the solve counts. */
+/* As above, for sleeping cloth on sleeping bodies, which has no rows: from the store. `rate`
+ * converts its impulses to those of the solve. */
 static void add_resting_presses(const step_model *model, const motion_state *state,
                                 const step_work *work, double rate, body_press *presses) {
     const contact_store *const store = &state->contacts;
@@ -188,8 +188,8 @@ static double compute_change(const step_model *model, const motion_state *state,
     quaternion const orientation =
         unpack_orientation(vec3_load(state->positions, get_first_slot(model, body) + 1));
     mat3 const inverse = rigid_compute_inverse_inertia(&obstacle->rigid, orientation);
-    /* A push by cloth moves the body and those that it carries. Their weight is what cloth pressed
-     * on it with against gravity when it fell asleep. */
+    /* A push by cloth moves the body and those that it carries. Their weight is the push of cloth
+     * against gravity when it fell asleep. */
     vec3 const gravity = work->sub.scene.gravity;
     double const own = obstacle->rigid.mass, norm2 = vec3_norm2(gravity);
     double const carried =
@@ -223,7 +223,7 @@ tulle_status step_wake_pressed(const step_model *model, motion_state *state, ste
     return TULLE_OK;
 }
 
-/* ---- contacts that no row tells of ---- */
+/* ---- contacts without a row ---- */
 
 tulle_status step_keep_resting(const step_model *model, motion_state *state, step_work *work) {
     const contact_store *const store = &state->contacts;

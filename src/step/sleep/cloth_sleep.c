@@ -1,17 +1,17 @@
 /* step/sleep/cloth_sleep.c - see cloth_sleep.h.
  *
- * Why nothing is lost: a sleeper moves by no bit, and so does a sleeper beside it. An obstacle that
- * is no body either moves in a substep or not. If it does, the box of its way is farther from the
- * sleeper than any contact reaches, else the sleeper wakes before pairs are looked for. So of a
+ * Why nothing is lost: a sleeper does not move at all, nor does a sleeper next to it. An obstacle
+ * that is no body either moves in a substep or not. If it does, the box of its way is farther from
+ * the sleeper than any contact reaches, else the sleeper wakes before pairs are looked for. So of a
  * sleeper only pairs with cloth and bodies that are awake may come nearer than they were, and those
- * are found as all others are. Of the rest neither place nor gap changes, and what the store has of
- * them goes on to hold.
+ * are found as all others are. Neither place nor gap of other pairs changes, and their contacts in
+ * the store stay valid.
  *
- * Why it may stop: the fastest vertex was below sleep_speed s for sleep_time t, in its velocity and
- * in the way that it went. What swings with the period T and stays so slow has an amplitude below
+ * Why it may stop: the fastest vertex was below sleep_speed s for sleep_time t, by its velocity and
+ * by its displacement. Cloth that swings with the period T and stays so slow has an amplitude below
  * s T / (2 pi sin(pi t / T)): docs/method/sleep.md. The centre of mass must be ten times slower
- * still: what is left of a motion at rest has no direction in common, but cloth that slides or
- * falls slowly has. */
+ * still: the remaining motion of cloth at rest has no common direction, that of sliding or falling
+ * cloth has. */
 #include "step/sleep/cloth_sleep.h"
 
 #include "step/bodies/bodies_sleep.h"
@@ -58,7 +58,7 @@ static bool is_moved(const motion_state *state, const step_work *work, size_t ve
            0;
 }
 
-/* Whether what holds a cloth moves in this substep, or has let go since it fell asleep. */
+/* Whether a holder of a cloth moves in this substep, or has let go since it fell asleep. */
 static bool is_pulled(const step_model *model, const motion_state *state, const step_work *work,
                       size_t cloth) {
     const surface_range *const range = &work->surfaces[cloth];
@@ -199,8 +199,8 @@ static bool is_slow(const step_model *model, const motion_state *state, const st
     return vec3_norm(momentum) <= most && vec3_norm(drift) <= most * time_step;
 }
 
-/* What touches or ties: cloths that hang together get the same root, and one that something holds
- * which is awake is restless. */
+/* Cloths that touch or are tied get the same root. A cloth that something awake holds is restless.
+ */
 static void join_surfaces(const step_model *model, const motion_state *state, const step_work *work,
                           const size_t pair[2], uint32_t *parents, bool *is_restless) {
     size_t const a = pair[0], b = pair[1];
@@ -235,8 +235,8 @@ tulle_status step_settle_cloths(const step_model *model, motion_state *state, st
     uint32_t *const parents = ARENA_NEW(&work->scratch, uint32_t, count);
     bool *const is_restless = ARENA_NEW_ZEROED(&work->scratch, bool, count);
     if (!parents || !is_restless) return TULLE_ERROR_OUT_OF_MEMORY;
-    /* A step that stuck tells nothing of what cloth would do, and what is held back by cloth looks
-     * for a way on. */
+    /* A stuck step says nothing about the motion of cloth, and an obstacle that is held back will
+     * move on. */
     bool const may_sleep =
         is_whole && !has_gusts(model) && state->hold_count == 0 && !step_has_lags(model, state);
     for (uint32_t c = 0; c < count; c++) {

@@ -1,10 +1,9 @@
 /* step/sleep/still_world.c - a step in which nothing moves: see cloth_sleep.h.
  *
  * Where all that may move sleeps, and nothing on a script moves, the ten stages would find nothing
- * to do; what they would read and copy costs in proportion to the world all the same. So such a
- * step is not made: the state stays but for its time, and the contacts of the last step that was
- * made go on to be told. Whether a step is one of these follows from the state, the defs and what
- * was given alone. */
+ * to do; but reading and copying would cost in proportion to the world. So they are left out: only
+ * the time of the state changes, and the contacts of the last computed step are still reported.
+ * Whether a step is one of these follows from the state, the defs and the host's input alone. */
 #include "step/sleep/cloth_sleep.h"
 
 #include "step/bodies/bodies.h"
@@ -18,7 +17,7 @@ static bool keys_are_still(const world_motion *motion, double from, double to) {
     return count == 0 || to <= motion->keys[0].time || from >= motion->keys[count - 1].time;
 }
 
-/* Whether an obstacle, or a body, comes, goes or moves in no way. */
+/* Whether an obstacle, or a body, neither comes nor goes nor moves. */
 static bool obstacle_is_still(const step_model *model, const step_work *work, size_t index,
                               double end) {
     const motion_state *const now = work->start;

@@ -1,9 +1,9 @@
-/* step/ties/tie_motion.c - ties within a step: what they lead, pull and break.
+/* step/ties/tie_motion.c - ties within a step: they lead, pull and break.
  *
- * A tie that leads its vertex sets a target, as a pin does. Every other one is a spring whose force
- * is that at the end of the substep, F = -k (d + h J u): d is how far the vertex is from its place
+ * A tie that leads its vertex sets a target, as a pin does. Every other tie is a spring whose force
+ * is taken at the end of the substep, F = -k (d + h J u): d is how far the vertex is from its place
  * at the start, J u how fast it leaves it. So springs are stable at any stiffness. The height over
- * a triangle of cloth turns with it to first order. With what does not answer, it keeps its
+ * a triangle of cloth turns with it to first order. Over holders that do not answer it keeps its
  * direction within a substep. */
 #include "base/error.h"
 #include "contact/rows/row_motion.h"
@@ -48,7 +48,7 @@ void step_lead_ties(const step_model *model, motion_state *state, step_work *wor
         if (is_on_obstacle && model->body_count > 0 && model->surface_bodies[surface] != TULLE_NONE)
             step_wake_body(model, state, model->surface_bodies[surface]);
         if (!is_led(model, work, &tie)) continue;
-        /* what it is away from its place, it makes up for until the end of the step */
+        /* it returns to its place until the end of the step */
         vec3 const from = vec3_load(work->start->positions, tie.vertex);
         vec3 const away = vec3_sub(from, step_get_tie_place(&tie, work->start->positions));
         vec3 const place = step_get_tie_place(&tie, work->targets);
