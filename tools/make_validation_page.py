@@ -32,6 +32,7 @@ SECTIONS = (
 EXPERIMENT = re.compile(r'^    \{"(\w+\.\w+)",\s*"([^"]*)"', re.M)
 TOLERANCE = re.compile(r"\+- ([\d.eE+-]+)%")
 SKIPPED, OFF = "skipped", "OFF"
+LONGEST_REFERENCE = 30
 INTRODUCTION = """# Validation
 
 Experiments in mechanics whose result is known. `make validate` runs them all on one core in some hours, compares each measurement with the
@@ -81,7 +82,7 @@ def format_number(text):
 def format_expected(row):
     words = TOLERANCE.sub(lambda match: f"± {float(match.group(1)):.3g} %", row["expected"]).replace("+-", "±")
     words = words.replace("<=", "≤").replace(">=", "≥")
-    return words + (f" ({row['reference']})" if row["reference"] else "")
+    return words + (f" ({row['reference']})" if 0 < len(row["reference"]) <= LONGEST_REFERENCE else "")
 
 
 def escape(words):

@@ -277,12 +277,11 @@ static void print_preset(size_t index, const tulle_material *m, FILE *stream) {
 
 static void print_presets(FILE *stream) {
     fputs("\n## Material presets\n\n", stream);
-    print_prose(
-        "Values in bold were measured, all others are estimates; the sources are below. Warp, "
-        "weft and shear are stiffness / knee / limit, bend is warp / weft, hysteresis is "
-        "bending along warp / along weft / shear. Thickness [m] is for information only; "
-        "contact uses `cloth[].thickness`.",
-        0, stream);
+    print_prose("Values in bold were measured, all others are estimates. Warp, "
+                "weft and shear are stiffness / knee / limit, bend is warp / weft, hysteresis is "
+                "bending along warp / along weft / shear. Thickness [m] is for information only; "
+                "contact uses `cloth[].thickness`.",
+                0, stream);
     fputs("\n| preset | area_density | thickness | warp | weft | shear | bend | hysteresis | "
           "friction | "
           "poisson | bend_twist | stretch_damping | bend_damping | air_damping |\n"
@@ -301,8 +300,12 @@ static void print_presets(FILE *stream) {
         fprintf(stream, "| `%s` | %g | %g | %g |\n", name, m.springs.stretch_stiffness,
                 m.springs.stiffening_strain, m.springs.bend_stiffness);
     }
-    fprintf(stream, "\nWhere the values come from:\n\n");
+    fputs(
+        "\nWhere measured values come from; `tulle_material_preset_source` in C has the origin of "
+        "all others, too:\n\n",
+        stream);
     for (size_t i = 0; (name = tulle_material_preset_name(i)); i++) {
+        if (tulle_material_preset_measured(i) == 0) continue;
         char text[2048];
         snprintf(text, sizeof text, "- `%s`: %s.", name, tulle_material_preset_source(i));
         print_prose(text, 2, stream);
