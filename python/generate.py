@@ -30,13 +30,14 @@ from field_comments import FLAG, Member, read_structs, tidy  # beside this file
 SETTINGS = {
     "wind": None, "curve": None, "springs": None, "material": None, "allocator": "",
     "keyframe": "", "motion": "", "pin": "tulle_pin_default", "crease": "", "body": "", "contact_law": "",
-    "world_detection": None, "world_def": "tulle_world_def_default", "cloth_def": "tulle_cloth_def_default",
+    "world_detection": None, "paper_options": "tulle_paper_options_default",
+    "world_def": "tulle_world_def_default", "cloth_def": "tulle_cloth_def_default",
     "obstacle_def": "tulle_obstacle_def_default", "attachment_def": "tulle_attachment_def_default",
     "body_drive": "tulle_body_drive_default", "event_watch": "tulle_event_watch_default",
     "detect_surface": "", "detect_def": "tulle_detect_def_default", "patch_options": "",
     "subdivision_def": "tulle_subdivision_def_default"}
 # Where the defaults of a struct are a member of those of another one.
-DEFAULTS_WITHIN = {"wind": ("world_def", "wind"), "world_detection": ("world_def", "detection"),
+DEFAULTS_WITHIN = {"wind": ("world_def", "wind"), "world_detection": ("paper_options", "detection"),
                    "material": ("cloth_def", "material"), "curve": ("cloth_def", "material.warp"),
                    "springs": ("cloth_def", "material.springs")}
 # Structs that a call gives.
@@ -179,6 +180,8 @@ def describe(arrays: dict[str, tuple[str, int, str | None]], name: str, field: s
         if kind.item.cname == "char":
             return "str", "text"
         return ("Sequence[float]" if kind.item.cname == "double" else "Sequence[int]"), "vector"
+    if kind.kind == "pointer" and kind.item.kind == "struct" and f"{kind.item.cname.split()[-1]}"[6:] in SETTINGS:
+        return make_class_name(kind.item.cname.split()[-1]) + " | None", "pointer"
     if kind.kind == "pointer" and kind.item.cname == "char":
         return "str | None", "text"
     if kind.kind == "function" or (kind.kind == "pointer" and kind.item.cname == "void"):

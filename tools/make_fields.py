@@ -17,10 +17,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "python"))
 from field_comments import FLAG, evaluate, read_structs  # noqa: E402
 
-TABLES = ("mesh_view wind world_detection world_def curve springs material keyframe motion pin crease cloth_def "
+TABLES = ("mesh_view wind world_detection paper_options world_def curve springs material keyframe motion pin crease cloth_def "
           "body obstacle_def contact_law attachment_def body_drive event_watch").split()
-SEEN = "wind world_def material pin cloth_def obstacle_def contact_law attachment_def body_drive event_watch".split()
-HEADERS = "attach bodies events world".split()
+SEEN = "wind paper_options world_def material pin cloth_def obstacle_def contact_law attachment_def body_drive event_watch".split()
 OUT = "src/world/fields/field_rows.c"
 KINDS = {"double": "FIELD_DOUBLE", "int": "FIELD_INT", "unsigned": "FIELD_U32", "uint32_t": "FIELD_U32", "uint64_t": "FIELD_U64",
          "size_t": "FIELD_SIZE", "unsigned char": "FIELD_U8"}
@@ -93,7 +92,7 @@ def get_default(member, structs, kind, count):
 
 def make_row(name, member, structs):
     """The row of a member in C; None: the cookie."""
-    match = re.match(r"(?:const )?((?:unsigned )?\w+) (\**)(?:\w+)(?:\[(\d+)\])?$", member.code)
+    match = re.match(r"(?:const )?(?:struct )?((?:unsigned )?\w+) (\**)(?:\w+)(?:\[(\d+)\])?$", member.code)
     start = f"AT(tulle_{name}, {member.name})"
     if member.name == "cookie":
         return None
@@ -109,7 +108,9 @@ def make_row(name, member, structs):
     if kind.startswith("tulle_") and not is_struct and not is_enum:
         return f"{start}, .kind = FIELD_CALL"
     parts, limits = [], "" if is_struct else get_range(member, structs, kind)
-    if is_pointer:
+    if is_pointer and is_struct and not member.get_array():
+        parts.append(".is_pointer = true")
+    elif is_pointer:
         if not member.get_array():
             raise FaultError("the comment should say how long the array is, as 3 * vertex_count")
         count, length = member.get_array()
@@ -132,6 +133,14 @@ def make_row(name, member, structs):
     is_length = any(other.get_array() and other.get_array()[1] == member.name for other in structs[f"tulle_{name}"])
     code = "FIELD_STRUCT" if is_struct else "FIELD_ENUM" if is_enum else "FIELD_LENGTH" if is_length else KINDS[kind]
     return ", ".join([f"{start}, .kind = {code}, .count = {count}", *parts])
+
+
+def list_sizes(root):
+    """Lines with the sizes of all structs of libtulle, by name."""
+    texts = [path.read_text(encoding="utf-8") for path in sorted(root.glob("include/tulle/*.h"))]
+    names = sorted(name for text in texts for name in re.findall(r"typedef struct (tulle_\w+) \{", text))
+    sizes = [f"SIZE({name})," for name in names]
+    return ["    " + " ".join(sizes[i:i + 4]) for i in range(0, len(sizes), 4)]
 
 
 def write_rows(root):
@@ -161,9 +170,12 @@ def write_rows(root):
         " * of the comments of the public headers; not to be edited. */",
         "/* clang-format off */",
         "#include \"world/fields/fields.h\"", "",
-        *(f"#include \"tulle/{header}.h\"" for header in HEADERS), "",
+        "#include \"tulle/tulle.h\"", "",
         "#include <float.h>", "#include <math.h>", "", MACROS, *lines, "",
-        f"const uint32_t fields_version = {version:#010x};", ""])
+        f"const uint32_t fields_version = {version:#010x};", "",
+        "#define SIZE(type) {#type, sizeof(type)}",
+        "const struct_size struct_sizes[] = {", *list_sizes(root), "};",
+        "const size_t struct_size_count = sizeof struct_sizes / sizeof struct_sizes[0];", ""])
 
 
 GOOD = """

@@ -8,6 +8,7 @@
  * changes nothing. What comes and goes again leaves no trace. All is recorded, and the replay comes
  * to the same end. Where a bit of the input says so all is done on two threads, too. */
 #include "support/fuzz.h"
+#include "support/paper_options.h"
 #include "support/shapes.h"
 
 #include "support/recording.h"
@@ -143,6 +144,7 @@ static tulle_status add_cloth(session *self, thing *made, tulle_error *error) {
     if (kind % 4 == 2) pin.release_time = 0.05;
     def.pins = &pin;
     def.pin_count = kind % 4 != 0;
+    def.has_flat_rest = kind / 4 % 4 == 2; /* only such cloth takes targets */
     if (kind / 4 % 4 == 3) def.material.bend_hysteresis_warp = 20.0 * def.material.bend_warp;
     if (kind / 16 % 4 == 3) def.thickness = 2e-3;
     if (kind / 64 == 3) def.contact_material = "some cloth";
@@ -264,6 +266,34 @@ static void step(session *self) {
     end_call(self, before, tulle_world_step(self->world, time_step, NULL, &error), &error);
 }
 
+/* Draws a cloth to a place near where it is, or puts all that deforms there. */
+static tulle_status lead(session *self, tulle_object_id cloth, const double by[3],
+                         tulle_error *error) {
+    bool const is_put = fuzz_take_below(self->bytes, 2) == 1;
+    double *positions = NULL;
+    size_t sum = 0;
+    for (int kind = 0; kind < (is_put ? 2 : 1); kind++)
+        for (size_t i = 0; i < self->alive_count; i++) {
+            tulle_object_id const id = self->alive[i].id;
+            size_t const count = self->alive[i].mesh.vertex_count;
+            bool const is_cloth = id.kind == TULLE_OBJECT_CLOTH;
+            if (is_cloth != (kind == 0) || (!is_put && id.index != cloth.index)) continue;
+            const double *const from =
+                is_cloth ? tulle_cloth_get_positions(self->world, as_cloth(id), NULL)
+                         : tulle_obstacle_get_positions(self->world, as_obstacle(id), NULL);
+            positions = realloc(positions, 3 * (sum + count) * sizeof *positions);
+            FUZZ_CHECK(positions && from);
+            for (size_t k = 0; k < 3 * count; k++) positions[3 * sum + k] = from[k] + by[k % 3];
+            sum += count;
+        }
+    tulle_cloth_targets const targets = {.positions = positions, .vertex_count = sum};
+    tulle_status const status =
+        is_put ? tulle_world_place(self->world, positions, sum, error)
+               : tulle_cloth_set_targets(self->world, as_cloth(cloth), &targets, error);
+    free(positions);
+    return status;
+}
+
 /* Tells something where to go, holds cloth at something, or changes cloth. */
 static void use(session *self) {
     fuzz_bytes *const bytes = self->bytes;
@@ -288,7 +318,9 @@ static void use(session *self) {
         tulle_world_get_distances(self->world, &contact, NULL, NULL);
         status = tulle_cloth_set_thickness(self->world, as_cloth(one->id),
                                            contact * fuzz_take_between(bytes, 0.0, 1.0), &error);
-    } else if (fuzz_take_below(bytes, 4) == 0) {
+    } else if (fuzz_take_below(bytes, 4) == 0 && fuzz_take_below(bytes, 2) == 0) {
+        status = lead(self, one->id, place, &error);
+    } else if (fuzz_take_below(bytes, 8) == 0) {
         tulle_material material = tulle_cloth_def_default().material;
         material.area_density = 0.3;
         status = tulle_cloth_set_material(self->world, as_cloth(one->id), &material, &error);
@@ -341,12 +373,13 @@ typedef struct run_end {
 
 static tulle_world_def take_def(fuzz_bytes *bytes) {
     tulle_world_def def = tulle_world_def_default();
+    tulle_paper_options *const paper = change_paper(&def);
     unsigned const choices = fuzz_take(bytes);
     def.integrator = (tulle_integrator)(choices % 3);
     def.start_intersections = (tulle_start_intersections)(choices / 3 % 3);
     def.on_pinch = (tulle_on_pinch)(choices / 9 % 3);
-    def.detection.method = (tulle_detect_method)(choices / 27 % 3);
-    def.response = choices >= 240 ? TULLE_RESPONSE_PAPER : TULLE_RESPONSE_COUPLED;
+    paper->detection.method = (tulle_detect_method)(choices / 27 % 3);
+    paper->response = choices >= 240 ? TULLE_RESPONSE_PAPER : TULLE_RESPONSE_COUPLED;
     def.membrane = choices >= 220 ? TULLE_MEMBRANE_SPRINGS : TULLE_MEMBRANE_WOVEN;
     def.untangle_limit = 20;
     return def;

@@ -8,6 +8,7 @@
  * on one thread and on two, where a bit of the input says so: both end in the same state.
  * TULLE_FUZZ_SAY=1 prints the calls. How many worlds and calls there were is told now and then, and
  * at the end. */
+#include "support/paper_options.h"
 #include "support/queries.h"
 #include "support/shapes.h"
 
@@ -81,22 +82,23 @@ static void count_call(void) {
 static tulle_world_def take_def(fuzz_bytes *bytes) {
     static const double gravities[] = {-9.81, -9.81, 0.0, -50.0};
     tulle_world_def def = tulle_world_def_default();
+    tulle_paper_options *const paper = change_paper(&def);
     def.gravity[2] = gravities[fuzz_take_below(bytes, 4)];
     def.integrator = (tulle_integrator)fuzz_take_below(bytes, 3);
-    def.detection.method = (tulle_detect_method)fuzz_take_below(bytes, TULLE_DETECT_PAPER + 1);
-    def.detection.cone = (tulle_detect_cone)fuzz_take_below(bytes, 2);
-    def.detection.grows_patches_anew = (int)fuzz_take_below(bytes, 2);
+    paper->detection.method = (tulle_detect_method)fuzz_take_below(bytes, TULLE_DETECT_PAPER + 1);
+    paper->detection.cone = (tulle_detect_cone)fuzz_take_below(bytes, 2);
+    paper->detection.grows_patches_anew = (int)fuzz_take_below(bytes, 2);
     unsigned const choices = fuzz_take(bytes);
-    def.response = choices % 8 == 0 ? TULLE_RESPONSE_PAPER : TULLE_RESPONSE_COUPLED;
-    def.motion_space = (tulle_motion_space)(choices / 8 % 2);
+    paper->response = choices % 8 == 0 ? TULLE_RESPONSE_PAPER : TULLE_RESPONSE_COUPLED;
+    paper->motion_space = (tulle_motion_space)(choices / 8 % 2);
     def.start_intersections = (tulle_start_intersections)(choices / 16 % 3);
     def.on_pinch = (tulle_on_pinch)(choices / 48 % 3);
     def.membrane = choices % 7 > 4 ? TULLE_MEMBRANE_SPRINGS : TULLE_MEMBRANE_WOVEN;
     def.untangle_limit = 20;
     unsigned const effort = fuzz_take_below(bytes, 9);
-    def.solve_rounds = 1 + (int)(effort % 3);
+    paper->solve_rounds = 1 + (int)(effort % 3);
     def.quality = (tulle_quality)((TULLE_QUALITY_NORMAL + effort / 3) % 3);
-    def.impact_rounds = (int)fuzz_take_below(bytes, 12);
+    paper->impact_rounds = (int)fuzz_take_below(bytes, 12);
     def.contact_distance = fuzz_take_below(bytes, 3) == 2 ? 0.02 : 0.0;
     if (fuzz_take_below(bytes, 4) == 3)
         def.wind = (tulle_wind){{5.0, 0.0, 3.0}, 2.0, 0.3, 0.5, 7, 1.2};
@@ -104,6 +106,8 @@ static tulle_world_def take_def(fuzz_bytes *bytes) {
     if (choices % 3 == 1 && choices % 8 != 0) def.sleep_speed = 0.5, def.sleep_time = 0.03;
     return def;
 }
+
+#define BY_PAPER(self) (get_paper(&(self)->def).response == TULLE_RESPONSE_PAPER)
 
 static void add_cloth(session *self) {
     fuzz_bytes *const bytes = self->bytes;
@@ -113,7 +117,7 @@ static void add_cloth(session *self) {
     def.mesh = tulle_mesh_get_view(mesh);
     FUZZ_CHECK(tulle_material_preset(tulle_material_preset_name(fuzz_take_below(bytes, 23)),
                                      &def.material) == TULLE_OK);
-    if (self->def.response == TULLE_RESPONSE_PAPER) def.material.springs.stiffening_strain = 0.0;
+    if (BY_PAPER(self)) def.material.springs.stiffening_strain = 0.0;
     def.material.restitution = fuzz_take_below(bytes, 4) == 3 ? 0.8 : 0.0;
     uint32_t const corners[2] = {0, (uint32_t)mesh->vertex_count - 1};
     tulle_keyframe const keys[2] = {{.rotation_vector = {0, 0, 0}},
@@ -161,7 +165,7 @@ static void add_obstacle(session *self) {
         {fuzz_take_between(bytes, 0.05, 0.5),
          {fuzz_take_between(bytes, -0.5, 0.5), 0.0, fuzz_take_between(bytes, -0.5, 0.5)},
          {0.0, 1.2870022175865687, 0.0}}};
-    bool const can_be_body = self->is_closed[index] && self->def.response == TULLE_RESPONSE_COUPLED;
+    bool const can_be_body = self->is_closed[index] && !BY_PAPER(self);
     self->is_body[index] = kind % 3 == 1 && can_be_body;
     if (self->is_body[index]) {
         def.body = (tulle_body){.is_dynamic = 1, .density = 200.0, .sleep_time = 0.5};
@@ -522,7 +526,7 @@ static void change_cloth(session *self) {
         tulle_material material;
         FUZZ_CHECK(tulle_material_preset(tulle_material_preset_name(fuzz_take_below(bytes, 23)),
                                          &material) == TULLE_OK);
-        if (self->def.response == TULLE_RESPONSE_PAPER) material.springs.stiffening_strain = 0.0;
+        if (BY_PAPER(self)) material.springs.stiffening_strain = 0.0;
         if (fuzz_take_below(bytes, 8) == 7) material.area_density = (double)NAN;
         status = tulle_cloth_set_material(self->world, id, &material, &error);
     } else if (kind == 1) {

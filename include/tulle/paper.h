@@ -1,5 +1,6 @@
-/* tulle/paper.h - for studies of the method, as in Wong & Baciu 2005: how fine a mesh
- * is, what an integrator damps, the patches of the detector. Simulations need none of it. */
+/* tulle/paper.h - for studies of the method, as in Wong & Baciu 2005: how a world
+ * detects, answers contact and solves, how fine a mesh is, what an integrator damps, the patches of
+ * the detector. Simulations need none of it. */
 #ifndef TULLE_PAPER_H
 #define TULLE_PAPER_H
 
@@ -8,6 +9,59 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* How a world finds the pairs of features that come near each other. The choices differ in time.
+ * With a certificate every choice keeps the promise, and all lead to the same states, bit for bit,
+ * but for extreme speeds (docs/method/update_patches.md). */
+typedef struct tulle_world_detection {
+    tulle_detect_method method; /* trees, with patches or without */
+    tulle_detect_cone cone;     /* bound on the normals of a moving triangle, for patches */
+    /* [rad] > 0 .. 1.570795, default pi / 4: widest cone in which a patch grows (alpha_max). A
+     * certified patch that is merged with another or kept may be wider. */
+    double max_angle;
+    /* default 1: a search skips only the inside of patches that are proven not to touch themselves.
+     * 0: it skips the inside of every patch, as the paper does. This is an exception to the
+     * promise, which then holds only for pairs that do not lie within one patch. */
+    int has_certificate;
+    /* 1: every search grows patches again. 0: patches are kept from step to step and checked again.
+     * TULLE_DETECT_PAPER always grows them. */
+    int grows_patches_anew;
+} tulle_world_detection;
+
+/* How a world answers contact. The safe commit at the end of a step guards both ways alike. */
+typedef enum tulle_response {
+    TULLE_RESPONSE_COUPLED, /* contact impulses with friction are part of the implicit solve */
+    /* Wong & Baciu 2005, 4 and 5.2: forces are projected before the solve, velocities after it,
+     * vertex by vertex */
+    TULLE_RESPONSE_PAPER
+} tulle_response;
+/* The velocities that a vertex in contact may have, for TULLE_RESPONSE_PAPER. */
+typedef enum tulle_motion_space {
+    /* the paper's: the widest circular cone inside the half-spaces of the contacts, which are fixed
+     * in space */
+    TULLE_MOTION_SPACE_CONE,
+    TULLE_MOTION_SPACE_POLYHEDRAL /* the whole intersection of the half-spaces, which move along */
+} tulle_motion_space;
+
+/* Choices of method and numbers of the solver. Made by tulle_paper_options_default; the member
+ * `paper` of tulle_world_def takes them. Simulations need none of them: tulle_quality says how
+ * exact they are. */
+typedef struct tulle_paper_options {
+    uint32_t cookie;                 /* set by tulle_paper_options_default, checked on use */
+    tulle_world_detection detection; /* default: certified patches that are kept */
+    tulle_response response;         /* default TULLE_RESPONSE_COUPLED */
+    /* default TULLE_MOTION_SPACE_POLYHEDRAL; of TULLE_RESPONSE_PAPER */
+    tulle_motion_space motion_space;
+    double cg_tolerance;   /* 1e-12 .. 0.1, default 1e-4: relative preconditioned residual */
+    int cg_max_iterations; /* 1 .. 1e6, default 5000: limit of a linear solve */
+    int solve_rounds;      /* 1 .. 20, default 1: fewest solves of motion and impulses a step */
+    int impulse_sweeps;    /* 1 .. 1000, default 10: projected Gauss-Seidel sweeps a round */
+    int impact_rounds;     /* 0 .. 100, default 5: rounds of impacts before the rescues */
+} tulle_paper_options;
+/* What a world has where its def gives no options. */
+TULLE_API tulle_paper_options tulle_paper_options_default(void);
+/* What a world has: the options of its def, or the default; for null the default. */
+TULLE_API tulle_paper_options tulle_world_get_paper_options(const tulle_world *world);
 
 /* How fine the mesh of a cloth is compared with the folds of its fabric. Edges should be at most
  * half the bending length; where cloth curves in two directions at once, as a table cloth does, a

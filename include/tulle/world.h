@@ -24,6 +24,7 @@ extern "C" {
 
 /* A world. Made by tulle_world_create, released by tulle_world_destroy. */
 typedef struct tulle_world tulle_world;
+struct tulle_paper_options;
 
 /* Names a cloth of a world. {0, 0} names none. */
 typedef struct tulle_cloth_id {
@@ -43,42 +44,9 @@ typedef enum tulle_integrator {
     TULLE_INTEGRATOR_BDF2            /* two-step backward differences, second order */
 } tulle_integrator;
 
-/* How a world finds the pairs of features that come near each other. The choices differ in time.
- * With a certificate every choice keeps the promise, and all lead to the same states, bit for bit,
- * but for extreme speeds (docs/method/update_patches.md). */
-typedef struct tulle_world_detection {
-    tulle_detect_method method; /* trees, with patches or without */
-    tulle_detect_cone cone;     /* bound on the normals of a moving triangle, for patches */
-    /* [rad] > 0 .. 1.570795, default pi / 4: widest cone in which a patch grows (alpha_max). A
-     * certified patch that is merged with another or kept may be wider. */
-    double max_angle;
-    /* default 1: a search skips only the inside of patches that are proven not to touch themselves.
-     * 0: it skips the inside of every patch, as the paper does. This is an exception to the
-     * promise, which then holds only for pairs that do not lie within one patch. */
-    int has_certificate;
-    /* 1: every search grows patches again. 0: patches are kept from step to step and checked again.
-     * TULLE_DETECT_PAPER always grows them. */
-    int grows_patches_anew;
-} tulle_world_detection;
-
-/* How a world answers contact. The safe commit at the end of a step guards both ways alike. */
-typedef enum tulle_response {
-    TULLE_RESPONSE_COUPLED, /* contact impulses with friction are part of the implicit solve */
-    /* Wong & Baciu 2005, 4 and 5.2: forces are projected before the solve, velocities after it,
-     * vertex by vertex */
-    TULLE_RESPONSE_PAPER
-} tulle_response;
-/* The velocities that a vertex in contact may have, for TULLE_RESPONSE_PAPER. */
-typedef enum tulle_motion_space {
-    /* the paper's: the widest circular cone inside the half-spaces of the contacts, which are fixed
-     * in space */
-    TULLE_MOTION_SPACE_CONE,
-    TULLE_MOTION_SPACE_POLYHEDRAL /* the whole intersection of the half-spaces, which move along */
-} tulle_motion_space;
-
 /* How exactly costly solves of a step are solved. The promise does not depend on it. Cheap solves,
  * such as small cloth at rest, are always exact; so are all solves of TULLE_RESPONSE_PAPER.
- * docs/method/linear_solve.md has the bounds. */
+ * docs/method/linear_solve.md has the bounds; tulle/paper.h has cg_tolerance. */
 typedef enum tulle_quality {
     /* a long solve may end at 100 times cg_tolerance; friction and impacts are rough */
     TULLE_QUALITY_DRAFT,
@@ -148,20 +116,11 @@ typedef struct tulle_world_def {
      * distance; 0: derived. Two exceptions: vertices and edges of one cloth whose rest distance is
      * smaller keep a quarter of it; pairs that start nearer do not come nearer. */
     double minimum_gap;
-    tulle_integrator integrator;     /* default TULLE_INTEGRATOR_IMPLICIT_EULER */
-    tulle_world_detection detection; /* default: certified patches that are kept */
-    tulle_response response;         /* default TULLE_RESPONSE_COUPLED */
-    /* default TULLE_MOTION_SPACE_POLYHEDRAL; of TULLE_RESPONSE_PAPER */
-    tulle_motion_space motion_space;
+    tulle_integrator integrator;         /* default TULLE_INTEGRATOR_IMPLICIT_EULER */
     tulle_membrane membrane;             /* default TULLE_MEMBRANE_WOVEN */
     tulle_on_overstretch on_overstretch; /* default TULLE_ON_OVERSTRETCH_WARN */
     tulle_quality quality;               /* default TULLE_QUALITY_NORMAL */
-    double cg_tolerance;   /* 1e-12 .. 0.1, default 1e-4: relative preconditioned residual */
-    int cg_max_iterations; /* 1 .. 1e6, default 5000: limit of a linear solve */
-    int solve_rounds;      /* 1 .. 20, default 1: fewest solves of motion and impulses a step */
-    int impulse_sweeps;    /* 1 .. 1000, default 10: projected Gauss-Seidel sweeps a round */
-    int impact_rounds;     /* 0 .. 100, default 5: rounds of impacts before the rescues */
-    double friction_cloth_cloth; /* 0 .. 10, default 0.3: static Coulomb coefficient */
+    double friction_cloth_cloth;         /* 0 .. 10, default 0.3: static Coulomb coefficient */
     /* up to 10, default -1: the coefficient of cloths that slide on one another, at most
      * friction_cloth_cloth; negative: the static one */
     double dynamic_friction_cloth_cloth;
@@ -170,6 +129,9 @@ typedef struct tulle_world_def {
     tulle_start_intersections start_intersections; /* default TULLE_START_REFUSE */
     int untangle_limit;      /* 1 .. 1e6, default 2000: rounds; then the start is refused */
     tulle_on_pinch on_pinch; /* default TULLE_ON_PINCH_LAG */
+    /* how it detects, answers contact and solves, for studies (tulle/paper.h), copied; null: as
+     * suits simulations */
+    const struct tulle_paper_options *paper;
     /* the host's: */
     int threads;               /* 0 .. 256; 0: one per processor. Results do not depend on it */
     tulle_allocator allocator; /* zeroed: malloc without a limit */
@@ -604,12 +566,6 @@ TULLE_API uint64_t tulle_world_get_step_count(const tulle_world *world);
  * tulle_world_def. Each of the three may be null; for a null world they get 0. */
 TULLE_API void tulle_world_get_distances(const tulle_world *world, double *contact,
                                          double *separation, double *minimum_gap);
-/* How the world detects, as its def said; for null the values of tulle_world_def_default. */
-TULLE_API tulle_world_detection tulle_world_get_detection(const tulle_world *world);
-/* How the world answers contact, as its def said; for a null world as tulle_world_def_default says.
- * `motion_space` may be null. */
-TULLE_API tulle_response tulle_world_get_response(const tulle_world *world,
-                                                  tulle_motion_space *motion_space);
 /* The message of the last step: for example that a pinch begins or ends, or that an obstacle
  * appears in cloth and is ignored. Before the first step: the message of the start. Empty if there
  * is none, and for null. Owned by the world, until its next step. */

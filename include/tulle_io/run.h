@@ -7,6 +7,7 @@
 #define TULLE_IO_RUN_H
 
 #include "tulle/base.h"
+#include "tulle/paper.h"
 #include "tulle/world.h"
 
 #ifdef __cplusplus

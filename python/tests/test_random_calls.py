@@ -79,6 +79,7 @@ class Calls(RuleBasedStateMachine):
         for _ in range(count):
             if isinstance(each, tulle.Cloth):
                 self.attempt(lambda: each.set_pin_targets(0, each.positions[:1] + move))
+                self.attempt(lambda: each.set_targets(each.positions + move))
             elif isinstance(each, tulle.Obstacle):
                 self.attempt(lambda: each.set_next_transform(move))
                 self.attempt(lambda: each.set_next_positions(each.positions + move))

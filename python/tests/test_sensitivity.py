@@ -10,7 +10,7 @@ from tulle.sensitivity import Rollout, differentiate
 
 G = 9.81
 STILL = {"drag_coefficient": 0.0}
-EXACT: dict[str, Any] = {"threads": 1, "quality": "exact", "cg_tolerance": 1e-11, "wind": STILL}
+EXACT: dict[str, Any] = {"threads": 1, "quality": "exact", "paper": {"cg_tolerance": 1e-11}, "wind": STILL}
 
 
 def make_curve(stiffness: float) -> tulle.Curve:
@@ -178,7 +178,7 @@ TENSION = ("warp.stiffness", "weft.stiffness")
 
 
 def droop(material: tulle.Material) -> tulle.World:
-    world = tulle.World(threads=1, quality="exact", cg_tolerance=1e-9)
+    world = tulle.World(threads=1, quality="exact", paper={"cg_tolerance": 1e-9})
     world.add_cloth(SHEET, material=material, pins=[tulle.Pin(np.arange(2 * SIDE))])
     return world
 

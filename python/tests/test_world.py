@@ -119,6 +119,28 @@ def test_pins_drives_and_frames(sheet: tulle.Mesh, ball: tulle.Mesh) -> None:
     assert asked and max(asked) <= 9
 
 
+def test_targets_and_place(sheet: tulle.Mesh) -> None:
+    paper = tulle.PaperOptions(cg_tolerance=1e-10)
+    world = tulle.World(threads=1, gravity=(0, 0, 0), wind={"drag_coefficient": 0.0}, paper=paper)
+    cloth = world.add_cloth(sheet, has_flat_rest=True)
+    world.start()
+    goal = sheet.positions + (0, 0, 0.02)
+    cloth.set_targets(goal)
+    world.step(STEP)
+    assert np.allclose(cloth.positions, goal, atol=1e-4)
+    with pytest.raises(tulle.InvalidArgumentError, match="144"):
+        cloth.set_targets(goal[:3])
+    with pytest.raises(tulle.InvalidArgumentError, match="flags"):
+        cloth.set_targets(goal, is_led=[True])
+    cloth.set_targets(goal, np.zeros_like(goal), np.ones(len(goal)))
+    world.step(STEP)
+    assert np.array_equal(cloth.positions, goal)
+    world.place(sheet.positions)
+    assert np.array_equal(cloth.positions, sheet.positions)
+    with pytest.raises(tulle.InvalidArgumentError, match="cg_tolerance"):
+        tulle.World(paper={"cg_tolerance": 1.0})
+
+
 def test_bodies_and_attachments(sheet: tulle.Mesh) -> None:
     world = tulle.World(threads=1)
     cloth = world.add_cloth(sheet, pins=[tulle.Pin(range(12))])

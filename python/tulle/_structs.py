@@ -44,7 +44,7 @@ def _make_struct(name: str) -> Any:
 
 def _class_of(value: Any) -> type[Settings]:
     """The Python class of a C struct."""
-    return _structs[ffi.typeof(value).cname.replace("struct ", "").rstrip(" &*")]
+    return _structs[ffi.typeof(value).cname.replace("struct ", "").rstrip(" &*").removeprefix("const ")]
 
 
 def default(name: str, field: str) -> Any:
@@ -70,6 +70,8 @@ def _read(kind: type[Settings], source: Any, field: str) -> Any:
         return () if kind._arrays[field][0][0].isupper() else None
     if how == "enum":
         return _enum_of(kind._struct, field)(value)
+    if how == "pointer":
+        return None if value == ffi.NULL else _class_of(value).from_c(value)
     if how == "struct":
         inner = _class_of(value)
         return inner.from_c(value)
@@ -157,6 +159,9 @@ class Settings:
             elif how == "struct":
                 inner = getattr(target, field)
                 _class_of(inner).make(value, {}, place).fill(inner, keep, place)
+            elif how == "pointer":
+                if value is not None:
+                    setattr(target, field, _class_of(getattr(target, field)).make(value, {}, place).to_c(keep))
             elif how == "vector":
                 row = getattr(target, field)
                 row[0:len(row)] = to_vector(value, place, len(row)).tolist()

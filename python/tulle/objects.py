@@ -214,6 +214,23 @@ class Cloth(Object):
         rows = to_doubles(positions, 3, "positions")
         self.world._call(core.tulle_cloth_set_pin_targets, self._id[0], pin, point_to(rows, "double *"), rows.shape[0])
 
+    def set_targets(self, positions: ArrayLike, departures: Optional[ArrayLike] = None, is_led: Optional[ArrayLike] = None) -> None:
+        """Draws it to positions [m] in the next step, from which its vertices may differ by departures [m]: (vertices, 3) each.
+
+        It bends by what it differs from the positions by, and neighbours depart together. Vertices of `is_led`, a flag for
+        each, go straight to their positions. All cloth of the world needs `has_flat_rest`. Experimental: it may change.
+        """
+        rows = to_doubles(positions, 3, "positions")
+        away = None if departures is None else to_doubles(departures, 3, "departures", rows.shape[0])
+        led = None if is_led is None else np.ascontiguousarray(is_led, dtype=bool).view(np.uint8)
+        if led is not None and led.shape != rows.shape[:1]:
+            raise InvalidArgumentError(f"is_led should have {rows.shape[0]} flags, not the shape {led.shape}")
+        made = ffi.new("tulle_cloth_targets *", {
+            "positions": point_to(rows, "double *"), "vertex_count": rows.shape[0],
+            "departures": ffi.NULL if away is None else point_to(away, "double *"),
+            "is_led": ffi.NULL if led is None else point_to(led, "unsigned char *")})
+        self.world._call(core.tulle_cloth_set_targets, self._id[0], made)
+
     def release_pin(self, pin: int) -> None:
         """Lets go of a pin for good."""
         self.world._call(core.tulle_cloth_release_pin, self._id[0], pin)

@@ -1,7 +1,7 @@
 """Derivatives of what a simulation comes to, by finite differences over worlds that step together, each with its error.
 
 >>> def build(values):
-...     world = tulle.World(quality="exact", cg_tolerance=1e-10)
+...     world = tulle.World(quality="exact", paper={"cg_tolerance": 1e-10})
 ...     world.add_cloth(sheet, pins=[tulle.Pin([0, 19])], material={"area_density": values["density"]})
 ...     return world
 >>> rollout = Rollout(build, lambda world: world.cloths[0].positions[-1], time_step=0.02, steps=50)

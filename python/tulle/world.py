@@ -350,6 +350,15 @@ class World(Unique):
         self._call(core.tulle_world_attach, made, identity)
         return Attachment(self, int(identity[0]), cloth)
 
+    def place(self, positions: ArrayLike) -> None:
+        """Puts cloths and obstacles with `drive="deforming"` elsewhere, at rest: (vertices, 3) [m] of all cloths, then of all obstacles.
+
+        Positions of other obstacles are not read. Raises IntersectingStartError where something would intersect; all is then
+        where it was. Experimental: it may change.
+        """
+        rows = to_doubles(positions, 3, "positions")
+        self._change(core.tulle_world_place, point_to(rows, "double *"), rows.shape[0])
+
     def _own(self, each: Object) -> None:
         if not isinstance(each, Object):
             raise TypeError(f"a cloth, an obstacle or a body is needed, not a {type(each).__name__}")

@@ -14,7 +14,7 @@
 #include "base/stop.h"
 #include "detect/surface_set.h"
 #include "dynamics/rigid_body.h"
-#include "tulle/world.h"
+#include "tulle/paper.h"
 
 /* Numbers that shape the response. default_contact_settings gives each a value and a reason. */
 typedef struct contact_settings {

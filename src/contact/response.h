@@ -56,8 +56,7 @@ struct contact_response {
 extern const contact_response coupled_response; /* solve/coupled_response.c */
 extern const contact_response paper_response;   /* paper/paper_response.c */
 
-static inline const contact_response *get_response(tulle_response kind) {
-    return kind == TULLE_RESPONSE_PAPER ? &paper_response : &coupled_response;
-}
+/* By tulle_response. */
+static const contact_response *const contact_responses[] = {&coupled_response, &paper_response};
 
 #endif

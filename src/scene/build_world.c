@@ -4,6 +4,7 @@
 
 #include "tulle/attach.h"
 #include "tulle/objects.h"
+#include "tulle/paper.h"
 #include "tulle/record.h"
 
 #include "base/error.h"
@@ -12,6 +13,23 @@
 
 static void set_vector(double to[3], const schema_vector *from) {
     memcpy(to, from->value, 3 * sizeof(double));
+}
+
+static tulle_paper_options make_paper_options(const scene_keys *keys) {
+    tulle_paper_options paper = tulle_paper_options_default();
+    paper.detection = (tulle_world_detection){.method = (tulle_detect_method)keys->contact.method,
+                                              .cone = (tulle_detect_cone)keys->contact.cone,
+                                              .max_angle = keys->contact.alpha_max,
+                                              .has_certificate = keys->contact.certificate,
+                                              .grows_patches_anew = keys->contact.patches};
+    paper.response = (tulle_response)keys->contact.response;
+    paper.motion_space = (tulle_motion_space)keys->contact.motion_space;
+    paper.cg_tolerance = keys->solver.cg_tolerance;
+    paper.cg_max_iterations = (int)keys->solver.cg_iterations;
+    paper.solve_rounds = (int)keys->solver.rounds;
+    paper.impulse_sweeps = (int)keys->solver.sweeps;
+    paper.impact_rounds = (int)keys->contact.impact_rounds;
+    return paper;
 }
 
 static tulle_world_def make_world_def(const tulle_scene *loaded) {
@@ -29,25 +47,13 @@ static tulle_world_def make_world_def(const tulle_scene *loaded) {
     def.minimum_gap = keys->contact.xi;
     def.friction_cloth_cloth = keys->contact.friction;
     def.dynamic_friction_cloth_cloth = keys->contact.dynamic_friction;
-    def.detection = (tulle_world_detection){.method = (tulle_detect_method)keys->contact.method,
-                                            .cone = (tulle_detect_cone)keys->contact.cone,
-                                            .max_angle = keys->contact.alpha_max,
-                                            .has_certificate = keys->contact.certificate,
-                                            .grows_patches_anew = keys->contact.patches};
-    def.response = (tulle_response)keys->contact.response;
-    def.motion_space = (tulle_motion_space)keys->contact.motion_space;
     def.membrane = (tulle_membrane)keys->membrane;
     def.on_overstretch = (tulle_on_overstretch)keys->on_overstretch;
-    def.impact_rounds = (int)keys->contact.impact_rounds;
     def.start_intersections = (tulle_start_intersections)keys->contact.start_intersections;
     def.untangle_limit = (int)keys->contact.untangle_limit;
     def.on_pinch = (tulle_on_pinch)keys->contact.on_pinch;
     def.integrator = (tulle_integrator)keys->solver.integrator;
     def.quality = (tulle_quality)keys->solver.quality;
-    def.cg_tolerance = keys->solver.cg_tolerance;
-    def.cg_max_iterations = (int)keys->solver.cg_iterations;
-    def.solve_rounds = (int)keys->solver.rounds;
-    def.impulse_sweeps = (int)keys->solver.sweeps;
     def.sleep_speed = keys->solver.sleep_speed;
     def.sleep_time = keys->solver.sleep_time;
     return def;
@@ -234,10 +240,16 @@ static tulle_status add_objects(const tulle_scene *loaded, tulle_scene_world *bu
 }
 
 /* `writer`: null for a world that is not recorded. */
-static tulle_status build_world(const tulle_scene *loaded, const tulle_world_def *def,
-                                const tulle_record_writer *writer, tulle_scene_world *result,
-                                tulle_error *error) {
-    tulle_status status = tulle_world_create(def, &result->world, error);
+static tulle_status build_world(const tulle_scene *loaded, int threads,
+                                const tulle_allocator *allocator, const tulle_record_writer *writer,
+                                tulle_scene_world *result, tulle_error *error) {
+    tulle_world_def def = make_world_def(loaded);
+    tulle_paper_options const paper = make_paper_options(&loaded->keys);
+    def.paper = &paper;
+    def.threads = threads;
+    if (allocator) def.allocator = *allocator;
+    *result = (tulle_scene_world){0};
+    tulle_status status = tulle_world_create(&def, &result->world, error);
     if (status != TULLE_OK) return add_place(&loaded->keys.contact.head, status, error);
     if (writer) status = tulle_world_record(result->world, writer, error);
     if (status == TULLE_OK) status = add_objects(loaded, result, error);
@@ -251,19 +263,13 @@ tulle_status tulle_scene_build_world(tulle_scene *loaded, int threads,
     if (result) *result = (tulle_scene_world){0};
     if (!loaded || !result)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "scene and result may not be null");
-    tulle_world_def def = make_world_def(loaded);
-    def.threads = threads;
-    if (allocator) def.allocator = *allocator;
-    return build_world(loaded, &def, NULL, result, error);
+    return build_world(loaded, threads, allocator, NULL, result, error);
 }
 
 tulle_status scene_build_recorded_world(tulle_scene *loaded, int threads,
                                         const tulle_record_writer *writer,
                                         tulle_scene_world *result, tulle_error *error) {
-    *result = (tulle_scene_world){0};
-    tulle_world_def def = make_world_def(loaded);
-    def.threads = threads;
-    return build_world(loaded, &def, writer, result, error);
+    return build_world(loaded, threads, NULL, writer, result, error);
 }
 
 /* ---- an obstacle that is taken in hand ---- */

@@ -4,6 +4,8 @@
 #include "base/words.h"
 #include "scene/keys_table.h"
 
+#include "tulle/paper.h"
+
 static const schema_key time_table[] = {
     {.name = "step",
      .type = SCHEMA_NUMBER,
@@ -255,9 +257,6 @@ static const schema_key contact_table[] = {
     {.name = "on_pinch",
      .type = SCHEMA_CHOICE,
      .choices = pinch_words,
-     .gone = "release",
-     .gone_advice = "'release' is gone: it let cloth pass through obstacles. Use slow, with which "
-                    "obstacles wait until there is room, lag or stop",
      .fallback = "lag",
      FIELD(contact_keys, on_pinch),
      .meaning = "what to do when obstacles close on cloth. lag: a mesh sequence stays behind its "

@@ -85,8 +85,6 @@ typedef struct schema_key {
     const char *word;               /* a word taken in place of a number, as "never" */
     double word_value;
     const char *const *choices; /* null-terminated */
-    const char *gone;           /* a choice that older scenes may have; null: none */
-    const char *gone_advice;    /* why it is gone and what to use */
     const schema_map *map;
     uint64_t applies; /* bits of the selector's values for which the key is known; 0: all */
     /* A key of the map without which this one does nothing: then it may only be given with its

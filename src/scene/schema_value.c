@@ -171,12 +171,6 @@ static bool read_choice(const value_work *work) {
         if (added > 0 && used + (size_t)added < sizeof list) used += (size_t)added;
     }
     describe(node, found, sizeof found);
-    const char *const gone = work->key->gone;
-    if (gone && node->kind == NODE_SCALAR && strcmp(node->text, gone) == 0) {
-        problem_add(work->reader->problems, TULLE_ERROR_PARSE, node->place, "%s: %s", work->path,
-                    work->key->gone_advice);
-        return false;
-    }
     const char *meant =
         node->kind == NODE_SCALAR ? text_find_nearest(node->text, choices, count) : NULL;
     problem_add(work->reader->problems, TULLE_ERROR_PARSE, node->place,

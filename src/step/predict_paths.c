@@ -24,11 +24,12 @@ static const double MINIMUM_GAP_RESERVE = 0.01;
 
 contact_scene step_make_scene(step_context *context) {
     motion_state *const state = context->state;
+    const contact_response *const response = contact_responses[context->model->paper.response];
     contact_settings settings = default_contact_settings;
     settings.minimum_gap = (1.0 + ldexp(MINIMUM_GAP_RESERVE, -context->retry.shorter_count)) *
                            context->model->minimum_gap;
-    settings.impulse_sweeps = context->model->def.impulse_sweeps;
-    settings.impact_rounds = context->model->def.impact_rounds;
+    settings.impulse_sweeps = context->model->paper.impulse_sweeps;
+    settings.impact_rounds = context->model->paper.impact_rounds;
     return (contact_scene){.set = &context->work->set,
                            .vertex_count = context->model->vertex_count,
                            .cloth_vertex_count = context->model->cloth_vertex_count,
@@ -49,9 +50,8 @@ contact_scene step_make_scene(step_context *context) {
                            .ignored = context->work->ignored_keys.data,
                            .ignored_count = context->work->ignored_keys.count,
                            .time_step = context->sub->time_step,
-                           .response = context->model->response,
-                           .paper = context->model->response->keeps_particles ? &context->sub->paper
-                                                                              : NULL,
+                           .response = response,
+                           .paper = response->keeps_particles ? &context->sub->paper : NULL,
                            .settings = settings,
                            .heap = context->work->heap,
                            .scratch = &context->work->scratch,
@@ -70,7 +70,7 @@ static bool allocate_arrays(step_context *context) {
     context->sub->certified_end = ARENA_NEW(scratch, double, n);
     context->work->carriers.maps = ARENA_NEW(scratch, affine_map, context->model->surface_count);
     context->sub->paper =
-        (paper_rules){context->model->def.motion_space, context->state->particles,
+        (paper_rules){context->model->paper.motion_space, context->state->particles,
                       ARENA_NEW_ZEROED(scratch, uint8_t, context->model->particle_count)};
     context->work->carriers.used =
         ARENA_NEW(scratch, const affine_map *, context->model->surface_count);

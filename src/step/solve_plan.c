@@ -41,16 +41,16 @@ bool step_is_stiff(const step_model *model, const step_work *work) {
 
 solve_plan step_make_solve_plan(const step_model *model, const step_work *work, bool is_rough,
                                 int balances, bool is_stiff) {
-    const tulle_world_def *const def = &model->def;
-    int const rounds = balances > 0 ? BALANCE_ROUNDS << (balances - 1) : def->solve_rounds;
+    const tulle_paper_options *const paper = &model->paper;
+    int const rounds = balances > 0 ? BALANCE_ROUNDS << (balances - 1) : paper->solve_rounds;
     solve_plan plan = {.rounds_least = rounds,
                        .rounds_most = rounds > ROUNDS_MOST ? rounds : ROUNDS_MOST,
                        .rounds_settled = rounds,
-                       .iterations_most = def->cg_max_iterations,
+                       .iterations_most = paper->cg_max_iterations,
                        /* The residual counts least where the matrix is stiff, and vertices of short
                         * edges would hang in the air as a pair. So solves end later there. */
-                       .tolerance = model->height_share * def->cg_tolerance,
-                       .effort = &solve_efforts[def->quality]};
+                       .tolerance = model->height_share * paper->cg_tolerance,
+                       .effort = &solve_efforts[model->def.quality]};
     if (is_rough) {
         plan.rounds_least = plan.rounds_most = 1;
         if (plan.iterations_most > ROUGH_ITERATIONS) plan.iterations_most = ROUGH_ITERATIONS;

@@ -156,7 +156,7 @@ tulle_status step_solve_motion(step_context *context) {
     tulle_status status = response->solve_motion(&context->sub->scene, &system, &plan,
                                                  &context->work->rows, u, &solved);
     bool const goes_on =
-        plan.iterations_most < context->model->def.cg_max_iterations && !solved.has_converged;
+        plan.iterations_most < context->model->paper.cg_max_iterations && !solved.has_converged;
     bool const has_settled = solved.has_settled && !goes_on && !solved.is_early &&
                              (int)solved.solve_count >= plan.rounds_settled;
     context->result = has_settled ? SOLVE_SOLVED : SOLVE_ROUGH;

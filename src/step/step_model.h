@@ -122,7 +122,7 @@ typedef ARRAY(world_obstacle) obstacle_list;
  * change settings in it (gravity, wind, materials, laws, drives). */
 typedef struct step_model {
     tulle_world_def def;
-    const contact_response *response; /* named by def.response */
+    tulle_paper_options paper; /* def.paper points here */
     cloth_list cloths;
     obstacle_list obstacles;
     size_t pin_count; /* of all cloths */

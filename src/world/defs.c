@@ -5,6 +5,7 @@
 #include "base/hash.h"
 #include "geom/mesh.h"
 #include "tulle/mesh.h"
+#include "tulle/paper.h"
 #include "world/fields/fields.h"
 #include "world/world_state.h"
 
@@ -15,6 +16,12 @@ tulle_world_def tulle_world_def_default(void) {
     tulle_world_def def;
     fields_set_defaults(&world_def_fields, &def);
     return def;
+}
+
+tulle_paper_options tulle_paper_options_default(void) {
+    tulle_paper_options options;
+    fields_set_defaults(&paper_options_fields, &options);
+    return options;
 }
 
 tulle_cloth_def tulle_cloth_def_default(void) {
@@ -69,6 +76,8 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
         return REFUSE("the world def was not made by tulle_world_def_default");
     if (!allocator_is_whole(&def->allocator))
         return REFUSE("the allocator has only one of its functions; give both or neither");
+    if (def->paper && def->paper->cookie != paper_options_fields.cookie)
+        return REFUSE("world: `paper` was not made by tulle_paper_options_default");
     if (def->wind.gust_length == 0.0 && def->wind.gust_time == 0.0)
         return REFUSE("world: wind.gust_length and wind.gust_time are 0; begin with the wind of "
                       "tulle_world_def_default, which has a drag coefficient, too");
@@ -82,7 +91,7 @@ tulle_status world_def_check(const tulle_world_def *def, tulle_error *error) {
         return REFUSE("world: minimum_gap is %g m; it must be at most half of contact_distance, "
                       "%g m",
                       def->minimum_gap, 0.5 * def->contact_distance);
-    if (def->sleep_speed > 0.0 && def->response != TULLE_RESPONSE_COUPLED)
+    if (def->sleep_speed > 0.0 && def->paper && def->paper->response != TULLE_RESPONSE_COUPLED)
         return REFUSE("world: cloth sleeps with the coupled response alone; set sleep_speed to 0 "
                       "for the paper's");
     return check_dynamic("dynamic_friction_cloth_cloth", def->dynamic_friction_cloth_cloth,

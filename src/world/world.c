@@ -37,11 +37,13 @@ tulle_status tulle_world_create(const tulle_world_def *def, tulle_world **world,
     if (!made) return out_of_memory(error, "the world");
     made->heap = heap;
     made->model.def = *def;
+    made->model.paper = def->paper ? *def->paper : tulle_paper_options_default();
+    made->model.def.paper = &made->model.paper;
     made->work.threads = parallel_resolve_threads(def->threads);
     made->work.scratch = arena_make(&made->heap);
     world_point_work(made);
     made->def_hash = HASH_SEED;
-    made->first.def_hash = world_def_hash(def);
+    made->first.def_hash = world_def_hash(&made->model.def);
     *world = made;
     return TULLE_OK;
 }
@@ -411,15 +413,8 @@ void tulle_world_get_distances(const tulle_world *world, double *contact, double
     if (minimum_gap) *minimum_gap = world ? world->model.minimum_gap : 0.0;
 }
 
-tulle_world_detection tulle_world_get_detection(const tulle_world *world) {
-    return world ? world->model.def.detection : tulle_world_def_default().detection;
-}
-
-tulle_response tulle_world_get_response(const tulle_world *world,
-                                        tulle_motion_space *motion_space) {
-    tulle_world_def const def = world ? world->model.def : tulle_world_def_default();
-    if (motion_space) *motion_space = def.motion_space;
-    return def.response;
+tulle_paper_options tulle_world_get_paper_options(const tulle_world *world) {
+    return world ? world->model.paper : tulle_paper_options_default();
 }
 
 const char *tulle_world_last_message(const tulle_world *world) {

@@ -1,6 +1,7 @@
 /* Arguments of the public functions of tulle/attach.h, against a world that has started, with a
  * pinned cloth, another one and obstacles, and against one that has not. */
 #include "api/arguments.h"
+#include "support/paper_options.h"
 #include "support/pins.h"
 #include "support/small_world.h"
 
@@ -16,7 +17,7 @@ static tulle_obstacle_id fixed, late;
 static tulle_world *make_world(tulle_response response) {
     tulle_world_def world_def = tulle_world_def_default();
     world_def.threads = 1;
-    world_def.response = response;
+    change_paper(&world_def)->response = response;
     tulle_world *world = NULL;
     FINE(tulle_world_create(&world_def, &world, &error));
     static const uint32_t vertices[2] = {0, 1};

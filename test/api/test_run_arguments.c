@@ -87,7 +87,7 @@ ARGUMENTS_OF(tulle_run_create) {
         }
     }
     def = make_def(path, 2);
-    tulle_world_detection detection = tulle_world_def_default().detection;
+    tulle_world_detection detection = tulle_paper_options_default().detection;
     SET_CHOICE(detection.method, no_choices[1]);
     SET_CHOICE(detection.cone, no_choices[0]);
     SET_CHOICE(def.response, no_choices[1]);

@@ -1,6 +1,7 @@
 /* Arguments of the functions of tulle/world.h (numbers out of range: world/test_fields.c): against
  * a world that has started, and a new one. */
 #include "api/arguments.h"
+#include "support/paper_options.h"
 #include "support/pins.h"
 #include "support/small_world.h"
 
@@ -131,7 +132,7 @@ ARGUMENTS_OF(tulle_world_create) {
     REFUSED(tulle_world_create(&def, NULL, &error));
     def = tulle_world_def_default();
     def.sleep_speed = 1e-3;
-    def.response = TULLE_RESPONSE_PAPER;
+    change_paper(&def)->response = TULLE_RESPONSE_PAPER;
     refuse_world_def(&def);
 }
 
@@ -396,19 +397,23 @@ ARGUMENTS_OF(tulle_world_get_distances) {
     for (int i = 0; i < 3; i++) assert_true(values[i] == 0.0);
 }
 
-ARGUMENTS_OF(tulle_world_get_detection) {
+ARGUMENTS_OF(tulle_paper_options_default) {
     (void)unused;
-    assert_true(tulle_world_get_detection(NULL).max_angle ==
-                tulle_world_def_default().detection.max_angle);
+    tulle_paper_options options = tulle_paper_options_default();
+    tulle_world_def def = tulle_world_def_default();
+    tulle_world *made = NULL;
+    def.paper = &options;
+    FINE(tulle_world_create(&def, &made, &error));
+    tulle_world_destroy(made);
+    options = (tulle_paper_options){0};
+    REFUSED(tulle_world_create(&def, &made, &error));
 }
 
-ARGUMENTS_OF(tulle_world_get_response) {
+ARGUMENTS_OF(tulle_world_get_paper_options) {
     (void)unused;
-    tulle_motion_space space;
-    assert_int_equal(tulle_world_get_response(NULL, &space), tulle_world_def_default().response);
-    assert_int_equal(space, tulle_world_def_default().motion_space);
-    (void)tulle_world_get_response(NULL, NULL);
-    (void)tulle_world_get_response(started, NULL);
+    tulle_paper_options const options = tulle_world_get_paper_options(NULL);
+    assert_true(options.cg_tolerance == tulle_paper_options_default().cg_tolerance);
+    assert_int_equal(tulle_world_get_paper_options(started).impact_rounds, options.impact_rounds);
 }
 
 ARGUMENTS_OF(tulle_world_last_message) {
@@ -640,8 +645,8 @@ static const struct CMUnitTest table[] = {
     TABLE_LINE(tulle_world_get_time),
     TABLE_LINE(tulle_world_get_step_count),
     TABLE_LINE(tulle_world_get_distances),
-    TABLE_LINE(tulle_world_get_detection),
-    TABLE_LINE(tulle_world_get_response),
+    TABLE_LINE(tulle_paper_options_default),
+    TABLE_LINE(tulle_world_get_paper_options),
     TABLE_LINE(tulle_world_last_message),
     TABLE_LINE(tulle_cloth_get_positions),
     TABLE_LINE(tulle_cloth_get_velocities),

@@ -3,6 +3,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "scene/scene_data.h"
 #include "scene_text.h"
+#include "tulle/paper.h"
 
 #include <math.h>
 
@@ -25,22 +26,23 @@ static void test_defaults_are_those_of_the_world(void **state) {
     assert_true(keys->contact.xi == def.minimum_gap);
     assert_true(keys->contact.friction == def.friction_cloth_cloth);
     assert_true(keys->contact.dynamic_friction == def.dynamic_friction_cloth_cloth);
-    assert_int_equal(keys->contact.method, def.detection.method);
-    assert_int_equal(keys->contact.cone, def.detection.cone);
-    assert_true(keys->contact.alpha_max == def.detection.max_angle);
-    assert_int_equal(keys->contact.certificate, def.detection.has_certificate);
-    assert_int_equal(keys->contact.patches, def.detection.grows_patches_anew);
-    assert_int_equal(keys->contact.response, def.response);
-    assert_int_equal(keys->contact.motion_space, def.motion_space);
-    assert_int_equal(keys->contact.impact_rounds, def.impact_rounds);
+    tulle_paper_options const paper = tulle_paper_options_default();
+    assert_int_equal(keys->contact.method, paper.detection.method);
+    assert_int_equal(keys->contact.cone, paper.detection.cone);
+    assert_true(keys->contact.alpha_max == paper.detection.max_angle);
+    assert_int_equal(keys->contact.certificate, paper.detection.has_certificate);
+    assert_int_equal(keys->contact.patches, paper.detection.grows_patches_anew);
+    assert_int_equal(keys->contact.response, paper.response);
+    assert_int_equal(keys->contact.motion_space, paper.motion_space);
+    assert_int_equal(keys->contact.impact_rounds, paper.impact_rounds);
     assert_int_equal(keys->contact.start_intersections, def.start_intersections);
     assert_int_equal(keys->contact.on_pinch, def.on_pinch);
     assert_int_equal(keys->solver.integrator, def.integrator);
     assert_int_equal(keys->solver.quality, def.quality);
-    assert_true(keys->solver.cg_tolerance == def.cg_tolerance);
-    assert_int_equal(keys->solver.cg_iterations, def.cg_max_iterations);
-    assert_int_equal(keys->solver.rounds, def.solve_rounds);
-    assert_int_equal(keys->solver.sweeps, def.impulse_sweeps);
+    assert_true(keys->solver.cg_tolerance == paper.cg_tolerance);
+    assert_int_equal(keys->solver.cg_iterations, paper.cg_max_iterations);
+    assert_int_equal(keys->solver.rounds, paper.solve_rounds);
+    assert_int_equal(keys->solver.sweeps, paper.impulse_sweeps);
     const cloth_keys *cloth = keys->cloth.items;
     const obstacle_keys *obstacle = keys->obstacles.items;
     tulle_cloth_def cloth_def = tulle_cloth_def_default();

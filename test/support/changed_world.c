@@ -1,5 +1,6 @@
 /* support/changed_world.c - see changed_world.h. */
 #include "support/changed_world.h"
+#include "support/paper_options.h"
 #include "support/pins.h"
 
 #include "base/hash.h"
@@ -195,7 +196,7 @@ changed_world changed_world_make(const plain_scene *scene, const change *how) {
     def.integrator = scene->integrator;
     def.membrane = scene->membrane;
     def.threads = 1;
-    if (scene->cg_tolerance > 0.0) def.cg_tolerance = scene->cg_tolerance;
+    if (scene->cg_tolerance > 0.0) change_paper(&def)->cg_tolerance = scene->cg_tolerance;
     if (tulle_world_create(&def, &own.world, &error) != TULLE_OK) fail_msg("%s", error.message);
     for (size_t i = 0; i < scene->object_count; i++)
         add_object(&own, how->is_reversed ? scene->object_count - 1 - i : i);

@@ -1,5 +1,6 @@
 /* test/support/contact_world.c - see contact_world.h. */
 #include "support/contact_world.h"
+#include "support/paper_options.h"
 #include "support/pins.h"
 
 #include "base/hash.h"
@@ -25,7 +26,7 @@ contact_world contact_world_make(void) {
     world.def.membrane = TULLE_MEMBRANE_SPRINGS;
     world.def.contact_distance = 3e-3;
     world.def.minimum_gap = default_contact_settings.minimum_gap;
-    world.def.detection.method = TULLE_DETECT_REFIT; /* no pair is left out */
+    change_paper(&world.def)->detection.method = TULLE_DETECT_REFIT; /* no pair is left out */
     world.def.threads = 1;
     world.def.wind.drag_coefficient = 0.0;
     return world;
@@ -146,8 +147,8 @@ contact_scene get_contact_scene(contact_world *world, double h) {
     context->state = &world->world->now;
     context->work->whole_step = context->sub->time_step = h;
     context->work->carriers.used = world->carriers;
-    context->sub->paper =
-        (paper_rules){world->def.motion_space, context->state->particles, world->particles};
+    context->sub->paper = (paper_rules){get_paper(&world->def).motion_space,
+                                        context->state->particles, world->particles};
     contact_scene scene = step_make_scene(context);
     if (world->settings.minimum_gap > 0.0) scene.settings = world->settings;
     return scene;

@@ -74,7 +74,7 @@ tulle_status things_try_cloth(tulle_world *world, thing what, double x, tulle_cl
         def.material.bend_hysteresis_warp = 20.0 * def.material.bend_warp;
         def.material.bend_hysteresis_weft = 30.0 * def.material.bend_weft;
     }
-    if (tulle_world_get_response(world, NULL) == TULLE_RESPONSE_PAPER)
+    if (tulle_world_get_paper_options(world).response == TULLE_RESPONSE_PAPER)
         def.material.springs.stiffening_strain = 0.0;
     def.velocity[0] = 0.1;
     tulle_status const status = tulle_world_add_cloth(world, &def, id, error);

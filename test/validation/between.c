@@ -4,6 +4,7 @@
  * the sheet is in contact with both; gravity points along them, and a little to the lower one. The
  * paper's canonical cone of two half-spaces that face each other is empty: what is pressed against
  * either, by however little, it locks. */
+#include "support/paper_options.h"
 #include "support/pins.h"
 #include "validation/stage.h"
 
@@ -77,12 +78,12 @@ static void slides(validation_run *run) {
         validate_row(run, "contacts, summed", (double)record.contacts, "", at_least(1.0),
                      "it is held");
     }
-    def.response = TULLE_RESPONSE_PAPER;
-    def.motion_space = TULLE_MOTION_SPACE_POLYHEDRAL;
+    change_paper(&def)->response = TULLE_RESPONSE_PAPER;
+    change_paper(&def)->motion_space = TULLE_MOTION_SPACE_POLYHEDRAL;
     validate_row(run, "response paper, polyhedral: way in 1 s between two plates",
                  slide_between(run, def, false, SQUEEZE).way, "m", within(expected, 0.01),
                  "as if free");
-    def.motion_space = TULLE_MOTION_SPACE_CONE;
+    change_paper(&def)->motion_space = TULLE_MOTION_SPACE_CONE;
     validate_row(run, "response paper, cone: way in 1 s between two plates",
                  slide_between(run, def, false, SQUEEZE).way, "m", at_most(0.01 * expected),
                  "the canonical cone is empty: it locks");

@@ -2,6 +2,7 @@
  * that collide in free flight.
  *
  * A vertex weighs a third of its triangles. Momenta are sums over vertices, about the origin. */
+#include "support/paper_options.h"
 #include "validation/stage.h"
 
 #include <math.h>
@@ -123,7 +124,7 @@ static flight make_flight(validation_run *run, double restitution, double fricti
     memset(def.gravity, 0, sizeof def.gravity);
     def.contact_distance = CONTACT_DISTANCE;
     def.friction_cloth_cloth = friction;
-    def.cg_tolerance = 1e-10;
+    change_paper(&def)->cg_tolerance = 1e-10;
     flight made = {.world = validate_make_world(run, &def)};
     uint32_t const count = validate_options(run)->is_quick ? 9 : 13;
     for (int i = 0; i < SHEETS; i++) {

@@ -1,5 +1,6 @@
 /* validate_main.c - tulle_validate: runs the experiments and prints measured against expected.
  * Exit code 0: all rows hold; 1: one is off; 2: wrong options; 130: interrupted. */
+#include "support/paper_options.h"
 #include "validation/validation_report.h"
 
 #include <errno.h>
@@ -95,10 +96,11 @@ static void apply_options(const validation_options *options, tulle_world_def *de
     static const char *const motion_spaces[] = {"cone", "polyhedral", NULL};
     def->integrator =
         (tulle_integrator)choose(integrators, options->integrator, "unknown integrator ");
-    def->response = (tulle_response)choose(responses, options->response, "unknown response ");
-    if (def->response == TULLE_RESPONSE_PAPER)
-        def->motion_space = (tulle_motion_space)choose(motion_spaces, options->motion_space,
-                                                       "unknown motion space ");
+    tulle_paper_options *const paper = change_paper(def);
+    paper->response = (tulle_response)choose(responses, options->response, "unknown response ");
+    if (paper->response == TULLE_RESPONSE_PAPER)
+        paper->motion_space = (tulle_motion_space)choose(motion_spaces, options->motion_space,
+                                                         "unknown motion space ");
     def->threads = options->threads;
 }
 

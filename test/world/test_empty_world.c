@@ -2,6 +2,7 @@
  * and what the host gives goes where it says. */
 #include "tulle/tulle.h"
 
+#include "support/paper_options.h"
 #include "support/small_world.h"
 
 #include <math.h>
@@ -23,7 +24,7 @@ static void expect(tulle_status wanted, tulle_status status, const tulle_error *
 /* An empty world, or one with a box that the host moves. */
 static tulle_world *make_world(bool has_box, tulle_detect_method method, int threads) {
     tulle_world_def def = tulle_world_def_default();
-    def.detection.method = method;
+    change_paper(&def)->detection.method = method;
     def.threads = threads;
     tulle_world *world;
     tulle_error error = {0};

@@ -3,6 +3,7 @@
  * guards saved states. */
 #include "api/arguments.h"
 #include "contact/contact_types.h"
+#include "support/paper_options.h"
 #include "support/small_world.h"
 #include "world/fields/fields.h"
 
@@ -111,8 +112,10 @@ static void refuse_rows(const field_table *table, char *part, taker take, const 
     for (size_t r = 0; r < table->row_count; r++) {
         const field *const row = &table->rows[r];
         if (row->is_array || (row->group && without && strcmp(row->group, without) == 0)) continue;
+        char *inner = part + row->offset;
+        if (row->is_pointer) memcpy(&inner, inner, sizeof inner);
         if (row->kind == FIELD_STRUCT && strcmp(row->name, "mesh") != 0)
-            refuse_rows(row->inner, part + row->offset, take, whole, without);
+            refuse_rows(row->inner, inner, take, whole, without);
         if (!row->range) continue;
         double wrong[5];
         list_wrong(row, wrong);
@@ -145,6 +148,7 @@ static void refuse_all(const field_table *table, void *def, taker take, const ch
 static void numbers_out_of_range_are_refused(void **unused) {
     (void)unused;
     tulle_world_def world = tulle_world_def_default();
+    (void)change_paper(&world);
     refuse_all(&world_def_fields, &world, create, NULL);
     refuse_all(&wind_fields, &world.wind, set_wind, NULL);
     tulle_cloth_def def = tulle_cloth_def_default();
@@ -177,16 +181,17 @@ static void numbers_out_of_range_are_refused(void **unused) {
 static void rows_leave_no_member_out(void **unused) {
     (void)unused;
     static const field_table *const tables[] = {
-        &world_def_fields,  &cloth_def_fields,  &obstacle_def_fields, &attachment_def_fields,
-        &wind_fields,       &material_fields,   &pin_fields,          &contact_law_fields,
-        &body_drive_fields, &event_watch_fields};
+        &world_def_fields,      &paper_options_fields, &cloth_def_fields,  &obstacle_def_fields,
+        &attachment_def_fields, &wind_fields,          &material_fields,   &pin_fields,
+        &contact_law_fields,    &body_drive_fields,    &event_watch_fields};
     for (size_t t = 0; t < sizeof tables / sizeof tables[0]; t++) {
         size_t end = tables[t]->cookie ? sizeof tables[t]->cookie : 0;
         for (size_t r = 0; r < tables[t]->row_count; r++) {
             const field *const row = &tables[t]->rows[r];
             if (row->offset < end || row->offset - end >= sizeof(double))
                 fail_msg("%s: something lies before %s", tables[t]->name, row->name);
-            size_t const size = row->is_array || row->kind == FIELD_TEXT || row->kind == FIELD_CALL
+            size_t const size = row->is_array || row->is_pointer || row->kind == FIELD_TEXT ||
+                                        row->kind == FIELD_CALL
                                     ? sizeof(void *)
                                 : row->kind == FIELD_HOST && r + 1 < tables[t]->row_count
                                     ? row[1].offset - row->offset
@@ -198,8 +203,8 @@ static void rows_leave_no_member_out(void **unused) {
     }
     contact_settings const settings = default_contact_settings;
     tulle_world_def const def = tulle_world_def_default();
-    assert_true(def.impulse_sweeps == settings.impulse_sweeps &&
-                def.impact_rounds == settings.impact_rounds);
+    assert_true(get_paper(&def).impulse_sweeps == settings.impulse_sweeps &&
+                get_paper(&def).impact_rounds == settings.impact_rounds);
     assert_int_equal(tulle_event_watch_default().kinds, (1u << TULLE_EVENT_KIND_COUNT) - 1u);
 }
 
@@ -214,9 +219,9 @@ static void another_value_is_another_scene(void **unused) {
         def.threads = i + 1; /* the host's: any */
         if (i == 0) {        /* how it is solved, too */
             def.quality = TULLE_QUALITY_EXACT;
-            def.cg_tolerance = 1e-6;
-            def.solve_rounds = 2;
-            def.detection.method = TULLE_DETECT_REFIT;
+            change_paper(&def)->cg_tolerance = 1e-6;
+            change_paper(&def)->solve_rounds = 2;
+            change_paper(&def)->detection.method = TULLE_DETECT_REFIT;
             def.on_pinch = TULLE_ON_PINCH_STOP;
         }
         if (i == 1) def.wind.velocity[0] = 1.0;

@@ -1,5 +1,6 @@
 /* What a world tells of its mesh and its integrator beside the fabric: the bending length, and the
  * damping of each integrator, measured on a triangle that swings. */
+#include "support/paper_options.h"
 #include "support/pins.h"
 #include "support/small_world.h"
 #include "tulle/paper.h"
@@ -103,7 +104,7 @@ static tulle_world *start_swing(tulle_integrator integrator, tulle_cloth_id *id)
     tulle_world_def world_def = tulle_world_def_default();
     world_def.gravity[2] = 0.0;
     world_def.integrator = integrator;
-    world_def.cg_tolerance = 1e-12;
+    change_paper(&world_def)->cg_tolerance = 1e-12;
     tulle_pin const pin = make_pin(held, 2, (double)INFINITY);
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = (tulle_mesh_view){

@@ -1,5 +1,6 @@
 /* Impact with restitution through the public interface: a sheet dropped flat on a plane, two sheets
  * in free flight, and laws set for pairs. */
+#include "support/paper_options.h"
 #include "support/test_support.h"
 #include "tulle/tulle.h"
 
@@ -304,7 +305,7 @@ static void values_out_of_range_are_named(void **state) {
     tulle_error error = {0};
     tulle_world *world;
     tulle_world_def def = tulle_world_def_default();
-    def.motion_space = (tulle_motion_space)-1;
+    change_paper(&def)->motion_space = (tulle_motion_space)-1;
     assert_int_equal(tulle_world_create(&def, &world, &error), TULLE_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "motion_space is -1; "));
     def = tulle_world_def_default();

@@ -4,6 +4,7 @@
 #include "support/pins.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
+#include "tulle/paper.h"
 
 #include <stdbool.h>
 #include <string.h>
@@ -42,7 +43,7 @@ static swing run(int threads) {
     swing result = {0};
     tulle_mesh sheet = small_sheet(0.5, SIDE, 1.0);
     tulle_world *const world = make_world(threads, &sheet);
-    double const tolerance = tulle_world_def_default().cg_tolerance;
+    double const tolerance = tulle_paper_options_default().cg_tolerance;
     for (int i = 0; i < STEPS; i++) {
         tulle_step_report report;
         assert_int_equal(tulle_world_step(world, STEP, &report, NULL), TULLE_OK);

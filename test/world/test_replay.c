@@ -643,7 +643,8 @@ static void every_field_is_recorded(void **unused) {
     recorded_call call = {.kind = RECORD_CREATE, .numbers = {fields_version}, .texts = {"0.1.0"}};
     call.def.world = tulle_world_def_default();
     size_t const none[][2] = {HELD_END};
-    size_t const worlds[][2] = {HELD(tulle_world_def, allocator), HELD_END};
+    size_t const worlds[][2] = {HELD(tulle_world_def, allocator), HELD(tulle_world_def, paper),
+                                HELD_END};
     assert_int_equal(count_silent_bytes(&call, sizeof(tulle_world_def), worlds), SILENT_WORLD);
     call = (recorded_call){.kind = RECORD_MATERIAL};
     call.def.material = tulle_cloth_def_default().material;

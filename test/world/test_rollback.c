@@ -8,6 +8,7 @@
 
 #include "base/hash.h"
 #include "support/body_world.h"
+#include "support/paper_options.h"
 #include "support/pins.h"
 #include "support/test_support.h"
 
@@ -164,8 +165,9 @@ static tulle_world *make_violent(violence kind, uint32_t resolution) {
     world_def.threads = 1;
     if (kind == HISTORY) world_def.integrator = TULLE_INTEGRATOR_BDF2;
     if (kind == WITHOUT_IMPULSES) {
-        world_def.impact_rounds = 0;
-        world_def.solve_rounds = world_def.impulse_sweeps = 1;
+        tulle_paper_options *const paper = change_paper(&world_def);
+        paper->impact_rounds = 0;
+        paper->solve_rounds = paper->impulse_sweeps = 1;
         world_def.quality = TULLE_QUALITY_DRAFT;
     }
     world_def.wind = (tulle_wind){.velocity = {0, 8, 0},

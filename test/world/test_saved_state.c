@@ -2,6 +2,7 @@
  * a refused one changes nothing. The layout of the bytes is told in world/state.c. */
 #include "base/hash.h"
 #include "support/body_world.h"
+#include "support/paper_options.h"
 #include "world/world_state.h"
 
 #include <math.h>
@@ -38,7 +39,7 @@ static tulle_world *make_world(bool is_paper) {
     def.on_pinch = TULLE_ON_PINCH_SLOW;
     def.start_intersections = TULLE_START_IGNORE;
     def.threads = 1;
-    if (is_paper) def.response = TULLE_RESPONSE_PAPER;
+    if (is_paper) change_paper(&def)->response = TULLE_RESPONSE_PAPER;
     tulle_world *const world = bodies_make_world(&def, false);
     tulle_mesh sheet = small_sheet(0.3, 7, 0.0), flat = small_sheet(0.2, 4, 3.0);
     tulle_mesh upright = small_sheet(0.2, 4, 3.0);

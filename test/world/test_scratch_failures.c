@@ -6,6 +6,7 @@
  * allocation from the heap, and call number `fail_at` fails. Bytes after each allocation tell at
  * its release if anything was written there. */
 #include "base/arena.h"
+#include "support/paper_options.h"
 #include "support/pins.h"
 #include "support/small_world.h"
 
@@ -146,7 +147,7 @@ static tulle_world *create(tulle_world_def def) {
 static tulle_world *make_sheets(tulle_world_def def, unsigned n) {
     tulle_world *const world = create(def);
     /* The paper's response throws fast sheets through the room, or tears them. */
-    double const slow = def.response == TULLE_RESPONSE_PAPER ? 0.2 : 1.0;
+    double const slow = get_paper(&def).response == TULLE_RESPONSE_PAPER ? 0.2 : 1.0;
     add_sheet(world, (sheet_def){.side = 0.2, .n = n, .z = 0.012, .speed = 1.5 * slow});
     add_sheet(world, (sheet_def){.side = 0.16, .n = 5, .x = 0.02, .z = 0.022, .speed = 2.0 * slow});
     add_box(world, (double[3]){0.1, 0.1, 0.05}, (double[3]){0.01, 0.005, -0.026}, NULL,
@@ -260,10 +261,10 @@ static void steps_with_contacts(void **state) {
     tulle_world_def def = make_def();
     def.membrane = TULLE_MEMBRANE_SPRINGS;
     assert_int_equal(fail_calls_of_a_step(make_sheets(def, 6), 5, 1), 0);
-    def.response = TULLE_RESPONSE_PAPER;
+    change_paper(&def)->response = TULLE_RESPONSE_PAPER;
     assert_int_equal(fail_calls_of_a_step(make_sheets(def, 6), 1, 1), 0);
     def = make_def();
-    def.detection.method = TULLE_DETECT_PAPER;
+    change_paper(&def)->detection.method = TULLE_DETECT_PAPER;
     assert_int_equal(fail_calls_of_a_step(make_sheets(def, 6), 5, 1), 0);
 }
 

@@ -4,6 +4,7 @@
 
 #include "base/hash.h"
 #include "support/body_world.h"
+#include "support/paper_options.h"
 #include "support/pins.h"
 #include "world/world_state.h"
 
@@ -54,7 +55,7 @@ static tulle_world *make_world(const double gravity[3], const tulle_wind *wind, 
     tulle_world_def def = tulle_world_def_default();
     memcpy(def.gravity, gravity, sizeof def.gravity);
     def.wind = *wind;
-    def.cg_tolerance = 1e-12;
+    change_paper(&def)->cg_tolerance = 1e-12;
     def.threads = 1;
     tulle_world *world = NULL;
     tulle_error error = {0};

@@ -2,6 +2,7 @@
  * goes on to the same bits as if it had never been asked: with rigid bodies, a moving obstacle,
  * pairs that are ignored, a pinch, and by the paper's response. */
 #include "support/body_world.h"
+#include "support/paper_options.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -51,7 +52,7 @@ static tulle_world *make_world(const stop_case *test) {
     tulle_world_def def = tulle_world_def_default();
     def.membrane = TULLE_MEMBRANE_SPRINGS;
     def.threads = test->threads;
-    def.response = test->response;
+    change_paper(&def)->response = test->response;
     def.start_intersections = TULLE_START_IGNORE;
     def.on_pinch = TULLE_ON_PINCH_SLOW;
     tulle_world *world = NULL;

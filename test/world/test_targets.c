@@ -1,4 +1,5 @@
 /* Cloth that follows targets, and what is put elsewhere between steps (tulle/live.h). */
+#include "support/paper_options.h"
 #include "support/recording.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
@@ -39,7 +40,7 @@ static void make_follower(follower *made) {
     memset(world_def.gravity, 0, sizeof world_def.gravity);
     world_def.wind.drag_coefficient = 0.0;
     world_def.membrane = TULLE_MEMBRANE_SPRINGS;
-    world_def.cg_tolerance = 1e-10;
+    change_paper(&world_def)->cg_tolerance = 1e-10;
     expect(TULLE_OK, tulle_world_create(&world_def, &made->world, &error));
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&made->sheet);

@@ -1,5 +1,6 @@
 /* The world as a whole, small: free fall, drape, determinism, saved states, obstacles
  * that come and go, pins, pinches. */
+#include "support/paper_options.h"
 #include "support/pins.h"
 #include "support/small_world.h"
 
@@ -42,7 +43,7 @@ static void sheet_falls_freely(void **state) {
     (void)state;
     tulle_mesh mesh = small_sheet(1.0, 6, 3.0);
     tulle_world_def def = tulle_world_def_default();
-    def.cg_tolerance = 1e-12;
+    change_paper(&def)->cg_tolerance = 1e-12;
     def.wind.drag_coefficient = 0.0;
     tulle_world *const world = make_world(def);
     tulle_cloth_id const cloth = small_add_cloth(world, &mesh);
@@ -153,7 +154,7 @@ static void every_quality_drapes(void **state) {
 static void quality_means_nothing_to_the_paper(void **state) {
     (void)state;
     tulle_world_def def = tulle_world_def_default();
-    def.response = TULLE_RESPONSE_PAPER;
+    change_paper(&def)->response = TULLE_RESPONSE_PAPER;
     uint64_t const normal = drape(def, 22, 19, false);
     def.quality = TULLE_QUALITY_DRAFT;
     assert_true(drape(def, 22, 19, false) == normal);
@@ -385,7 +386,7 @@ static void bad_definitions_are_named(void **state) {
     assert_int_equal(tulle_world_create(&bad, &world, &error), TULLE_ERROR_INVALID_ARGUMENT);
     assert_null(world);
     bad = tulle_world_def_default();
-    bad.cg_tolerance = (double)NAN;
+    change_paper(&bad)->cg_tolerance = (double)NAN;
     assert_int_equal(tulle_world_create(&bad, &world, &error), TULLE_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "cg_tolerance"));
 

@@ -146,8 +146,9 @@ tulle_status mend_solver_open(const mend_input *input, const mend_follow_options
     memset(def.gravity, 0, sizeof def.gravity);
     def.wind.drag_coefficient = 0.0;
     def.membrane = TULLE_MEMBRANE_SPRINGS;
-    def.quality = TULLE_QUALITY_NORMAL;
-    def.cg_tolerance = CG_TOLERANCE;
+    tulle_paper_options paper = tulle_paper_options_default();
+    paper.cg_tolerance = CG_TOLERANCE;
+    def.paper = &paper;
     def.friction_cloth_cloth = 0.0;
     def.start_intersections = TULLE_START_UNTANGLE;
     def.on_pinch = TULLE_ON_PINCH_STOP;

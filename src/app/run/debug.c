@@ -27,7 +27,7 @@ bool debug_record_prepare(debug_record *record, const run_session *session) {
 tulle_status debug_record_fill(debug_record *record, const run_session *session,
                                tulle_error *error) {
     const tulle_scene_world *const built = &session->built;
-    tulle_detect_method const method = tulle_world_get_detection(built->world).method;
+    tulle_detect_method const method = tulle_world_get_paper_options(built->world).detection.method;
     tulle_patch_options const options = {.time_step = tulle_scene_get_time_step(session->scene),
                                          .is_in_use = method == TULLE_DETECT_PATCHES ||
                                                       method == TULLE_DETECT_PAPER};

@@ -227,8 +227,7 @@ static void release_session(run_session *session) {
 
 /* ---- the output directory ---- */
 
-static tulle_run_def make_run_def(const run_session *session,
-                                  const tulle_world_detection *detection,
+static tulle_run_def make_run_def(const run_session *session, const tulle_paper_options *paper,
                                   const tulle_untangle_report *untangle) {
     const run_options *const options = &session->options;
     tulle_run_def def = tulle_run_def_default();
@@ -244,9 +243,10 @@ static tulle_run_def make_run_def(const run_session *session,
     def.writes_vtp = options->writes_vtp;
     def.records_debug = options->records_debug;
     def.records_velocities = options->records_velocities;
-    def.detection = detection;
+    def.detection = &paper->detection;
     def.has_response = 1;
-    def.response = tulle_world_get_response(session->built.world, &def.motion_space);
+    def.response = paper->response;
+    def.motion_space = paper->motion_space;
     def.untangle = untangle;
     def.bodies = session->bodies;
     def.body_count = session->body_count;
@@ -311,9 +311,9 @@ static void say_notes(const run_session *session) {
 
 /* Makes or takes over the directory; *is_new: nothing is written to it yet. */
 static tulle_status open_directory(run_session *session, bool *is_new, tulle_error *error) {
-    tulle_world_detection const detection = tulle_world_get_detection(session->built.world);
+    tulle_paper_options const paper = tulle_world_get_paper_options(session->built.world);
     tulle_untangle_report const untangle = tulle_world_get_untangle_report(session->built.world);
-    tulle_run_def const def = make_run_def(session, &detection, &untangle);
+    tulle_run_def const def = make_run_def(session, &paper, &untangle);
     *is_new = true;
     if (!session->options.resumes)
         return tulle_run_create(&def,
@@ -344,9 +344,8 @@ enum { OUTCOME_SIZE = 2048 /* [bytes] of what did not go well, in words */ };
 
 /* Whether pairs were left untested without a proof. */
 static bool skips_unproven(tulle_world_detection detection) {
-    bool const has_patches =
-        detection.method == TULLE_DETECT_PATCHES || detection.method == TULLE_DETECT_PAPER;
-    return has_patches && !detection.has_certificate;
+    return !detection.has_certificate &&
+           (detection.method == TULLE_DETECT_PATCHES || detection.method == TULLE_DETECT_PAPER);
 }
 
 /* failure: why the run could not go on, or null. */
@@ -386,7 +385,7 @@ static void print_summary(const run_session *session, const char *failure) {
     }
     if (!failure && totals->message[0])
         app_print_names(stdout, "first message: %s\n", totals->message);
-    if (skips_unproven(tulle_world_get_detection(world)))
+    if (skips_unproven(tulle_world_get_paper_options(world).detection))
         printf("certificate: off; patches were skipped by their cones alone, so cloth may have "
                "passed through itself within one: tulle check judges the frames\n");
     printf("state hash: %016llx\n", (unsigned long long)tulle_world_get_state_hash(world));

@@ -9,7 +9,7 @@
 #define TULLE_CONTACT_PAPER_MOTION_SPACE_H
 
 #include "contact/paper/half_spaces.h"
-#include "tulle/world.h"
+#include "tulle/paper.h"
 
 /* All directions that make at most `angle` with the axis. With an axis of zero the cone is empty:
  * it holds only the zero vector. */

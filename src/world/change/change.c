@@ -105,6 +105,7 @@ static void begin_anew(tulle_world *world, const object_lists *lists, const worl
     *world =
         (tulle_world){.heap = before->heap,
                       .model.def = before->model.def,
+                      .model.paper = before->model.paper,
                       .model.cloths = lists->cloths,
                       .model.obstacles = lists->obstacles,
                       .slots.cloths = before->slots.cloths,

@@ -86,7 +86,6 @@ static tulle_status judge_added(tulle_world *world, tulle_error *error) {
 
 /* All up to the judgement. Leaves it to the caller to say that memory is short. */
 static tulle_status make_arrays(tulle_world *world, tulle_error *error) {
-    world->model.response = world->change->before->model.response;
     tulle_status status = world_join_surfaces(world, error);
     if (status == TULLE_OK && !world_allocate_start(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status != TULLE_OK) return status;

@@ -3,10 +3,7 @@
 /* clang-format off */
 #include "world/fields/fields.h"
 
-#include "tulle/attach.h"
-#include "tulle/bodies.h"
-#include "tulle/events.h"
-#include "tulle/world.h"
+#include "tulle/tulle.h"
 
 #include <float.h>
 #include <math.h>
@@ -42,24 +39,26 @@ static const field_table world_detection_fields = {"tulle_world_detection", 5, s
     {AT(tulle_world_detection, has_certificate), .kind = FIELD_INT, .count = 1, .fallback = {1}},
     {AT(tulle_world_detection, grows_patches_anew), .kind = FIELD_INT, .count = 1},
 }};
-const field_table world_def_fields = {"tulle_world_def", 26, sizeof(tulle_world_def), 0x6064d544, (const field[]){
+const field_table paper_options_fields = {"tulle_paper_options", 8, sizeof(tulle_paper_options), 0xdee89eda, (const field[]){
+    {AT(tulle_paper_options, detection), .kind = FIELD_STRUCT, .count = 1, .inner = &world_detection_fields},
+    {AT(tulle_paper_options, response), .kind = FIELD_ENUM, .count = 1, CHOICE(TULLE_RESPONSE_COUPLED, TULLE_RESPONSE_PAPER)},
+    {AT(tulle_paper_options, motion_space), .kind = FIELD_ENUM, .count = 1, CHOICE(TULLE_MOTION_SPACE_CONE, TULLE_MOTION_SPACE_POLYHEDRAL), .fallback = {1}},
+    {AT(tulle_paper_options, cg_tolerance), .kind = FIELD_DOUBLE, .count = 1, IN(1e-12, 0.1), .fallback = {0.0001}},
+    {AT(tulle_paper_options, cg_max_iterations), .kind = FIELD_INT, .count = 1, IN(1, 1e6), .fallback = {5000}},
+    {AT(tulle_paper_options, solve_rounds), .kind = FIELD_INT, .count = 1, IN(1, 20), .fallback = {1}},
+    {AT(tulle_paper_options, impulse_sweeps), .kind = FIELD_INT, .count = 1, IN(1, 1000), .fallback = {10}},
+    {AT(tulle_paper_options, impact_rounds), .kind = FIELD_INT, .count = 1, IN(0, 100), .fallback = {5}},
+}};
+const field_table world_def_fields = {"tulle_world_def", 19, sizeof(tulle_world_def), 0xd5a70a56, (const field[]){
     {AT(tulle_world_def, gravity), .kind = FIELD_DOUBLE, .count = 3, IN(-1e6, 1e6), .unit = "m/s^2", .fallback = {0, 0, -9.81}},
     {AT(tulle_world_def, wind), .kind = FIELD_STRUCT, .count = 1, .inner = &wind_fields},
     {AT(tulle_world_def, contact_distance), .kind = FIELD_DOUBLE, .count = 1, IN(0, 1), .unit = "m"},
     {AT(tulle_world_def, separation_distance), .kind = FIELD_DOUBLE, .count = 1, IN(0, 2), .unit = "m"},
     {AT(tulle_world_def, minimum_gap), .kind = FIELD_DOUBLE, .count = 1, IN(0, 0.5), .unit = "m"},
     {AT(tulle_world_def, integrator), .kind = FIELD_ENUM, .count = 1, CHOICE(TULLE_INTEGRATOR_IMPLICIT_EULER, TULLE_INTEGRATOR_BDF2)},
-    {AT(tulle_world_def, detection), .kind = FIELD_STRUCT, .count = 1, .inner = &world_detection_fields},
-    {AT(tulle_world_def, response), .kind = FIELD_ENUM, .count = 1, CHOICE(TULLE_RESPONSE_COUPLED, TULLE_RESPONSE_PAPER)},
-    {AT(tulle_world_def, motion_space), .kind = FIELD_ENUM, .count = 1, CHOICE(TULLE_MOTION_SPACE_CONE, TULLE_MOTION_SPACE_POLYHEDRAL), .fallback = {1}},
     {AT(tulle_world_def, membrane), .kind = FIELD_ENUM, .count = 1, CHOICE(TULLE_MEMBRANE_WOVEN, TULLE_MEMBRANE_SPRINGS)},
     {AT(tulle_world_def, on_overstretch), .kind = FIELD_ENUM, .count = 1, CHOICE(TULLE_ON_OVERSTRETCH_WARN, TULLE_ON_OVERSTRETCH_STOP)},
     {AT(tulle_world_def, quality), .kind = FIELD_ENUM, .count = 1, CHOICE(TULLE_QUALITY_DRAFT, TULLE_QUALITY_EXACT), .fallback = {1}},
-    {AT(tulle_world_def, cg_tolerance), .kind = FIELD_DOUBLE, .count = 1, IN(1e-12, 0.1), .fallback = {0.0001}},
-    {AT(tulle_world_def, cg_max_iterations), .kind = FIELD_INT, .count = 1, IN(1, 1e6), .fallback = {5000}},
-    {AT(tulle_world_def, solve_rounds), .kind = FIELD_INT, .count = 1, IN(1, 20), .fallback = {1}},
-    {AT(tulle_world_def, impulse_sweeps), .kind = FIELD_INT, .count = 1, IN(1, 1000), .fallback = {10}},
-    {AT(tulle_world_def, impact_rounds), .kind = FIELD_INT, .count = 1, IN(0, 100), .fallback = {5}},
     {AT(tulle_world_def, friction_cloth_cloth), .kind = FIELD_DOUBLE, .count = 1, IN(0, 10), .fallback = {0.3}},
     {AT(tulle_world_def, dynamic_friction_cloth_cloth), .kind = FIELD_DOUBLE, .count = 1, UP_TO(10), .fallback = {-1}},
     {AT(tulle_world_def, sleep_speed), .kind = FIELD_DOUBLE, .count = 1, IN(0, 1000), .unit = "m/s"},
@@ -67,6 +66,7 @@ const field_table world_def_fields = {"tulle_world_def", 26, sizeof(tulle_world_
     {AT(tulle_world_def, start_intersections), .kind = FIELD_ENUM, .count = 1, CHOICE(TULLE_START_REFUSE, TULLE_START_UNTANGLE)},
     {AT(tulle_world_def, untangle_limit), .kind = FIELD_INT, .count = 1, IN(1, 1e6), .fallback = {2000}},
     {AT(tulle_world_def, on_pinch), .kind = FIELD_ENUM, .count = 1, CHOICE(TULLE_ON_PINCH_STOP, TULLE_ON_PINCH_LAG), .fallback = {2}},
+    {AT(tulle_world_def, paper), .kind = FIELD_STRUCT, .count = 1, .is_pointer = true, .inner = &paper_options_fields},
     {AT(tulle_world_def, threads), .kind = FIELD_INT, .count = 1, IN(0, 256), .group = "the host's"},
     {AT(tulle_world_def, allocator), .kind = FIELD_HOST},
 }};
@@ -211,4 +211,26 @@ const field_table event_watch_fields = {"tulle_event_watch", 3, sizeof(tulle_eve
     {AT(tulle_event_watch, capacity), .kind = FIELD_SIZE, .count = 1, IN(1, 16777216), .fallback = {1024}},
 }};
 
-const uint32_t fields_version = 0xc235dfd9;
+const uint32_t fields_version = 0x9f027d92;
+
+#define SIZE(type) {#type, sizeof(type)}
+const struct_size struct_sizes[] = {
+    SIZE(tulle_allocator), SIZE(tulle_attachment_def), SIZE(tulle_attachment_report), SIZE(tulle_body),
+    SIZE(tulle_body_drive), SIZE(tulle_check_body), SIZE(tulle_check_pair), SIZE(tulle_check_result),
+    SIZE(tulle_cloth_def), SIZE(tulle_cloth_id), SIZE(tulle_cloth_targets), SIZE(tulle_contact),
+    SIZE(tulle_contact_law), SIZE(tulle_counts), SIZE(tulle_crease), SIZE(tulle_curve),
+    SIZE(tulle_detect_def), SIZE(tulle_detect_event), SIZE(tulle_detect_receiver), SIZE(tulle_detect_result),
+    SIZE(tulle_detect_statistics), SIZE(tulle_detect_surface), SIZE(tulle_error), SIZE(tulle_event),
+    SIZE(tulle_event_watch), SIZE(tulle_fineness), SIZE(tulle_found), SIZE(tulle_found_triangle),
+    SIZE(tulle_hit), SIZE(tulle_intersection), SIZE(tulle_keyframe), SIZE(tulle_material),
+    SIZE(tulle_mesh), SIZE(tulle_mesh_duplicates), SIZE(tulle_mesh_info), SIZE(tulle_mesh_lines),
+    SIZE(tulle_mesh_repairs), SIZE(tulle_mesh_view), SIZE(tulle_moment), SIZE(tulle_motion),
+    SIZE(tulle_object_id), SIZE(tulle_object_info), SIZE(tulle_obstacle_def), SIZE(tulle_obstacle_id),
+    SIZE(tulle_overlap), SIZE(tulle_paper_options), SIZE(tulle_patch_options), SIZE(tulle_pin),
+    SIZE(tulle_ray), SIZE(tulle_record_writer), SIZE(tulle_replay_options), SIZE(tulle_replay_report),
+    SIZE(tulle_shape_def), SIZE(tulle_springs), SIZE(tulle_step_progress), SIZE(tulle_step_report),
+    SIZE(tulle_stretch), SIZE(tulle_target), SIZE(tulle_tasks), SIZE(tulle_transform),
+    SIZE(tulle_untangle_report), SIZE(tulle_wind), SIZE(tulle_world_batch), SIZE(tulle_world_def),
+    SIZE(tulle_world_detection),
+};
+const size_t struct_size_count = sizeof struct_sizes / sizeof struct_sizes[0];

@@ -26,7 +26,8 @@ void fields_set_defaults(const field_table *table, void *def) {
     for (size_t r = 0; r < table->row_count; r++) {
         const field *const row = &table->rows[r];
         char *const at = (char *)def + row->offset;
-        if (row->kind == FIELD_STRUCT && !row->is_array) fields_set_defaults(row->inner, at);
+        if (row->kind == FIELD_STRUCT && !row->is_array && !row->is_pointer)
+            fields_set_defaults(row->inner, at);
         for (size_t k = 0; k < row->count && k < 4; k++) {
             double const value = row->fallback[k];
             if (value == 0.0) continue;
@@ -103,6 +104,8 @@ static tulle_status check_def(const field_check *check, const field_table *table
                 return error_set(check->error, TULLE_ERROR_INVALID_ARGUMENT,
                                  "%s: %s%s has %zu items, but the array is null", check->owner,
                                  check->path, row->name, count);
+        } else if (row->is_pointer) {
+            memcpy(&at, at, sizeof at);
         }
         if (!at || (row->kind != FIELD_STRUCT && !row->range)) continue;
         if (row->kind == FIELD_STRUCT) {
@@ -140,11 +143,13 @@ uint64_t fields_hash(const field_table *table, const void *def, const char *with
         if (row->is_array) {
             memcpy(&count, (const char *)def + row->length, sizeof count);
             memcpy(&at, place, sizeof at);
-            if (!at) count = 0;
+        } else if (row->is_pointer) {
+            memcpy(&at, place, sizeof at);
         }
+        if (!at) count = 0;
         hash = hash_bytes(hash, &count, sizeof count);
         for (size_t i = 0; row->kind == FIELD_STRUCT && i < count; i++)
-            hash = fields_hash(row->inner, at + i * row->inner->size, NULL, hash);
+            hash = fields_hash(row->inner, at + i * row->inner->size, without, hash);
         if (row->kind < FIELD_STRUCT && count > 0)
             hash = hash_bytes(hash, at, count * row->count * field_size(row));
     }

@@ -34,6 +34,7 @@ typedef struct field {
     field_kind kind;
     size_t count;             /* of numbers, in the def or in each item of an array */
     bool is_array;            /* a pointer to items, may be null */
+    bool is_pointer;          /* to one struct, may be null */
     size_t length;            /* offset of the number of items */
     const char *item;         /* what an item belongs to, as "vertex" */
     const field_table *inner; /* of structs */
@@ -53,11 +54,19 @@ struct field_table {
     const field *rows;
 };
 
-extern const field_table world_def_fields, cloth_def_fields, obstacle_def_fields,
-    attachment_def_fields, wind_fields, material_fields, pin_fields, contact_law_fields,
-    body_drive_fields, event_watch_fields;
+extern const field_table world_def_fields, paper_options_fields, cloth_def_fields,
+    obstacle_def_fields, attachment_def_fields, wind_fields, material_fields, pin_fields,
+    contact_law_fields, body_drive_fields, event_watch_fields;
 /* Another number for other rows. */
 extern const uint32_t fields_version;
+
+/* The public structs of libtulle. */
+typedef struct struct_size {
+    const char *name;
+    size_t size; /* [bytes] */
+} struct_size;
+extern const struct_size struct_sizes[];
+extern const size_t struct_size_count;
 
 /* Puts defaults into a def; what has none becomes zero. */
 void fields_set_defaults(const field_table *table, void *def);
@@ -68,7 +77,8 @@ tulle_status fields_check(const field_table *table, const void *def, const char 
                           const char *without, tulle_error *error);
 
 /* Adds all values to a hash but texts, what is the host's alone, the group "the host's", and those
- * whose names stand in `without` with a space on each side; it may be null. */
+ * whose names stand in `without` with a space on each side, in inner structs, too; it may be null.
+ */
 uint64_t fields_hash(const field_table *table, const void *def, const char *without, uint64_t hash);
 
 /* [bytes] of one number or struct. */

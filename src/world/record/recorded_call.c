@@ -168,7 +168,7 @@ static void visit_lengths(record_stream *stream, const field_table *table, char 
     for (size_t r = 0; r < table->row_count; r++) {
         const field *const row = &table->rows[r];
         if (row->kind == FIELD_LENGTH) visit_count(stream, (size_t *)(void *)(def + row->offset));
-        if (row->kind == FIELD_STRUCT && !row->is_array)
+        if (row->kind == FIELD_STRUCT && !row->is_array && !row->is_pointer)
             visit_lengths(stream, row->inner, def + row->offset);
     }
 }
@@ -207,6 +207,12 @@ static void visit_values(record_stream *stream, const field_table *table, char *
             visit_text(stream, (const char **)(void *)at);
         } else if (row->kind == FIELD_CALL) {
             visit_function(stream, (tulle_frame_reader *)(void *)at);
+        } else if (row->is_pointer) {
+            const void *inner = NULL;
+            memcpy(&inner, at, sizeof inner);
+            unsigned char is_there = inner != NULL;
+            visit_words(stream, &is_there, 1, 1);
+            visit_structs(stream, row, at, is_there != 0);
         } else if (row->kind == FIELD_STRUCT && row->is_array) {
             visit_structs(stream, row, at, count);
         } else if (row->kind == FIELD_STRUCT) {

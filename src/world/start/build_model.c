@@ -144,7 +144,7 @@ static tulle_status make_def(tulle_world *world, cloth_settings settings, cloth_
     for (size_t i = 0; i < cloth_count; i++) {
         materials[i] =
             settings.materials ? settings.materials[i] : world->model.cloths.data[i].material;
-        if (world->model.response->has_linear_springs) {
+        if (contact_responses[world->model.paper.response]->has_linear_springs) {
             materials[i].springs.stiffening_strain = 0.0;
             materials[i].warp.knee = materials[i].weft.knee = materials[i].shear.knee = 0.0;
         }
@@ -182,7 +182,7 @@ tulle_status world_build_machinery(tulle_world *world, cloth_settings settings,
         return status;
     }
     made->model = model;
-    bool const has_forces = get_response(world->model.def.response)->needs_forces;
+    bool const has_forces = contact_responses[world->model.paper.response]->needs_forces;
     status = linear_system_build(heap, model, has_forces, &made->system);
     if (status == TULLE_OK && world->model.cloth_vertex_count >= SINGLE_VERTICES) {
         made->aggregates =

@@ -87,8 +87,9 @@ tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
         }
     }
     world->model.vertex_count = vertex_count;
-    world->model.particle_count =
-        world->model.response->keeps_particles ? world->model.cloth_vertex_count : 0;
+    world->model.particle_count = contact_responses[world->model.paper.response]->keeps_particles
+                                      ? world->model.cloth_vertex_count
+                                      : 0;
 
     arena_mark const mark = arena_get_mark(&world->work.scratch);
     uint32_t *const triangles = ARENA_NEW(&world->work.scratch, uint32_t, 3 * triangle_count);
@@ -235,7 +236,6 @@ tulle_status world_finish_start(tulle_world *world) {
 static tulle_status start_stages(tulle_world *world, bool is_judged, const tulle_moment *moment,
                                  tulle_error *error) {
     static const char no_memory[] = "no memory left to start the world";
-    world->model.response = get_response(world->model.def.response);
     tulle_status status = world_join_surfaces(world, error);
     if (status == TULLE_OK && !world_allocate_start(world)) status = TULLE_ERROR_OUT_OF_MEMORY;
     if (status == TULLE_OK && !world_choose_pairs(world)) status = TULLE_ERROR_OUT_OF_MEMORY;

@@ -12,7 +12,7 @@
 tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle_error *error) {
     const tulle_body *const def = &obstacle->body;
     if (!def->is_dynamic) return TULLE_OK;
-    if (!get_response(world->model.def.response)->moves_bodies) {
+    if (!contact_responses[world->model.paper.response]->moves_bodies) {
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%s: the paper's response knows no rigid bodies that answer; use the "
                          "coupled response",

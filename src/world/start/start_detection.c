@@ -14,7 +14,7 @@ static const double REACH_RESERVE = 1.0 + 1e-6;
 static const double HOLD_REACH_SHARE = 0.25;
 
 tulle_status world_start_detection(tulle_world *world) {
-    const tulle_world_detection *const def = &world->model.def.detection;
+    const tulle_world_detection *const def = &world->model.paper.detection;
     bool const is_paper = def->method == TULLE_DETECT_PAPER;
     broad_phase_method const trees = def->method == TULLE_DETECT_BVOX ? BROAD_PHASE_BVOX
                                      : is_paper                       ? BROAD_PHASE_PAPER

@@ -160,7 +160,7 @@ static tulle_status check_def(const tulle_world *world, const tulle_attachment_d
                               tulle_error *error) {
     if (def->cookie != attachment_def_fields.cookie)
         return refuse(error, "needs a def made by tulle_attachment_def_default");
-    if (world->model.def.response != TULLE_RESPONSE_COUPLED)
+    if (world->model.paper.response != TULLE_RESPONSE_COUPLED)
         return refuse(error, "needs TULLE_RESPONSE_COUPLED");
     size_t const index = world_find_cloth(world, def->cloth);
     if (index == SIZE_MAX) return refuse(error, "names a cloth that the world does not have");

@@ -1,6 +1,7 @@
 /* The paper's response on small scenes: static and sliding friction on a slope, layers, spikes.
  * What it does worse than the coupled response is asserted too, where it is a matter of rule. */
 #include "support/contact_world.h"
+#include "support/paper_options.h"
 #include "support/test_support.h"
 
 #include <string.h>
@@ -13,8 +14,8 @@ static const char *const space_names[] = {"cone", "polyhedral"};
 
 static contact_world make_world(tulle_motion_space space) {
     contact_world world = contact_world_make();
-    world.def.response = TULLE_RESPONSE_PAPER;
-    world.def.motion_space = space;
+    change_paper(&world.def)->response = TULLE_RESPONSE_PAPER;
+    change_paper(&world.def)->motion_space = space;
     world.def.contact_distance = CONTACT_DISTANCE;
     return world;
 }

@@ -4,6 +4,7 @@
 #include "contact/rows/stick_anchors.h"
 #include "contact/solve/project_impulses.h"
 #include "support/contact_world.h"
+#include "support/paper_options.h"
 #include "support/test_support.h"
 
 #include <string.h>
@@ -122,7 +123,7 @@ static double measure_drift(bool has_anchors) {
     contact_world world = contact_world_make();
     world.def.contact_distance = HEIGHT_OVER_PLANE;
     world.friction = 0.62; /* tan 31 degrees is 0.601 */
-    world.def.impulse_sweeps = 1;
+    change_paper(&world.def)->impulse_sweeps = 1;
     world.def.gravity[0] = 9.81 * sin(31.0 * DEGREE);
     world.def.gravity[2] = -9.81 * cos(31.0 * DEGREE);
     for (int i = 0; i < 4; i++) {

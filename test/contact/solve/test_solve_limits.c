@@ -4,6 +4,7 @@
 #include "contact/solve/solve_in_phases.h"
 #include "support/contact_world.h"
 #include "support/failing_heap.h"
+#include "support/paper_options.h"
 #include "support/test_support.h"
 
 enum { SIDE = 33 };
@@ -11,8 +12,8 @@ enum { SIDE = 33 };
 /* A step of a sheet that hangs on two corners and is pulled by gravity. */
 static tulle_step_report step_sheet(int limit, double tolerance) {
     contact_world world = contact_world_make();
-    world.def.cg_max_iterations = limit;
-    world.def.cg_tolerance = tolerance;
+    change_paper(&world.def)->cg_max_iterations = limit;
+    change_paper(&world.def)->cg_tolerance = tolerance;
     world.def.quality = TULLE_QUALITY_EXACT;
     contact_grid sheet = make_contact_grid(SIDE, SIDE, vec3_make(0.0, 0.0, 0.0),
                                            vec3_make(0.5, 0.0, 0.0), vec3_make(0.0, 0.5, 0.0));

@@ -1,6 +1,7 @@
 /* Bodies that are driven or locked, with what they touch: as rails they are like obstacles on a
  * script, for cloth and for other bodies. */
 #include "support/body_world.h"
+#include "support/paper_options.h"
 #include "support/test_support.h"
 #include "tulle/tulle.h"
 
@@ -28,7 +29,7 @@ static table_world make_table(table_kind kind, double speed, int threads) {
     tulle_world_def def = tulle_world_def_default();
     def.contact_distance = 0.005;
     def.quality = TULLE_QUALITY_EXACT;
-    def.cg_tolerance = 1e-10;
+    change_paper(&def)->cg_tolerance = 1e-10;
     def.threads = threads;
     table_world made = {.world = bodies_make_world(&def, false),
                         .sheet = small_sheet(0.2, 9, 0.01),

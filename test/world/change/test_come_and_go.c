@@ -2,6 +2,7 @@
  * the start on, and against such that never had them. */
 #include "support/body_world.h"
 #include "support/object_world.h"
+#include "support/paper_options.h"
 #include "support/test_support.h"
 
 #include <math.h>
@@ -15,7 +16,7 @@ static const double ASIDE = 3.0; /* [m] where a thing touches nothing */
 static tulle_world *make_without(const tulle_world_def *def, thing left_out,
                                  tulle_object_id ids[THING_COUNT]) {
     tulle_world *const world = things_make_world(def);
-    bool const has_bodies = !def || def->response == TULLE_RESPONSE_COUPLED;
+    bool const has_bodies = !def || get_paper(def).response == TULLE_RESPONSE_COUPLED;
     for (thing what = 0; what < THING_COUNT; what++)
         if (what != left_out && (has_bodies || !thing_is_body(what)))
             ids[what] = things_add(world, what, 0.0);
@@ -142,7 +143,7 @@ static void with_the_paper_s_response(void **state) {
     (void)state;
     tulle_world_def def = tulle_world_def_default();
     def.threads = 1;
-    def.response = TULLE_RESPONSE_PAPER;
+    change_paper(&def)->response = TULLE_RESPONSE_PAPER;
     for (thing what = 0; what < THING_COUNT; what++)
         if (!thing_is_body(what)) visit(&def, what, false);
 }

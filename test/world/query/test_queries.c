@@ -6,6 +6,7 @@
 #include "tulle/query.h"
 
 #include "base/hash.h"
+#include "support/paper_options.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
 #include "tulle/check.h"
@@ -75,7 +76,7 @@ static void copy_soup(const soup_world *made, size_t soup, double *positions) {
 static soup_world make_soups(tulle_detect_method method, int threads) {
     soup_world made = {.seed = 11 + (uint64_t)method};
     tulle_world_def def = tulle_world_def_default();
-    def.detection.method = method;
+    change_paper(&def)->detection.method = method;
     def.threads = threads;
     def.gravity[2] = 0.0;
     def.start_intersections = TULLE_START_IGNORE;
@@ -483,7 +484,7 @@ static void compare_all(tulle_detect_method method, int threads) {
 
 static void queries_of_refitted_trees(void **state) {
     (void)state;
-    compare_all(tulle_world_def_default().detection.method, 2);
+    compare_all(tulle_paper_options_default().detection.method, 2);
 }
 
 static void queries_beside_other_trees(void **state) {

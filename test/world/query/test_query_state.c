@@ -3,6 +3,7 @@
 #include "tulle/query.h"
 
 #include "support/failing_heap.h"
+#include "support/paper_options.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
 #include "tulle/live.h"
@@ -35,7 +36,7 @@ typedef struct scene {
 static scene make_scene(tulle_detect_method method, int threads) {
     scene made;
     tulle_world_def def = tulle_world_def_default();
-    def.detection.method = method;
+    change_paper(&def)->detection.method = method;
     def.threads = threads;
     FINE(tulle_world_create(&def, &made.world, &error));
     tulle_mesh sheet = small_sheet(0.4, 15, 0.125);
@@ -140,7 +141,7 @@ static void queries_change_nothing(void **state) {
 /* After steps, a loaded state, a step that fails and a jump, rays meet what is there. */
 static void queries_follow_the_state(void **state) {
     (void)state;
-    scene const made = make_scene(tulle_world_def_default().detection.method, 2);
+    scene const made = make_scene(tulle_paper_options_default().detection.method, 2);
     void *saved = NULL;
     size_t byte_count = 0;
     double saved_height = 0.0, last = 1.0;
@@ -189,7 +190,7 @@ static void queries_follow_the_state(void **state) {
 /* The contacts of an object are those of all that name it. */
 static void objects_have_their_contacts(void **state) {
     (void)state;
-    scene const made = make_scene(tulle_world_def_default().detection.method, 1);
+    scene const made = make_scene(tulle_paper_options_default().detection.method, 1);
     for (int i = 0; i < 16; i++) step(&made);
     const tulle_contact *all;
     size_t all_count, seen = 0;
@@ -250,7 +251,7 @@ static void *cast(void *context) {
 
 static void threads_ask_side_by_side(void **state) {
     (void)state;
-    scene const made = make_scene(tulle_world_def_default().detection.method, 1);
+    scene const made = make_scene(tulle_paper_options_default().detection.method, 1);
     for (int i = 0; i < 8; i++) step(&made);
     FINE(tulle_world_update_queries(made.world, &error));
     static caster casters[THREADS + 1];
@@ -272,7 +273,7 @@ static void threads_ask_side_by_side(void **state) {
 static tulle_status ask_in_need(tulle_detect_method method, int *left) {
     tulle_world_def def = tulle_world_def_default();
     def.threads = 1;
-    def.detection.method = method;
+    change_paper(&def)->detection.method = method;
     memory const heap = failing_heap_make(left);
     def.allocator = heap.allocator;
     int const given = *left;

@@ -1,5 +1,6 @@
 /* What a world tells of its contacts and patches: they agree with the report, with the laws of
  * motion and with each other, and asking changes nothing. */
+#include "support/paper_options.h"
 #include "support/small_world.h"
 #include "tulle/paper.h"
 
@@ -275,7 +276,7 @@ static void without_patches_none_are_in_use(void **state) {
     assert_true(sheet.triangle_count == sizeof labels / sizeof *labels);
     for (int i = 0; i < 2; i++) {
         tulle_world_def def = tulle_world_def_default();
-        def.detection.method = methods[i];
+        change_paper(&def)->detection.method = methods[i];
         tulle_world *world = NULL;
         assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
         tulle_cloth_id const cloth = small_add_cloth(world, &sheet);

@@ -2,6 +2,7 @@
  * for any number of threads; no state intersects, however violent the motion; patches that are
  * about to touch themselves dissolve in time; saved states and failed steps carry patches along.
  * Without the certificate the promise does not hold, and this shows it. */
+#include "support/paper_options.h"
 #include "support/pins.h"
 #include "support/small_world.h"
 #include "tulle/paper.h"
@@ -147,7 +148,7 @@ static tulle_world *make_world(const stage_set *set, tulle_world_def def) {
 
 static tulle_world_def make_def(const choice *of, int threads) {
     tulle_world_def def = tulle_world_def_default();
-    def.detection = of->detection;
+    change_paper(&def)->detection = of->detection;
     def.threads = threads;
     return def;
 }
@@ -504,7 +505,7 @@ static void bad_definitions_are_refused(void **state) {
     bad[4].max_angle = (double)NAN;
     for (int k = 0; k < 5; k++) {
         tulle_world_def def = tulle_world_def_default();
-        def.detection = bad[k];
+        change_paper(&def)->detection = bad[k];
         tulle_world *world = NULL;
         tulle_error error = {0};
         assert_int_equal(tulle_world_create(&def, &world, &error), TULLE_ERROR_INVALID_ARGUMENT);

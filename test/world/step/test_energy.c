@@ -1,6 +1,7 @@
 /* Energy of cloth that lands, through the public interface: it falls from step to step, but for the
  * work of what moves; the balance costs nothing where it holds, and reports tell the energies of
  * the state. */
+#include "support/paper_options.h"
 #include "support/pins.h"
 #include "support/small_world.h"
 #include "support/test_support.h"
@@ -168,7 +169,7 @@ static void rescued_states_are_measured_anew(void **state) {
     (void)state;
     tulle_world_def def = tulle_world_def_default();
     tulle_world *world;
-    def.impact_rounds = 0;
+    change_paper(&def)->impact_rounds = 0;
     assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
     tulle_mesh sheet = small_sheet(1.0, 17, 0.35);
     double velocities[3 * 17 * 17];

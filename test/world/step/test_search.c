@@ -1,4 +1,5 @@
 /* The time of a search goes to its stages, and stages that do not run take none. */
+#include "support/paper_options.h"
 #include "support/small_world.h"
 
 #include <setjmp.h>
@@ -10,7 +11,7 @@
 /* Seconds of the stage of this name after a step of two sheets, one of which falls on the other. */
 static double measure_stage(tulle_detect_method method, const char *name) {
     tulle_world_def def = tulle_world_def_default();
-    def.detection.method = method;
+    change_paper(&def)->detection.method = method;
     def.threads = 1;
     tulle_world *world = NULL;
     assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);

@@ -1,4 +1,5 @@
 /* What a step reports of its solves. */
+#include "support/paper_options.h"
 #include "support/pins.h"
 #include "support/small_world.h"
 
@@ -12,8 +13,8 @@
 /* A hanging sheet after one step, with so many iterations at most. */
 static tulle_step_report hang(int limit) {
     tulle_world_def def = tulle_world_def_default();
-    def.cg_max_iterations = limit;
-    def.cg_tolerance = 1e-6;
+    change_paper(&def)->cg_max_iterations = limit;
+    change_paper(&def)->cg_tolerance = 1e-6;
     def.quality = TULLE_QUALITY_EXACT;
     tulle_world *world = NULL;
     assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
@@ -68,7 +69,7 @@ static void forces_near_the_smallest_number_do_no_harm(void **state) {
 /* Fewest solves of a step of a sheet at rest on the ground, where so many rounds are asked for. */
 static uint32_t count_solves_at_rest(int rounds) {
     tulle_world_def def = tulle_world_def_default();
-    def.solve_rounds = rounds;
+    change_paper(&def)->solve_rounds = rounds;
     tulle_world *world = NULL;
     assert_int_equal(tulle_world_create(&def, &world, NULL), TULLE_OK);
     tulle_mesh sheet = small_sheet(0.5, 6, 0.02);
