@@ -102,7 +102,7 @@ tulle_status shape_writer_start(shape_writer *writer, double vertex_count, doubl
     if (!(vertex_count <= SHAPE_VERTEX_LIMIT))
         return error_set(error, TULLE_ERROR_LIMIT,
                          "the shape would have %.15g vertices; the limit is %d: choose a lower "
-                         "resolution, or lengths that differ less where it is chosen from them",
+                         "resolution, or, if it is derived, lengths that differ less",
                          vertex_count, SHAPE_VERTEX_LIMIT);
     return tulle_mesh_create((size_t)vertex_count, (size_t)triangle_count, mesh, error);
 }

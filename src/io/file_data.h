@@ -27,8 +27,7 @@ ssize_t file_read_at(int file, void *bytes, size_t byte_count, uint64_t offset);
 /* Fills error for a failed system call: status by `code` (an errno), message "<what>: <reason>". */
 tulle_status file_fail(tulle_error *error, const char *path, int code, const char *what);
 /* What is wrong with a scene where a run or a mesh belongs, with its path. */
-#define FILE_SCENE_MESSAGE                                                                         \
-    "is a scene, not what came of it: run it first: tulle run %s -o DIR; then name DIR"
+#define FILE_SCENE_MESSAGE "is a scene, not a run: run it first: tulle run %s -o DIR; then name DIR"
 /* Fills error for want of memory while the file is read: TULLE_ERROR_OUT_OF_MEMORY. */
 tulle_status file_fail_memory(tulle_error *error, const char *path);
 

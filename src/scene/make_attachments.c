@@ -13,7 +13,7 @@ static bool find_holder(const scene_work *work, const attach_keys *keys, size_t 
     const char **const names = ARENA_NEW(&work->scene->storage, const char *, count);
     for (size_t i = 0; names && i < count; i++) names[i] = get_object_name(loaded, i);
     problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, "to"),
-                "%s.to: '%s' is the name of no cloth or obstacle%s", keys->head.path,
+                "%s.to: no cloth or obstacle is called '%s'%s", keys->head.path,
                 show_text(keys->to).text, tell_meant(work, keys->to, names, count));
     return false;
 }

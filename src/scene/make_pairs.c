@@ -43,7 +43,7 @@ static bool refuse_name(const scene_work *work, const pair_keys *keys, size_t wh
     for (size_t i = 0; names && i < count; i++) names[i] = get_object_name(loaded, i);
     const char *const name = keys->between.value[which];
     problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, keys->between.places[which],
-                "%s.between: '%s' is the name of no cloth or obstacle%s", keys->head.path,
+                "%s.between: no cloth or obstacle is called '%s'%s", keys->head.path,
                 show_text(name).text, tell_meant(work, name, names, count));
     return false;
 }
@@ -178,12 +178,12 @@ static bool refuse_material(const scene_work *work, const material_names *names,
     }
     const char *const name = keys->between.value[which];
     const char *const meant = text_find_nearest(name, names->list, names->count);
-    problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, keys->between.places[which],
-                meant ? "%s.between: '%s' is the material of no cloth or obstacle, and no preset; "
-                        "there are %s; did you mean '%s'?"
-                      : "%s.between: '%s' is the material of no cloth or obstacle, and no preset; "
-                        "there are %s",
-                keys->head.path, show_text(name).text, list, meant);
+    problem_add(
+        work->problems, TULLE_ERROR_INVALID_ARGUMENT, keys->between.places[which],
+        meant ? "%s.between: no cloth, obstacle or preset has the material '%s'; there are %s; did "
+                "you mean '%s'?"
+              : "%s.between: no cloth, obstacle or preset has the material '%s'; there are %s",
+        keys->head.path, show_text(name).text, list, meant);
     return false;
 }
 

@@ -104,7 +104,7 @@ bool refuse_obstacle_name(const scene_work *work, const void *keys, const char *
     for (size_t i = 0; names && i < loaded->obstacle_count; i++)
         if (loaded->obstacles[i].name) names[count++] = loaded->obstacles[i].name;
     problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(keys, key),
-                "%s.%s: '%s' is the name of no obstacle%s", path, key, show_text(name).text,
+                "%s.%s: no obstacle is called '%s'%s", path, key, show_text(name).text,
                 tell_meant(work, name, names, count));
     return false;
 }

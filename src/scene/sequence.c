@@ -641,8 +641,8 @@ static bool join_ends(const scene_work *work, const sequence_keys *keys, scene_s
             work, keys,
             store_text(work,
                        "the ends do not meet: from the last frame to the first vertex %zu goes "
-                       "%.3g m, between other frames none goes more than %.3g m; pingpong needs no "
-                       "ends that meet",
+                       "%.3g m, between other frames none goes more than %.3g m; with pingpong "
+                       "they need not meet",
                        steps.seam_vertex, steps.seam, steps.largest));
     else if (sequence->times)
         sequence->seam =

@@ -26,7 +26,7 @@ tulle_subdivision_def tulle_subdivision_def_default(void) {
 static tulle_status check_def(const tulle_subdivision_def *def, tulle_error *error) {
     if (!def || def->cookie != SUBDIVISION_DEF_COOKIE)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the subdivision def is not one; make it with "
+                         "the subdivision def was not made by "
                          "tulle_subdivision_def_default");
     if (def->levels < 1 || def->levels > TULLE_SUBDIVISION_LEVELS_MAX)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,

@@ -51,13 +51,13 @@ static world_obstacle *find_driven(tulle_world *world, tulle_obstacle_id id, tul
     const char *const name = obstacle->name;
     if (!world->is_started) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                  "%s: call tulle_world_start before it is given where to go", name);
+                  "%s: call tulle_world_start before you give it a pose", name);
     } else if (obstacle->drive != drive) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                  "%s: its drive is another one; add it with the drive %s", name, wanted[drive]);
+                  "%s: it has another drive; add it with the drive %s", name, wanted[drive]);
     } else if (obstacle->given != GIVEN_NOTHING) {
         error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                  "%s: it was already given where to go in the next step", name);
+                  "%s: it already has a pose for the next step", name);
     } else {
         return obstacle;
     }

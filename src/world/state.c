@@ -231,9 +231,8 @@ static void write_state(const tulle_world *world, part_sizes parts, unsigned cha
 
 static tulle_status check_savable(const tulle_world *world, bool has_place, tulle_error *error) {
     if (world && world->is_started && has_place) return TULLE_OK;
-    return error_set(
-        error, TULLE_ERROR_INVALID_ARGUMENT,
-        "only a world that has started has a state to save, into memory that is there");
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
+                     "start the world before its state is saved, and give memory that is not null");
 }
 
 tulle_status tulle_world_save_state_into(const tulle_world *world, void *bytes, size_t capacity,

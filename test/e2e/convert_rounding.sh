@@ -14,7 +14,7 @@ printf "%b%bf 1 2 3\nf 4 5 6\nf 6 5 7\n" "$plane" "$sheet" >both.obj
 printf "%bf 1 2 3\n" "$plane" >plane.obj
 printf "%bf 1 2 3\nf 3 2 4\n" "$sheet" >sheet.obj
 
-said="surfaces that do not intersect pass through each other where they are rounded: in frame 0 floats move vertex 0 of"
+said="surfaces that do not intersect pass through each other when they are rounded: in frame 0 floats move vertex 0 of"
 for name in out.stl out.glb out.usda out.npz out.pc2 out.mdd; do
     "$TULLE" convert both.obj $name >said 2>&1 || fault "$name: $(cat said)"
     grep -q "in 1 frames $said 'both.obj' at .* by .*, and so through itself" said || fault "$name: $(cat said)"

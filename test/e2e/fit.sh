@@ -41,7 +41,7 @@ expect 2 'cell has no effect without --drape' a.yaml --bending-warp 19mm --cell 
 expect 2 'samples: "0" should be' a.yaml --drape 65 --samples 0
 expect 2 'cell: "1m" should be' a.yaml --drape 65 --cell 1m
 expect 2 'no file can be made in none/' none/a.yaml --bending-warp 19mm
-expect 2 'is there and no file' . --bending-warp 19mm
+expect 2 'exists and is not a file' . --bending-warp 19mm
 echo 'bend: 0' >limp.yaml
 expect 2 'limp.yaml has no bending rigidity' a.yaml --bending-warp 19mm --from limp.yaml
 echo 'stretch: 3' >soft.yaml

@@ -155,12 +155,12 @@ expect 2 'should end in .png' small.run -o picture.jpg
 expect 2 'should end in .png' small.run -o picture
 expect 2 'cannot be written: No such file' small.run -o missing/picture.png
 expect 2 'cannot be written: No such file' small.run -o missing/film.mp4
-expect 2 'is there and no file' small.run -o folder.png
+expect 2 'exists and is not a file' small.run -o folder.png
 expect 2 'is one picture, and there are 3 frames' small.run --frames 1:3 -o one.png
 expect 2 'name_%d%d' small.run --frames 1:3 -o 'name_%d%d.png'
 expect 2 '%s' small.run --frames 1:3 -o 'name_%s.png'
 if command -v ffmpeg >/dev/null; then
-    expect 2 'is there and no folder' small.run --frames 1:3 -o file.mp4
+    expect 2 'exists and is not a folder' small.run --frames 1:3 -o file.mp4
 fi
 expect 2 --camera small.run --camera 'position=1,2'
 expect 2 --camera small.run --camera 'orbit=30,20'

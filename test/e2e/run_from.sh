@@ -117,7 +117,7 @@ refuse() { # WORDS ARGUMENTS...
 run scene.yaml -o plain -n 3 >/dev/null
 refuse 'keeps no velocities' scene.yaml --from plain
 refuse 'has 25 frames' scene.yaml --from first:99
-refuse 'no frame of the scene is left' scene.yaml --from first
+refuse 'the scene has no frame after it' scene.yaml --from first
 refuse 'frames are 0.0222222222 s apart, but in the scene they are 0.0333333333 s apart' scene.yaml --from first:3 --set time.steps_per_frame=3
 refuse "no cloth 'other'" scene.yaml --from first:3 --set 'cloth[0].name=other'
 refuse "no cloth 'sheet'" scene.yaml --from first:3 --set 'cloth[0].mesh.resolution=[12, 13]'

@@ -66,7 +66,7 @@ refuse 'not valid YAML' 'time: [1\n'
 for words in "render a.yaml -o x.png" "check a.yaml" "convert a.yaml x.obj" "mend a.yaml -o x.obj"; do
     # shellcheck disable=SC2086
     "$TULLE" $words >out 2>&1 && fault "$words: taken"
-    grep -qF 'a.yaml: is a scene, not what came of it: run it first: tulle run a.yaml -o DIR' out || fault "$words: $(cat out)"
+    grep -qF 'a.yaml: is a scene, not a run: run it first: tulle run a.yaml -o DIR' out || fault "$words: $(cat out)"
 done
 "$TULLE" render x.usda -o x.png >out 2>&1 && fault "render of a file"
 grep -qF 'x.usda: is a file, not the directory of a run' out || fault "render of a file: $(cat out)"

@@ -243,8 +243,8 @@ static void test_problems_have_a_place(void **state) {
     refuse("rest: {creases: [{material: x, angle: 1}]}",
            "cloth[0].rest.creases[0].material: the mesh file has no 'x'; it has Blue");
     refuse("pins: [{near: {to: tabel, within: 1}}]",
-           "cloth[0].pins[0].near.to: 'tabel' is the name of no obstacle; did you mean 'table'?");
-    refuse("pins: [{near: {to: cloth0, within: 1}}]", "'cloth0' is the name of no obstacle");
+           "cloth[0].pins[0].near.to: no obstacle is called 'tabel'; did you mean 'table'?");
+    refuse("pins: [{near: {to: cloth0, within: 1}}]", "no obstacle is called 'cloth0'");
     refuse("pins: [{near: {to: table, within: 1 cm}}]", "pins no vertex");
     refuse("pins: [{near: {to: table}}]", "within");
     refuse("pins: [{sphere: {center: [90, 0, 0], radius: 1}}]", "pins no vertex");

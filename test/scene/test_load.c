@@ -250,7 +250,7 @@ static const refusal refusals[] = {
     {TIME SHEET "contact:\n  pairs: [{between: [cloth0, flor], friction: 0.3}]\nobstacles:\n  - "
                 "{mesh: {shape: box}, name: floor}\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 30,
-     "contact.pairs[0].between: 'flor' is the name of no cloth or obstacle; did you mean 'floor'?"},
+     "contact.pairs[0].between: no cloth or obstacle is called 'flor'; did you mean 'floor'?"},
     {TIME SHEET "contact:\n  pairs: [{between: [cloth0, cloth0], friction: 0.3}]\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 30,
      "contact.pairs[0].between: names 'cloth0' twice; friction of a cloth on itself is "
@@ -258,7 +258,7 @@ static const refusal refusals[] = {
     {TIME SHEET "contact:\n  materials: [{between: [cotton, wod], friction: 0.3}]\nobstacles:\n  - "
                 "{mesh: {shape: box}, material: wood}\n",
      TULLE_ERROR_INVALID_ARGUMENT, "s.yaml", 5, 34,
-     "contact.materials[0].between: 'wod' is the material of no cloth or obstacle, and no preset; "
+     "contact.materials[0].between: no cloth, obstacle or preset has the material 'wod'; "
      "there are cotton, wood, " AFTER_COTTON "; did you mean 'wood'?"},
     {TIME SHEET "    material: {name: felt}\ncontact:\n  materials:\n    - {between: [silk, felt], "
                 "friction: 0.3}\n    - {between: [felt, silk], friction: 0.4}\n",

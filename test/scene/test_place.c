@@ -267,17 +267,17 @@ static void test_problems_have_a_place(void **state) {
     refuse(SHEET("{size: 1, height: 2}") TABLE, 4, "only one of the keys size, height");
     refuse(SHEET("{on: 1, on_top_of: table}") TABLE, 4, "only one of the keys on, on_top_of");
     refuse(SHEET("{on_top_of: tabel}") TABLE, 4,
-           "on_top_of: 'tabel' is the name of no obstacle; did you mean 'table'?");
-    refuse(SHEET("{on_top_of: cloth0}") TABLE, 4, "'cloth0' is the name of no obstacle");
-    const char *const posts = "'post.3' is the name of no obstacle; copies count from 000, here "
+           "on_top_of: no obstacle is called 'tabel'; did you mean 'table'?");
+    refuse(SHEET("{on_top_of: cloth0}") TABLE, 4, "no obstacle is called 'cloth0'");
+    const char *const posts = "no obstacle is called 'post.3'; copies count from 000, here "
                               "from 'post.000' to 'post.002'";
     refuse(SHEET("{on_top_of: post.3}") POSTS, 4, posts);
     refuse(SHEET("{on_top_of: post.003}") POSTS, 4, "here from 'post.000' to 'post.002'");
     refuse(SHEET("{on_top_of: pst.001}") POSTS, 4, "no obstacle; did you mean 'post.001'?");
     refuse(SHEET("{on: 1}") "    attach: [{to: post, vertices: [0]}]\n" POSTS, 5,
-           "'post' is the name of no cloth or obstacle; copies count from 000");
+           "no cloth or obstacle is called 'post'; copies count from 000");
     refuse(SHEET("{on: 1}") "contact: {pairs: [{between: [cloth0, post.3], friction: 1}]}\n" POSTS,
-           5, "'post.3' is the name of no cloth or obstacle; copies count from 000");
+           5, "no cloth or obstacle is called 'post.3'; copies count from 000");
     refuse(SHEET("{on: 3 kg}") TABLE, 4, "place.on");
     refuse(SHEET("{up: w}") TABLE, 4, "place.up");
     refuse(SHEET("{size: 0}") TABLE, 4, "place.size");

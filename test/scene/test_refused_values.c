@@ -100,7 +100,7 @@ static const struct {
      "contact.pairs[0].between: is a list of 3, must be a list of 2, each a name"},
     {TIME SHEET "contact: {pairs: [{between: [cloth0, table], friction: 1}]}\n", NULL,
      TULLE_ERROR_INVALID_ARGUMENT, 4, 38,
-     "contact.pairs[0].between: 'table' is the name of no cloth or obstacle"},
+     "contact.pairs[0].between: no cloth or obstacle is called 'table'"},
     {TIME SHEET "contact: {materials: [{between: [cotton, silk], friction: 1}, {between: [silk, "
                 "cotton], friction: 1}]}\n",
      NULL, TULLE_ERROR_INVALID_ARGUMENT, 4, 73,
@@ -113,8 +113,8 @@ static const struct {
      "one"},
     {TIME SHEET "contact: {materials: [{between: [cotton, stone], friction: 1}]}\n", NULL,
      TULLE_ERROR_INVALID_ARGUMENT, 4, 42,
-     "contact.materials[0].between: 'stone' is the material of no cloth or obstacle, and no "
-     "preset; there are " PRESET_NAMES},
+     "contact.materials[0].between: no cloth, obstacle or preset has the material 'stone'; "
+     "there are " PRESET_NAMES},
     {TIME SHEET "obstacles: [{mesh: {shape: box}, name: a}, {mesh: {shape: box}, name: "
                 "b}]\ncontact: {pairs: [{between: [a, b], friction: 1}]}\n",
      NULL, TULLE_ERROR_INVALID_ARGUMENT, 5, 30,

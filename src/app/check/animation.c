@@ -89,8 +89,8 @@ static tulle_status choose_frames(animation_check *self, tulle_error *error) {
                                 source->gap);
         if (own != 1 && own != count)
             return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                                "has %u frames, but %s has %u; what is judged together has as "
-                                "many, or one",
+                                "has %u frames, but %s has %u; files that are judged together have "
+                                "as many frames, or one",
                                 own, leader->path, count);
     }
     return frame_range_read(NULL, self->choice->frames, leader->frames, &self->range, error);

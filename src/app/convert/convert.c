@@ -532,8 +532,8 @@ static void print_losses(const convert_session *session) {
     if (session->rounding.frame_count > 0)
         PRINT_LOSS(
             count,
-            "in %u frames surfaces that do not intersect pass through each other where they "
-            "are rounded: in frame %u floats %s. Formats with doubles keep them apart: .obj, "
+            "in %u frames surfaces that do not intersect pass through each other when they are "
+            "rounded: in frame %u floats %s. Formats with doubles keep them apart: .obj, "
             ".ply, .vtp, and .npz with --double",
             session->rounding.frame_count, session->rounding.first, session->rounding.text);
     if (target->format == CONVERT_STL)

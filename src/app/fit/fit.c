@@ -277,7 +277,7 @@ static bool check_target(const char *path, bool replaces) {
     snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1,
              slash ? path : ".");
     if (is_there && !S_ISREG(facts.st_mode))
-        app_print_message("fit", "%s is there and no file", path);
+        app_print_message("fit", "%s exists and is not a file", path);
     else if (is_there && !replaces)
         app_print_message("fit", "%s is there; --force replaces it", path);
     else if (access(folder, W_OK) != 0)

@@ -76,15 +76,15 @@ static options_outcome read_words(int argc, char **argv, mend_words *words) {
          "of the given bodies if these leave the cloth no room",
          0, 0, NULL},
         {"strength", 0, OPTION_TEXT, &words->strength, "S",
-         "how strongly the cloth is drawn to the given way, 0.001 to 1000 (default: 0.5, which\n"
+         "how strongly the cloth is drawn to its given places, 0.001 to 1000 (default: 0.5, which\n"
          "takes more than half of a departure away in a frame)",
          0, 0, NULL},
         {"reach", 0, OPTION_TEXT, &words->reach, "EDGES",
-         "over how many edges a departure goes over into none, 0.5 to 20 (default: 2)", 0, 0, NULL},
+         "over how many edges a departure fades out, 0.5 to 20 (default: 2)", 0, 0, NULL},
         {"gap", 0, OPTION_TEXT, &words->gap, "LENGTH",
-         "what cloth that is moved keeps clear (default: a twentieth of a mean edge)", 0, 0, NULL},
+         "distance that moved cloth keeps (default: a twentieth of a mean edge)", 0, 0, NULL},
         {"on-pinch", 0, OPTION_CHOICE, &words->on_pinch, "lag|stop",
-         "where bodies leave the cloth no room: let it meet them behind where they are (default),\n"
+         "if bodies leave the cloth no room: let it meet bodies that lag (default),\n"
          "or stop",
          0, 0, pinch_choices},
         {"up", 0, OPTION_CHOICE, &words->up, "y|z",
@@ -123,9 +123,9 @@ static options_outcome read_words(int argc, char **argv, mend_words *words) {
         .summary =
             "Makes of ANIMATION, of cloth, the nearest one in which nothing intersects, neither "
             "in\n"
-            "frames nor on the straight way between them: a point cache (.pc2, .mdd) with its\n"
+            "frames nor on the straight paths between them: a point cache (.pc2, .mdd) with its\n"
             "mesh, an animation (.glb, .gltf, .usda, .npz), numbered meshes (frame_%04d.obj or\n"
-            "'frame_*.obj'), or a run. Where it is clean, it comes back as it is, to the bit.\n"
+            "'frame_*.obj'), or a run. Clean frames come back bit for bit.\n"
             "Exit code 1: something still intersects, because bodies leave no room.",
         .options = options,
         .option_count = sizeof options / sizeof options[0],
@@ -349,9 +349,7 @@ static int fail(const mend_session *session, tulle_status status, const tulle_er
     char files[FILES_SIZE];
     app_print_error("mend", error);
     if (convert_target_describe(&session->output.target, files, sizeof files))
-        app_print_message(
-            "mend", "whole and there: %s; of what else was to be written, files may be missing",
-            files);
+        app_print_message("mend", "whole and there: %s; other files may be missing", files);
     else if (status == TULLE_ERROR_INTERRUPTED)
         app_print_message("mend", "nothing was written");
     return mend_frames_are_running(&session->frames) ? app_exit_for_run(status)

@@ -252,8 +252,8 @@ void mend_report_print_summary(const mend_summary *summary) {
                "jitter", get_mean(summary->mended_jitter2, summary->jitter_frames),
                get_mean(summary->given_jitter2, summary->jitter_frames));
     if (summary->lagging_frames > 0)
-        printf("  %-11s in %" PRIu32 " frame%s bodies leave the cloth no room: it meets them %.3g "
-               "behind where they are\n",
+        printf("  %-11s in %" PRIu32
+               " frame%s bodies leave the cloth no room: it meets bodies that lag by %.3g\n",
                "pinched", summary->lagging_frames, summary->lagging_frames == 1 ? "" : "s",
                summary->lag);
     if (summary->crossing_frames > 0)

@@ -48,7 +48,7 @@ static tulle_status check_place(const char *path, tulle_error *error) {
     struct stat facts;
     if (stat(path, &facts) == 0 && !S_ISREG(facts.st_mode))
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
-                            "is there and no file; choose another name");
+                            "exists and is not a file; choose another name");
     char probe[NUMBERED_PATH_SIZE + 40];
     snprintf(probe, sizeof probe, "%s.%ld.tmp", path, (long)getpid());
     int const file = open(probe, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -92,8 +92,9 @@ static tulle_status check_film(const picture_options *options, const picture_run
     struct stat facts;
     if (status == TULLE_OK) status = refuse_link(target->folder, error);
     if (status == TULLE_OK && stat(target->folder, &facts) == 0 && !S_ISDIR(facts.st_mode))
-        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, target->folder, 0, 0,
-                            "is there and no folder; the film's frames go there until it is whole");
+        return error_set_at(
+            error, TULLE_ERROR_INVALID_ARGUMENT, target->folder, 0, 0,
+            "exists and is not a folder; the film's frames are kept there until it is complete");
     if (status == TULLE_OK) status = film_check(film_find_format(target->path), error);
     return status;
 }

@@ -104,7 +104,7 @@ int app_replay(int argc, char **argv) {
     replay_session session = {.until = LONG_MAX};
     const option_spec options[] = {
         {"until", 'n', OPTION_INTEGER, &session.until, "STEP",
-         "end behind so many steps (default: the end of the recording)", 1, LONG_MAX, NULL},
+         "end after so many steps (default: the end of the recording)", 1, LONG_MAX, NULL},
         {"threads", 't', OPTION_INTEGER, &session.threads, "N",
          "threads; the result does not depend on it (default: as recorded)", 1, THREAD_MAX, NULL},
     };

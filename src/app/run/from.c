@@ -87,7 +87,7 @@ static tulle_status check_run(const run_session *session, run_source *source, tu
                             "from 0",
                             source->frame, info->frame_count);
     if (source->frame >= session->options.frame_count)
-        return refuse(source, error, "no frame of the scene is left behind it");
+        return refuse(source, error, "the scene has no frame after it");
     source->has_same_steps = info->time_step == step && info->steps_per_frame == per_frame;
     double const interval = step * per_frame, former = info->time_step * info->steps_per_frame;
     if (fabs(interval - former) > INTERVAL_TOLERANCE * former)
@@ -98,8 +98,9 @@ static tulle_status check_run(const run_session *session, run_source *source, tu
                             former, interval);
     if (tulle_run_reader_get_lags(source->reader, source->frame, &lags, &lag_count) != TULLE_OK ||
         lag_count > 0)
-        return refuse(source, error,
-                      "an obstacle lags behind its frames there; take a frame in which none does");
+        return refuse(
+            source, error,
+            "an obstacle lags behind its frames there; choose a frame in which no obstacle lags");
     return TULLE_OK;
 }
 

@@ -23,7 +23,7 @@ static void keep(view_live *live, const view_request *request) {
     request_write(request, &line);
     buffer_print(&line, "}\n");
     if (line.is_failed || !record_append(&live->script, buffer_get(&line), line.count))
-        live_say(live, "what is done is no longer kept: there is no room for it");
+        live_say(live, "further actions are not kept: there is no memory for them");
     buffer_release(&line);
 }
 

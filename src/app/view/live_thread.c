@@ -172,7 +172,7 @@ static void make_step(view_live *live) {
         if (message[0]) live_say(live, "%s", message);
         live_save_if_due(live);
     } else if (is_helped_by_stopping(live, status)) {
-        live_say(live, "what was moved is stopped: there is no room between it and the cloth");
+        live_say(live, "the moved object is stopped: there is no room between it and the cloth");
     } else if (status != TULLE_ERROR_INTERRUPTED) {
         live->has_failed = true;
         live->is_running = false;

@@ -291,7 +291,8 @@ static int send_next(struct lws *wsi, view_client *client) {
     if (client->end_reason)
         return close_with(wsi, LWS_CLOSE_STATUS_POLICY_VIOLATION, client->end_reason);
     if (client->is_overrun)
-        return close_with(wsi, LWS_CLOSE_STATUS_POLICY_VIOLATION, "too much waits to be read");
+        return close_with(wsi, LWS_CLOSE_STATUS_POLICY_VIOLATION,
+                          "too many messages wait to be read");
     (void)session_supply(&server->session, client);
     client_message *const message = client_get_first(client);
     if (message) {
@@ -443,7 +444,7 @@ static void print_address(const view_server *server, char *address, size_t size)
              host, server->guard.port, server->guard.token);
     printf("%s\n", address);
     if (!is_loopback(server->options->listen))
-        printf("what goes over the network is not encrypted, and who has this address may do all "
+        printf("the connection is not encrypted, and who has this address may do all "
                "that the page can\n");
     printf("Ctrl-C ends\n");
     fflush(stdout);

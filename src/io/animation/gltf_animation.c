@@ -50,7 +50,7 @@ static tulle_status find_keys(gltf_scene *scene, uint32_t accessor, uint32_t *nu
     for (size_t i = 1; i < input->count; i++)
         if (!(times[i] > times[i - 1]))
             return json_fail(&file->json, input->place, error,
-                             "time %zu is not behind the one before", i);
+                             "time %zu is not later than the time before it", i);
     scene->times.count += (size_t)input->count;
     scene->keys.data[scene->keys.count++] = (gltf_keys){accessor, first, (size_t)input->count};
     return TULLE_OK;

@@ -309,9 +309,7 @@ static tulle_status check_sum(npz_archive *archive, npz_array *array, tulle_erro
                                   "the archive says");
     }
     if (sum == array->entry.sum) return TULLE_OK;
-    return npz_array_fail(archive, array, error,
-                          "its sum is not the one in the archive: the file "
-                          "is damaged");
+    return npz_array_fail(archive, array, error, "its checksum differs: the file is damaged");
 }
 
 /* ---- the head of an array ---- */

@@ -206,7 +206,7 @@ static tulle_status read_labels(payload *from, const run_record *record, const u
         for (size_t k = 0; k < count; k++) {
             read[k] = (uint32_t)bytes_load(bytes + k * size, size);
             if (read[k] > patch_counts[i])
-                return fail_payload(from, "a label before this byte is of no patch");
+                return fail_payload(from, "a label before this byte names no patch");
         }
         labels[i] = read;
     }
@@ -231,7 +231,7 @@ static tulle_status decode_payload(payload *from, const run_record *record, size
     if (!status && is_all) status = read_contacts(from, record, contact_count, &read->contacts);
     if (!status && is_all) status = read_labels(from, record, labels, patch_counts);
     if (!status && from->used < from->size)
-        status = fail_payload(from, "the block is longer than what it holds");
+        status = fail_payload(from, "the block is longer than its contents");
     if (!status) *debug = read;
     return status;
 }

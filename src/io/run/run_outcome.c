@@ -140,7 +140,8 @@ void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *bo
             (unsigned long long)outcome->pinched_steps, steps);
         if (outcome->largest_lag > 0.0)
             add(&into,
-                "; what deforms lagged behind its frames there, by %.3g mm at most at %.6g s",
+                "; a deforming obstacle lagged behind its frames there, by %.3g mm at most at %.6g "
+                "s",
                 1000.0 * outcome->largest_lag, outcome->largest_lag_time);
     }
     if (into.lines > 0) return;

@@ -203,13 +203,13 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
     for (size_t i = 0; i < old->bodies.count && !difference; i++)
         if (!is_same_body(old, new, i)) difference = "its bodies were others";
     if (!difference && old->writes_vtp != new->writes_vtp)
-        difference = "VTP files were asked for in only one of the two";
+        difference = "only one of the two writes VTP files";
     if (!difference && old->kept != new->kept)
-        difference = old->kept == RUN_KEEPS_DEBUG
-                         ? "it keeps debug records, which are not asked for now"
-                     : old->kept == RUN_KEEPS_VELOCITIES
-                         ? "it keeps velocities alone, which is not asked for now"
-                         : "it has no debug records or velocities, which are asked for now";
+        difference =
+            old->kept == RUN_KEEPS_DEBUG ? "it keeps debug records, and the new options do not"
+            : old->kept == RUN_KEEPS_VELOCITIES
+                ? "it keeps velocities alone, and the new options do not"
+                : "it keeps no debug records or velocities, and the new options ask for them";
     if (!difference) return TULLE_OK;
     int const length = (int)(strlen(path) - strlen("/" RUN_FILE_RECORD));
     if (old->scene_hash != new->scene_hash && old->has_scene_text && !old->is_older_format)

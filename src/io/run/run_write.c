@@ -48,8 +48,9 @@ static tulle_status check_frame(const tulle_run_writer *writer, const tulle_run_
         const tulle_run_lag *const lag = &frame->lags[i];
         if (lag->body >= writer->record.bodies.count || (i > 0 && lag->body <= lag[-1].body) ||
             !(lag->lag > 0.0 && lag->lag <= DBL_MAX))
-            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                             "lag %zu of the frame is of no body, out of order, or no way", i);
+            return error_set(
+                error, TULLE_ERROR_INVALID_ARGUMENT,
+                "lag %zu of the frame names no body, is out of order, or has no length", i);
     }
     return TULLE_OK;
 }

@@ -72,7 +72,7 @@ tulle_status tulle_world_cast_ray(tulle_world *world, const tulle_ray *ray, tull
     if (status != TULLE_OK) return status;
     if (ray->from[0] == ray->to[0] && ray->from[1] == ray->to[1] && ray->from[2] == ray->to[2])
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the ray ends where it begins; give it a way to go");
+                         "the ray ends where it begins; give two different points");
     status = tulle_world_update_queries(world, error);
     if (status != TULLE_OK) return status;
     ray_query query = ray_query_make(world->model.topo.triangles, world->now.positions, ray->from,
@@ -193,7 +193,7 @@ static void sort_found(const tulle_found *found) {
 static tulle_status check_found(tulle_found *found, tulle_error *error) {
     if (found) found->count = 0;
     if (found && (found->triangles || found->capacity == 0)) return TULLE_OK;
-    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "no place for what is found");
+    return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "`found` or its memory is null");
 }
 
 tulle_status tulle_world_find_box_overlaps(tulle_world *world, const double low[3],

@@ -148,7 +148,7 @@ tulle_status tulle_object_copy_contacts(tulle_world *world, tulle_object_id id,
     if (count) *count = 0;
     if (!count || (!contacts && capacity > 0))
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "no place for the contacts, or for their number");
+                         "the memory for the contacts, or for their number, is null");
     size_t const object = world_find_object(world, id, error);
     if (object == SIZE_MAX) return TULLE_ERROR_INVALID_ARGUMENT;
     const tulle_contact *all;

@@ -103,8 +103,8 @@ static void tell_narrow(tulle_world *world, const narrow_place *place, const nar
     if (place->distance < least)
         length = snprintf(
             world->message, sizeof world->message,
-            "'%s' lies %.3g mm from '%s' at the start, at (%.4g, %.4g, %.4g) m. The least contact "
-            "distance that is chosen without a thickness is %.3g mm here: contact pushes them "
+            "'%s' lies %.3g mm from '%s' at the start, at (%.4g, %.4g, %.4g) m. Without a "
+            "thickness the contact distance is at least %.3g mm here: contact pushes them "
             "apart to that. To keep them as they lie give the cloth a thickness of %.3g mm",
             world_surface_name(&world->model, place->surfaces[0]), mm * place->distance,
             world_surface_name(&world->model, place->surfaces[1]), place->position.x,

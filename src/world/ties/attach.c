@@ -34,7 +34,7 @@ static tulle_status check_holder(const tulle_world *world, const tulle_attachmen
     bool const is_obstacle = def->obstacle.generation != 0;
     bool const is_cloth = def->other_cloth.generation != 0;
     if (is_obstacle + is_cloth + (def->points != NULL) != 1)
-        return refuse(error, "is to one thing: an obstacle, another cloth or points");
+        return refuse(error, "needs exactly one holder: an obstacle, another cloth or points");
     if (is_obstacle && world_find_obstacle(world, def->obstacle) == SIZE_MAX)
         return refuse(error, "names an obstacle that the world does not have");
     if (is_cloth && world_find_cloth(world, def->other_cloth) == SIZE_MAX)
@@ -251,7 +251,7 @@ static bool is_known(const tulle_world *world, tulle_attachment_id id) {
 tulle_status tulle_attachment_set_points(tulle_world *world, tulle_attachment_id id,
                                          const double *points, size_t point_count,
                                          tulle_error *error) {
-    if (!points || !is_known(world, id)) return refuse(error, "is not there, or has null points");
+    if (!points || !is_known(world, id)) return refuse(error, "does not exist, or has null points");
     motion_state *const now = &world->now;
     bool holds_any = false;
     for (size_t i = 0; i < now->ties.count; i++) {

@@ -60,7 +60,7 @@ static void damage_is_found(void **state) {
     char *positions = bytes;
     while (memcmp(positions, "NUMPY", 5) != 0) positions++;
     positions[60] ^= 1;
-    expect_refused(bytes, size, "positions.npy: its sum is not the one");
+    expect_refused(bytes, size, "positions.npy: its checksum differs");
     free(bytes);
 }
 
