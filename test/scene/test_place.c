@@ -273,7 +273,7 @@ static void test_problems_have_a_place(void **state) {
                               "from 'post.000' to 'post.002'";
     refuse(SHEET("{on_top_of: post.3}") POSTS, 4, posts);
     refuse(SHEET("{on_top_of: post.003}") POSTS, 4, "here from 'post.000' to 'post.002'");
-    refuse(SHEET("{on_top_of: pst.001}") POSTS, 4, "no obstacle; did you mean 'post.001'?");
+    refuse(SHEET("{on_top_of: pst.001}") POSTS, 4, "'pst.001'; did you mean 'post.001'?");
     refuse(SHEET("{on: 1}") "    attach: [{to: post, vertices: [0]}]\n" POSTS, 5,
            "no cloth or obstacle is called 'post'; copies count from 000");
     refuse(SHEET("{on: 1}") "contact: {pairs: [{between: [cloth0, post.3], friction: 1}]}\n" POSTS,
