@@ -77,7 +77,7 @@ typedef struct tulle_detect_def {
     const tulle_detect_surface *surfaces; /* surface_count; null: all triangles are one surface */
     size_t surface_count;                 /* 0 with null; at most 4096 */
     /* surface_count^2, row-major, symmetric: whether two surfaces, or one and itself, may meet;
-     * null: as the surfaces say. What the surfaces exclude stays excluded. */
+     * null: as the surfaces say. Pairs that the surfaces exclude stay excluded. */
     const unsigned char *collides;
     double thickness; /* [m] >= 0 of the one surface when `surfaces` is null */
     /* [m] >= 0, added to half the sum of the thicknesses. No separation exceeds 1e150. */
@@ -150,7 +150,7 @@ typedef struct tulle_detect_statistics {
     uint64_t patch_count; /* patches in use: certified patches; all if has_certificate is 0 */
     /* kept patches that held no more and were dissolved whole; not those cut or grown again */
     uint64_t uncertified_count;
-    uint64_t patch_triangles;      /* triangles in patches in use */
+    uint64_t patch_triangles;      /* triangles in the patches in use */
     uint64_t certified_by_star;    /* patches certified by the star of a vertex */
     uint64_t certified_by_contour; /* patches certified by their contour */
     uint64_t checked_again;        /* patches kept from the last call and found to hold */

@@ -72,8 +72,8 @@ typedef enum tulle_on_overstretch {
 
 /* What happens when the start intersects. */
 typedef enum tulle_start_intersections {
-    /* the start fails; also when cloth lies wholly inside a closed obstacle that faces outwards, or
-     * an obstacle inside another of which one is a rigid body */
+    /* the start fails. It also fails if cloth lies wholly inside a closed obstacle that faces
+       outwards, or if an obstacle lies inside another and one of them is a rigid body */
     TULLE_START_REFUSE,
     TULLE_START_IGNORE, /* a pair is ignored until it comes apart: an exception to the promise */
     /* cloth is moved before the first step until nothing intersects; an obstacle that appears in

@@ -113,8 +113,8 @@ typedef struct tulle_animation_info {
  * TULLE_ERROR_LIMIT, TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_animation_open(const char *path, tulle_animation **animation,
                                             tulle_animation_info *info, tulle_error *error);
-/* Triangles of the mesh, 3 * triangle_count vertices; owned by the animation. Null where there are
- * none, and for null. */
+/* Triangles of the mesh, 3 * triangle_count vertices; owned by the animation. Null if there are no
+ * triangles, and for null. */
 TULLE_API const uint32_t *tulle_animation_get_triangles(const tulle_animation *animation);
 /* [s] of frame number `frame`, from 0; NaN for null and where there is no such frame. */
 TULLE_API double tulle_animation_get_time(const tulle_animation *animation, uint32_t frame);

@@ -84,18 +84,18 @@ tulle_status world_check_state(const tulle_world *world, const motion_state *sta
     else if (!vectors_are_finite(world, state))
         what = "positions or velocities that are not finite";
     else if (!are_bounded(state->plastic, world->model.plastic_count))
-        what = "a hysteresis that no cloth has";
+        what = "an impossible hysteresis of cloth";
     else if (!are_at_most(state->is_present, obstacle_count, 1) ||
              !are_at_most(state->particles, world->model.particle_count, PARTICLE_STICKS))
-        what = "flags of obstacles or vertices that mean nothing";
+        what = "meaningless flags of obstacles or vertices";
     else if (!rests_are_valid(world, state->rests))
-        what = "rigid bodies in a state that no body has";
+        what = "rigid bodies in an impossible state";
     else if (!step_cloth_rests_are_valid(&world->model, state))
-        what = "a sleep that no cloth has";
+        what = "an impossible sleep of cloth";
     else if (!poses_are_valid(world, state->poses))
         what = "obstacles in an impossible pose";
     else if (!step_holds_are_valid(&world->model, state, &world->work))
-        what = "obstacles held back that are not there";
+        what = "held obstacles that do not exist";
     else if (!are_bounded(state->lags, 3 * world->model.lag_vertex_count))
         what = "obstacles that lag too far behind their frames";
     else if (!step_ties_are_valid(world, state))

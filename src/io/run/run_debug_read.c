@@ -182,7 +182,7 @@ static tulle_status read_contacts(payload *from, const run_record *record, size_
     for (size_t i = 0; i < count; i++) {
         if (decode_contact(bytes + i * DEBUG_CONTACT_SIZE, record, &read[i])) continue;
         from->used = begin + i * DEBUG_CONTACT_SIZE;
-        return fail_payload(from, "this contact is not of the run's bodies, or not finite");
+        return fail_payload(from, "this contact names bodies that the run lacks, or is not finite");
     }
     *contacts = read;
     return TULLE_OK;
