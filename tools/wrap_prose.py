@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Keeps the prose of README.md, docs/ and the pages beside the code within 140 columns.
 
-usage: wrap_prose.py               wraps anew each paragraph and list item with a longer line; leaves all others as they are
-       wrap_prose.py --check       exit 1 if there is one
+usage: wrap_prose.py               wraps each paragraph and list item with a longer line; leaves all others as they are
+       wrap_prose.py --check       exit 1 if there is one, or if the book has become too long
        wrap_prose.py --self-test   shows it text of each kind
 
-Tables, code, headings and HTML stay as they are. Code between backticks is not broken.
+The hour of the book, the first part of `nav` in mkdocs.yml, has at most HOUR words, all of docs/ at most BOOK. A word has a letter or
+a digit. Tables, code, headings and HTML stay as they are. Code between backticks is not broken.
 """
 import os
 import re
@@ -13,6 +14,7 @@ import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 WIDTH = 140
+HOUR, BOOK = 12000, 60500
 FENCE = re.compile(r"^ *(```|~~~)")
 ITEM = re.compile(r"^( *)([-*+]|\d+[.)]) +")
 ALONE = re.compile(r"^ *(#|\||<|!\[|\[[^\]]+\]: |>)")
@@ -100,6 +102,22 @@ def find_pages(root):
     return sorted(pages)
 
 
+def count_words(text):
+    return sum(bool(re.search(r"\w", word)) for word in text.split())
+
+
+def find_hour(nav):
+    """The pages of the first part of the contents."""
+    part = re.split(r"(?m)^  - ", nav.partition("\nnav:")[2])
+    return re.findall(r"(?m)^ +- ([\w/]+\.md)$", part[1]) if len(part) > 1 else []
+
+
+def judge_length(texts, nav):
+    """What is wrong with the length of the book, of {page: text}."""
+    hour, book = sum(count_words(texts[f"docs/{page}"]) for page in find_hour(nav)), sum(count_words(text) for page, text in texts.items() if page.startswith("docs/"))
+    return [f"{what}: {words} words, more than {most}" for what, words, most in (("the hour", hour, HOUR), ("the book", book, BOOK)) if words > most]
+
+
 def self_test():
     word, wide = "word " * 40, "x" * 150
     cases = (  # page, number of blocks that are too long, lines after
@@ -116,7 +134,13 @@ def self_test():
         if not is_right:
             wrong += 1
             print(f"self-test {text[:40]!r}: {found} blocks, {after!r}")
-    print(f"self-test: {len(cases) - wrong} of {len(cases)} cases right")
+    nav = "x: 1\nnav:\n  - A:\n      - a.md\n      - b/c.md\n  - B:\n      - d.md\n"
+    for a, d, faults in ((HOUR, 0, 0), (HOUR + 1, 0, 1), (1, BOOK, 1), (0, BOOK, 0), (HOUR + 1, BOOK, 2)):
+        texts = {"docs/a.md": "a | " * a, "docs/b/c.md": "| -", "docs/d.md": "d " * d, "README.md": "e " * BOOK}
+        if find_hour(nav) != ["a.md", "b/c.md"] or len(judge_length(texts, nav)) != faults:
+            wrong += 1
+            print(f"self-test of the length: {a}, {d}: {judge_length(texts, nav)}")
+    print(f"self-test: {len(cases) + 5 - wrong} of {len(cases) + 5} cases right")
     return 1 if wrong else 0
 
 
@@ -125,10 +149,10 @@ def main():
         return self_test()
     if sys.argv[1:] not in ([], ["--check"]):
         sys.exit(__doc__)
-    faults = []
+    faults, texts = [], {}
     for page in find_pages(ROOT):
         with open(os.path.join(ROOT, page), encoding="utf-8") as file:
-            text = file.read()
+            text = texts[page] = file.read()
         lines = text.split("\n")
         faults += [f"{page}:{first + 1}: more than {WIDTH} columns" for first, _, _ in find_long(lines)]
         if len(sys.argv) == 1 and wrap_page(text) != text:
@@ -138,7 +162,11 @@ def main():
         print(fault)
     is_checked = len(sys.argv) > 1
     print(f"prose: {len(faults)} paragraphs " + ("are too wide; tools/wrap_prose.py wraps them" if is_checked else "wrapped"))
-    return 1 if faults and is_checked else 0
+    with open(os.path.join(ROOT, "mkdocs.yml"), encoding="utf-8") as file:
+        too_long = judge_length(texts, file.read())
+    for fault in too_long:
+        print(fault)
+    return 1 if (faults or too_long) and is_checked else 0
 
 
 if __name__ == "__main__":
