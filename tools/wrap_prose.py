@@ -136,7 +136,7 @@ def self_test():
             print(f"self-test {text[:40]!r}: {found} blocks, {after!r}")
     nav = "x: 1\nnav:\n  - A:\n      - a.md\n      - b/c.md\n  - B:\n      - d.md\n"
     for a, d, faults in ((HOUR, 0, 0), (HOUR + 1, 0, 1), (1, BOOK, 1), (0, BOOK, 0), (HOUR + 1, BOOK, 2)):
-        texts = {"docs/a.md": "a | " * a, "docs/b/c.md": "| -", "docs/d.md": "d " * d, "README.md": "e " * BOOK}
+        texts = {f"docs/{page}.md": text for page, text in (("a", "a | " * a), ("b/c", "| -"), ("d", "d " * d))} | {"README.md": "e " * BOOK}
         if find_hour(nav) != ["a.md", "b/c.md"] or len(judge_length(texts, nav)) != faults:
             wrong += 1
             print(f"self-test of the length: {a}, {d}: {judge_length(texts, nav)}")
