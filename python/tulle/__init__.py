@@ -7,7 +7,7 @@
 >>> for _ in range(90):
 ...     report = world.step(1 / 90)
 
-All quantities are in SI units: metres, kilograms, seconds, radians. docs/guide/python.md tells the rest.
+All quantities are in SI units: metres, kilograms, seconds, radians. docs/guide/python.md says more.
 """
 from typing import TYPE_CHECKING
 

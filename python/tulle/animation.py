@@ -34,7 +34,7 @@ class Animation:
     (1.0, (812, 3))
 
     All surfaces of the file are one mesh, in the coordinates of the file: `is_y_up` and `meters_per_unit` tell which they are.
-    Point caches have no triangles; those of PC2 have no times, so theirs are NaN. `note` tells what was passed over. Frames are not
+    Point caches have no triangles; those of PC2 have no times, so theirs are NaN. `note` says what was ignored. Frames are not
     evenly apart where the file's keys are not, and `added_frame_count` of them lie between keys, where something turns.
     """
 
@@ -134,8 +134,8 @@ def write_animation(path: PathLike, surfaces: Mapping[str, Union[Frames, tuple[F
     `surfaces` gives for each name frames, as an array (frames, vertices, 3) or what is like a list of (vertices, 3), and the
     triangles, if there are any. All have as many frames. Frames are asked for one by one, as often as the format needs them.
     `times` [s] rise; without them a second has `fps` frames. `is_y_up` and `meters_per_unit` say what the positions are: USD
-    tells them, glTF means y and metres. `is_stepped`: glTF holds a frame until the next. `is_double`: NPZ as float64.
-    Without it, and in all other formats, positions are rounded to float, and what that leads through each other is not told:
+    says them, glTF means y and metres. `is_stepped`: glTF holds a frame until the next. `is_double`: NPZ as float64.
+    Without it, and in all other formats, positions are rounded to float, and surfaces that this leads through each other are not reported:
     where gaps are smaller than a float step at the largest coordinate (0.06 um at 1 m, 0.06 mm at 1 km), take doubles, or judge
     `frame.astype(np.float32)` by `Detector.find_events` from the exact positions to the rounded ones.
     `colors`: red, green and blue from 0 to 1. Raises InvalidArgumentError, InvalidMeshError, FileError, and what frames raise.

@@ -3,7 +3,7 @@
 >>> data = tulle.datasets.drapes(1000, seed=7, negatives=0.5)
 >>> for sample in data:
 ...     sample.positions, sample.triangles, sample.pairs
->>> data.write("drapes")                       # goes on where it was cut short
+>>> data.write("drapes")                       # continues an interrupted call
 >>> for sample in tulle.datasets.read("drapes"):
 ...     ...
 
@@ -129,9 +129,9 @@ class Drapes:
     # ---- files ----
 
     def write(self, directory: PathLike) -> None:
-        """Writes the samples as NPZ files of 50 each, and index.json, which tells sizes, licence, version and seed.
+        """Writes the samples as NPZ files of 50 each, and index.json with sizes, licence, version and seed.
 
-        Where a call was cut short, the same call goes on: files that are there and whole stay. A file appears whole or not at
+        If a call was cut short, the same call continues it: whole files stay. A file appears whole or not at
         all. Raises InvalidArgumentError where the directory holds other samples, and OSError.
         """
         target = Path(directory)

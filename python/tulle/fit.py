@@ -50,7 +50,7 @@ class Fit:
     uncertainties: dict[Name, float]
     """Standard deviation of each value, by the noise of what was seen and by the error of the derivatives; inf: not known."""
     correlation: Doubles
-    """(values, values) Correlation of the logarithms of the values. Near 1 or -1: only the ratio or the product is told."""
+    """(values, values) Correlation of the logarithms of the values. Near 1 or -1: only the ratio or the product is known."""
     residuals: Doubles
     """What is left: simulated minus seen, or what `residual` gave."""
     noise: float
@@ -80,7 +80,7 @@ def fit_material(build: Callable[[structs.Material], World], fields: Mapping[Nam
     places that are not known are NaN. Or residual: numbers of a world after `steps` steps that should all be 0. control:
     acts before each step. time_step: [s] of a step. max_rounds: most rounds of the search. threads: 0: one per processor;
     no result depends on it. noise: standard deviation of what was seen; None: that of what is left at the end. starts: how
-    many places that are spread over the bounds are tried first, beside that of `material`; the search goes on from the best
+    many places that are spread over the bounds are tried first, with that of `material`; the search continues from the best
     two.
 
     Raises InvalidArgumentError, and the error of a step that fails.

@@ -64,7 +64,7 @@ class World(Unique):
 
     One thread at a time may use a world; another one that tries meanwhile gets BusyError. Different worlds may run in
     different threads at once: steps release the interpreter. Ctrl-C ends a step of the main thread; the world is then as it
-    was before the step or, where the step was just done, as after it: `step_count` tells.
+    was before the step or, where the step was just done, as after it: `step_count` says which.
     """
 
     _handle: Any = None
@@ -319,7 +319,7 @@ class World(Unique):
         return reader, frame_count
 
     def remove(self, each: Object) -> None:
-        """Removes a cloth, an obstacle or a body, before the start or later. What stays keeps its state to the bit."""
+        """Removes a cloth, an obstacle or a body, before the start or later. All other objects keep their state, bit for bit."""
         self._own(each)
         if isinstance(each, Cloth):
             self._change(core.tulle_world_remove_cloth, each._id[0])
@@ -421,8 +421,8 @@ class World(Unique):
     ) -> None:
         """Starts at a later time [s], with all cloth, in the order of adding, at these places [m] and velocities [m/s]: (vertices, 3).
 
-        `bodies` tells place, rotation and velocities of each rigid body, in the order of adding, as its `transform` does. Rest shapes,
-        pins and attachments are those of a start at time 0; contacts begin anew. `step_count` goes on from there. Raises
+        `bodies` gives place, rotation and velocities of each rigid body, in the order of adding, as its `transform` does. Rest shapes,
+        pins and attachments are those of a start at time 0; contacts are new. `step_count` continues from there. Raises
         InvalidArgumentError for other shapes and numbers of bodies, IntersectingStartError as `start` does.
         """
         places, speeds = to_doubles(positions, 3, "positions"), to_doubles(velocities, 3, "velocities")
@@ -438,7 +438,7 @@ class World(Unique):
         self._is_started = True
 
     def step(self, time_step: float) -> structs.StepReport:
-        """Moves the world on by `time_step` [s], 0 < time_step <= 1, and tells what the step did.
+        """Moves the world on by `time_step` [s], 0 < time_step <= 1, and reports what the step did.
 
         Raises PinchedError, StepFailedError, IntersectingStartError, LimitError, OutOfMemoryError, KeyboardInterrupt; the
         world is as it was before the step then.
@@ -544,7 +544,7 @@ class World(Unique):
 
     @property
     def largest_stretch(self) -> structs.Stretch:
-        """What of the cloth is longest beside its rest length."""
+        """The edge or yarn of the cloth that is longest relative to its rest length."""
         return structs.Stretch(ffi.new("tulle_stretch *", self._get(core.tulle_world_find_largest_stretch)))
 
     @property
@@ -741,7 +741,7 @@ def step_worlds(worlds: Sequence[World], time_step: float, threads: int = 0) -> 
 
 
 def replay(path: PathLike, threads: int = 0) -> structs.ReplayReport:
-    """Repeats a recording, up to its end or to the first call that comes to another state, which the report tells.
+    """Repeats a recording, up to its end or to the first call that comes to another state, which the report names.
 
     threads: 1 .. 256, in place of those recorded; 0: as recorded.
     """

@@ -7,7 +7,7 @@
 >>> for _ in range(100):
 ...     observations, rewards, terminated, truncated, infos = envs.step(policy(observations))
 
-docs/guide/learning.md tells the rest.
+docs/guide/learning.md says more.
 """
 from __future__ import annotations
 

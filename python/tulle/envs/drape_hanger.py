@@ -9,7 +9,7 @@ from tulle.mesh import Mesh, make_shape
 
 
 class DrapeHanger(Task):
-    """A cloth hangs from two grippers beside a bar; it is to hang over the bar by itself.
+    """A cloth hangs from two grippers next to a bar; it is to hang over the bar by itself.
 
     Done: on each side of the bar hangs 30 % of the cloth or more, off the table, and nothing is held or moves for eight
     actions. The score is how much hangs on the lighter side, twice, as a part of what is off the table.

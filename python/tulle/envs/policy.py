@@ -20,7 +20,7 @@ View = dict[str, Doubles]
 class Policy:
     """Gives actions (count, ...) for observations (count, ...) of its task, of any resolution.
 
-    It remembers how far it is in each episode, and begins anew where an observation is the first of one.
+    It remembers how far it is in each episode, and starts again at the first observation of an episode.
     """
 
     task: type[Task]

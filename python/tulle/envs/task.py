@@ -45,7 +45,7 @@ class Options:
 
 
 class Gripper:
-    """A point that an action moves. Where it closes it takes the nearest vertex and those beside that in the cloth, and holds
+    """A point that an action moves. When it closes it takes the nearest vertex and its neighbours in the cloth, and holds
     them by springs of limited force; other layers slip out of it."""
 
     REACH = 0.025

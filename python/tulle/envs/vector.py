@@ -32,7 +32,7 @@ class VectorEnv:
     An action has four numbers for each gripper, -1 .. 1: the velocity along x, y and z in parts of the largest one, then
     above 0 to close and else to open. Others are brought into that range. A reward is the growth of infos["score"],
     0 .. 1, and 1 more once the task is done. An episode ends as terminated when the task is done, as truncated when its
-    time is up or when a step failed, which infos["error"] then tells.
+    time is up or when a step failed, and infos["error"] then says why.
 
     Autoreset is that of the next step (gymnasium's NEXT_STEP): the call of `step` after the end of an episode takes no
     action there, but begins the next episode and gives its first observation, with the reward 0.
@@ -84,7 +84,7 @@ class VectorEnv:
               options: Optional[dict[str, Any]] = None) -> tuple[NDArray[np.float32], Infos]:
         """Begins an episode everywhere. Gives the observations (count, ...), and infos.
 
-        seed: environment i then goes on from seed + i; or a seed for each. None: the first time from the seed of `make`, later
+        seed: environment i then continues from seed + i; or a seed for each. None: the first time from the seed of `make`, later
         with the next episode of each. options: none are known.
         """
         self._check_open()
@@ -276,7 +276,7 @@ def split(layout: dict[str, tuple[int, ...]], observations: NDArray[Any]) -> dic
 
 
 def find_named(table: dict[str, Any], name: str, what: str) -> Any:
-    """The entry of that name; the error for another one tells the nearest."""
+    """The entry of that name; an error names the nearest entry."""
     if name not in table:
         near = difflib.get_close_matches(str(name), list(table), 1)
         hint = f"did you mean \"{near[0]}\"?" if near else f"there are {', '.join(table)}"

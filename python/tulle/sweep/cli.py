@@ -19,11 +19,11 @@ from .problems import EXIT_BAD_INPUT, EXIT_FAILED_RUNS, EXIT_FINE, EXIT_INTERRUP
 from .program import find_program
 from .progress import Progress, describe_failure
 
-USAGE = """python -m tulle.sweep SWEEP.yaml [options]    runs the sweep, or goes on with it
+USAGE = """python -m tulle.sweep SWEEP.yaml [options]    runs the sweep, or continues it
        python -m tulle.sweep status DIR              how far it is, and what failed
        python -m tulle.sweep collect DIR             table, arrays and page from what is there"""
 TAIL = """exit codes: 0 all runs are whole, 1 a run failed or stopped, or intersections were found, 2 bad usage or a bad file, 130
-interrupted: the runs under way have stopped at a checkpoint, and the same command goes on"""
+interrupted: the runs under way have stopped at a checkpoint, and the same command continues"""
 STATES_BEGUN = ("running", "silent")
 STATES_UNDER_WAY = ("whole", "waiting", "interrupted", *STATES_BEGUN)  # of a sweep that may yet become whole
 
@@ -45,7 +45,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--setup", metavar="LINE", action="append", default=[],
                         help="Slurm: a line of shell before each run, as 'module load python'; may be given again")
     parser.add_argument("--detach", action="store_true", help="Slurm: return when the jobs are in the queue")
-    parser.add_argument("--retry-failed", action="store_true", help="run anew what failed")
+    parser.add_argument("--retry-failed", action="store_true", help="repeat failed runs")
     parser.add_argument("--replace", action="store_true", help="remove runs of the directory that the sweep no longer has")
     parser.add_argument("--dry-run", action="store_true", help="print the runs, and make nothing")
     parser.add_argument("--program", metavar="TULLE",
@@ -157,7 +157,7 @@ def choose_runs(directory: SweepDirectory, records: list[dict[str, Any]], is_ret
 
 
 def prepare_retry(directory: SweepDirectory, record: dict[str, Any]) -> None:
-    """What was killed or ran out of time goes on from its checkpoint; what failed by itself starts anew."""
+    """A run that was killed or out of time continues from its checkpoint; one that failed by itself starts again."""
     if record.get("exit_code") in (0, 2, 3):
         remove_run(directory, record["number"])
     record.update(state="waiting", limit_used=0.0)
@@ -193,7 +193,7 @@ def close_sweep(directory: SweepDirectory, stop: Stop, progress: Progress, accep
     counts = count_states(rows)
     print(describe_counts(directory, counts, len(rows)))
     if was_stopped or collecting.level:
-        print("interrupted; the same command goes on", file=sys.stderr)
+        print("interrupted; the same command continues", file=sys.stderr)
         return EXIT_INTERRUPTED
     return get_exit_code(counts, accepted)
 
@@ -259,7 +259,7 @@ def tell_status(arguments: list[str]) -> int:
             print(f"run {record['number']:04d}: interrupted: {record['reason']}")
         elif state == "lost":
             reason = "its run directory is gone or another one" if record["state"] == "whole" else f"its process {record['pid']} ended"
-            print(f"run {record['number']:04d}: lost: {reason}; the same command as before goes on with it")
+            print(f"run {record['number']:04d}: lost: {reason}; the same command as before continues it")
     queued = slurm.get_jobs_in_queue(directory)
     if queued:
         print(f"in Slurm's queue: jobs {', '.join(queued)}")
@@ -286,7 +286,7 @@ def execute_one(arguments: list[str]) -> int:
 
     def note_time(number: int, frame: Optional[Any]) -> None:
         is_ending.append(True)
-        stop.ask("the time of its task was over; it goes on when it is queued again")
+        stop.ask("the time of its task was over; it continues when it is queued again")
 
     signal.signal(signal.SIGUSR1, note_time)
     job = os.environ.get("SLURM_ARRAY_JOB_ID")
