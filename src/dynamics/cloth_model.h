@@ -166,8 +166,7 @@ typedef struct yarn_stretch {
     int yarn;          /* YARN_WARP or YARN_WEFT */
     int edge;          /* of the triangle: the one that lies most along the yarn at rest */
 } yarn_stretch;
-/* The yarn that is longest beside its rest length or, with `by_limit`, beside what its fabric
- * holds.
+/* The yarn that is longest relative to its rest length or, with `by_limit`, to its limit.
  */
 yarn_stretch cloth_find_longest_yarn(const cloth_model *model, const double *positions,
                                      bool by_limit);

@@ -1,4 +1,4 @@
-/* dynamics/hysteresis.h - hysteresis of woven cloth: sliders beside the elastic laws.
+/* dynamics/hysteresis.h - hysteresis of woven cloth: sliders added to the elastic laws.
  *
  * Yarns rub on each other where cloth bends and shears. So each triangle has three sliders, of its
  * curvature along the warp, along the weft, and of its shear s. A slider is a spring K in series

@@ -3,12 +3,12 @@
  * Inputs: positions, and a polygon of n corners given as its fan: the n - 2 triangles around the
  * first corner. Outputs: n - 2 triangles of the same corners, in the place of the fan. A fan that
  * lies within its polygon and has no sliver stays as it is; this holds for triangles and nearly all
- * convex polygons. Every other polygon is cut anew: concave ones, those with a corner on a straight
+ * convex polygons. Every other polygon is cut: concave polygons, those with a corner on a straight
  * side, those with holes that a bridge joins to the rim. No triangle of the cut lacks area unless
  * the polygon has a side without length.
  *
- * A polygon that crosses itself keeps its fan. One that is not flat is cut as it is seen along its
- * mean normal. Both are counted, so that a reader can tell.
+ * A polygon that crosses itself keeps its fan. A polygon that is not flat is cut as seen along its
+ * mean normal. Both are counted for the reader.
  *
  * The cut depends on the positions alone, by arithmetic in a fixed order.
  *

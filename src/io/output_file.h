@@ -41,12 +41,12 @@ tulle_status output_flush(output_file *output, tulle_error *error);
 /* Makes the file appear and releases `output`; on failure the target is as it was. It may be there
  * whole after a failure, if all that failed is to flush its name to disk. */
 tulle_status output_commit(output_file *output, tulle_error *error);
-/* The same. `sum` (may be null) then tells what was written; where sum->is_expected, the file
- * appears only if its bytes are those of `sum`: else TULLE_ERROR_PARSE. */
+/* As output_commit. `sum` (may be null) gets the sum of the written bytes; if sum->is_expected, the
+ * file appears only if its bytes have this sum, else TULLE_ERROR_PARSE. */
 tulle_status output_commit_summed(output_file *output, file_sum *sum, tulle_error *error);
 /* Hash of the bytes so far, from FILE_SUM_SEED on. */
 uint64_t output_get_hash(const output_file *output);
-/* Removes what was written and releases `output`; null is fine. */
+/* Removes the written file and releases `output`; null is fine. */
 void output_discard(output_file *output);
 
 /* Writes all bytes at `offset` of an open file; 0 or an errno. */

@@ -1,4 +1,4 @@
-/* scene/scene.h - what the program prints about scene files, beside tulle_io/scene.h. */
+/* scene/scene.h - facts of scene files that the program prints, in addition to tulle_io/scene.h. */
 #ifndef TULLE_SCENE_SCENE_H
 #define TULLE_SCENE_SCENE_H
 
@@ -33,13 +33,13 @@ tulle_status scene_build_recorded_world(tulle_scene *loaded, int threads,
                                         tulle_scene_world *result, tulle_error *error);
 
 /* Puts an obstacle that stands still, number `index` of the scene, in place of the one that
- * `built` has: the same, but driven as a whole (TULLE_DRIVE_RIGID). What the scene attached to it,
- * and still holds on, is attached anew. Errors: TULLE_ERROR_UNSUPPORTED (it moves by itself), those
- * of adding and removing; an obstacle that could not be added again is gone. */
+ * `built` has: the same, but driven as a whole (TULLE_DRIVE_RIGID). The scene's attachments to it
+ * that still hold are made again. Errors: TULLE_ERROR_UNSUPPORTED (it moves by itself), those of
+ * adding and removing; an obstacle that could not be added again is gone. */
 tulle_status scene_drive_obstacle(const tulle_scene *loaded, tulle_scene_world *built, size_t index,
                                   tulle_error *error);
 
-/* What the scene says of an object beside its mesh; cloths count first, then obstacles. */
+/* Facts of an object in the scene, without its mesh; cloths count first, then obstacles. */
 typedef struct scene_object_facts {
     const char *material; /* preset or file of a cloth, contact material of an obstacle; or null */
     const tulle_material *cloth_material; /* null for obstacles */

@@ -113,12 +113,12 @@ const char *store_text(const scene_work *work, const char *format, ...)
 /* The value of a seed key. */
 uint64_t resolve_seed(const tulle_scene *loaded, uint64_t seed);
 
-/* Adds to what tulle_scene_get_note tells. */
+/* Adds a note for tulle_scene_get_note. */
 void note_add(const scene_work *work, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* [s] */
 double scene_get_end(const scene_work *work);
-/* Tells what comes only when the scene is over. `what`: with a verb; `time`: [s] */
+/* Notes things that come only when the scene is over. `what`: with a verb; `time`: [s] */
 void note_late(const scene_work *work, const char *path, const char *what, double time);
 /* A mesh as its file has it, or as it was generated: then metres, z up. */
 typedef struct source_mesh {
@@ -131,7 +131,8 @@ typedef struct source_mesh {
 /* Reads a mesh file, or the first frame of an animation; drops what an obstacle has twice, and what
  * has no area unless it deforms; validates the mesh for its role unless it deforms (sequence_open
  * does); notes what was passed over and dropped. An error names the file, and the line where it has
- * lines. `kept`, if not null, gets what the reader tells; it is left as it is after an error. */
+ * lines. `kept`, if not null, gets the contents that the reader found; an error leaves it as it is.
+ */
 tulle_status read_mesh(const scene_work *work, const char *path, tulle_mesh_role role,
                        source_mesh *made, tulle_mesh_source *kept, tulle_error *error);
 /* Of triangles that an obstacle has twice, one is as good as two: drops the other, and notes it. */

@@ -4,7 +4,7 @@
 
 #include "tulle/world.h"
 
-/* Of the values that a saved state must fit; it goes on in a world that solves otherwise. */
+/* Of the values that a saved state must fit; values that only change the solve are left out. */
 uint64_t world_def_hash(const tulle_world_def *def);
 tulle_status world_def_check(const tulle_world_def *def, tulle_error *error);
 /* Values of a material that do not count with this membrane are not looked at. */

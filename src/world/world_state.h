@@ -183,12 +183,12 @@ void world_set_machinery(tulle_world *world, cloth_machinery *made);
 size_t world_get_settings_size(const tulle_world *world);
 void world_put_settings(const tulle_world *world, void *bytes);
 uint64_t world_hash_settings(const tulle_world *world, uint64_t hash);
-/* settings.c: checks such bytes and makes room; then puts them in force, or what was at the start
- * where there are none, which cannot fail. */
+/* settings.c: checks such bytes and makes room; then, without failing, puts them in force, or the
+ * settings of the start without bytes. */
 tulle_status world_check_settings(tulle_world *world, const void *bytes, size_t size,
                                   tulle_error *error);
 void world_take_settings(tulle_world *world, const void *bytes, size_t size);
-/* settings.c: releases what was kept of the start. */
+/* settings.c: releases the kept settings of the start. */
 void world_release_first_settings(tulle_world *world);
 /* settings.c: the law of two surfaces from the next step on. */
 tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tulle_contact_law *law,
@@ -210,17 +210,17 @@ tulle_status world_check_controls(const tulle_world *world, const void *bytes, s
                                   tulle_error *error);
 void world_take_controls(tulle_world *world, const void *bytes, size_t size);
 
-/* events.c: looks for the objects that press on each other in a state that is about to become the
- * world's; then, when it has, tells what has changed since the last look, or begins anew with an
- * empty queue. Lets go of all. */
+/* events.c: finds the objects that press on each other in a state that will become the state of the
+ * world; afterwards queues the changes since the last look, or restarts with an empty queue;
+ * releases all. */
 tulle_status world_find_touching(tulle_world *world, const motion_state *state, tulle_error *error);
 void world_tell_events(tulle_world *world);
 void world_restart_events(tulle_world *world);
 void world_release_events(tulle_world *world);
 
 /* given.c: before a step, obstacles that jump do so in world->now, where they count as absent, so
- * that they are judged as what appears; targets become shapes in the scratch arena. At its end, or
- * when a state is loaded, what was given is used up; after a failure nothing has jumped. */
+ * that they are judged like objects that appear; targets become shapes in the scratch arena. At its
+ * end, or when a state is loaded, the poses are used up; after a failure nothing has jumped. */
 tulle_status world_begin_given(tulle_world *world, tulle_error *error);
 void world_end_given(tulle_world *world, bool has_failed);
 

@@ -21,18 +21,18 @@ static const double LEAST_NORM2 = 1e-280;
 static const double LEAST_UNSCALED = 0x1.0p-64;
 static const double MOST_UNSCALED = 0x1.0p64;
 
-/* Part of the way to the first closing that one step takes; what is left keeps the next direction
- * well defined. */
+/* Part of the time to the first closing that one step takes; the rest keeps a direction. */
 static const double ADVANCE_FACTOR = 0.9;
 /* Advancement stops as a hit when the distance exceeds the separation by at most the larger of two
  * lengths. The first length is this part of the separation. */
 static const double HIT_PART_OF_SEPARATION = 0.05;
 /* The second length is this part of the excess at the start. */
 static const double HIT_PART_OF_START = 1e-3;
-/* The same part where there is no separation. It is smaller: what comes near need not touch. */
+/* The same part where there is no separation. It is smaller: features that come near need not
+ * touch. */
 static const double HIT_PART_OF_START_TOUCHING = 1e-4;
 /* Both lengths are cut to this part of the excess at the start. So nine tenths of it are used up
- * before a hit, and motion goes on. */
+ * before a hit, and motion continues. */
 static const double HIT_PART_OF_START_MOST = 0.1;
 /* Rounds of advancement; sliding edges take some tens. */
 enum { MAX_ADVANCES = 200 };

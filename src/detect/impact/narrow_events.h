@@ -1,6 +1,6 @@
 /* detect/impact/narrow_events.h - the events that many workers find, sorted. Each worker fills
- * blocks of its own in one shared array. When the array is full, workers go on counting blocks, so
- * that the caller can make room and repeat. */
+ * blocks of its own in one shared array. When the array is full, workers continue counting blocks,
+ * so that the caller can make room and repeat. */
 #ifndef TULLE_DETECT_IMPACT_NARROW_EVENTS_H
 #define TULLE_DETECT_IMPACT_NARROW_EVENTS_H
 
@@ -25,7 +25,7 @@ typedef struct event_writer {
 void event_store_free(memory *heap, event_store *store);
 /* Empties the store and makes room for some blocks a worker; false when memory is short. */
 bool event_store_start(memory *heap, event_store *store, int threads);
-/* True when all that was written is there; else makes room for it for a repeat. *status tells
+/* True when all that was written is there; else makes room for it for a repeat. *status says
  * whether that worked. */
 bool event_store_is_complete(memory *heap, event_store *store, int threads, tulle_status *status);
 /* Sorts by (kind, key) into `sorted`; with only_earliest those of the smallest time only. False

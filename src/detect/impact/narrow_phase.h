@@ -47,7 +47,7 @@ void narrow_phase_destroy(narrow_phase *narrow);
 
 /* One pass: start, then consume_pairs (a pair_consumer) by any worker, then, in a parallel loop
  * over workers, flush, then finish. finish is true when the events are complete; else room was made
- * (or *status tells that memory is short) and the pass must be repeated from start. */
+ * (or *status says that memory is short) and the pass must be repeated from start. */
 tulle_status narrow_phase_start(narrow_phase *narrow, const narrow_phase_input *input);
 void consume_pairs(void *narrow, const pair_tables *tables, const pair_batch *batch, int worker);
 void narrow_phase_flush(narrow_phase *narrow, const pair_tables *tables, int worker);

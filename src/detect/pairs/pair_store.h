@@ -1,8 +1,8 @@
 /* detect/pairs/pair_store.h - a set of pairs that many workers write and that comes out sorted.
  *
  * Pairs are packed into keys, first << shift | second. Each writer fills blocks of its own in one
- * shared array. When the array is full, writers write to `lost` and go on counting blocks, so that
- * the caller can make room and repeat. Blocks are filled to their ends, so their number
+ * shared array. When the array is full, writers write to `lost` and continue counting blocks, so
+ * that the caller can make room and repeat. Blocks are filled to their ends, so their number
  * depends on the number of pairs. Who writes what changes it by at most one a writer. */
 #ifndef TULLE_DETECT_PAIRS_PAIR_STORE_H
 #define TULLE_DETECT_PAIRS_PAIR_STORE_H

@@ -12,7 +12,7 @@
 #include "detect/patches/kept_patches.h"
 #include "detect/patches/planar_path.h"
 
-/* Instead of a neighbour. NONE: no triangle is there. BARRED: no disc may go on across the edge,
+/* Instead of a neighbour. NONE: no triangle is there. BARRED: no disc may continue across the edge,
  * because it has more than two triangles or both run along it the same way. */
 #define NEIGHBOUR_NONE UINT32_MAX
 #define NEIGHBOUR_BARRED (UINT32_MAX - 1)

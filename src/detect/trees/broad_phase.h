@@ -18,9 +18,9 @@
 #include "detect/surface_set.h"
 
 typedef enum broad_phase_method {
-    BROAD_PHASE_REFIT, /* static trees, refitted; skips what lies within one patch when given labels
+    BROAD_PHASE_REFIT, /* static trees, refitted; skips pairs within one patch if it has labels
                         */
-    BROAD_PHASE_BVOX,  /* backward-voxel trees, built anew; takes no labels */
+    BROAD_PHASE_BVOX,  /* backward-voxel trees, built each time; takes no labels */
     BROAD_PHASE_PAPER  /* one backward-voxel tree a patch and one of the isolated triangles of each
                           surface, under a root; takes labels */
 } broad_phase_method;
@@ -41,7 +41,7 @@ tulle_status build_trees(broad_phase *broad, const surface_set *set, const doubl
  * nodes), not everywhere. Call this before build_trees, which reads the patches; zeroed: no
  * patches. Borrowed until the next call. */
 void broad_phase_set_patches(broad_phase *broad, patch_labels patches);
-/* Gives back the memory of the boxes of features, which the next build_trees makes anew where it
+/* Gives back the memory of the boxes of features, which the next build_trees makes again if it
  * needs them. */
 void broad_phase_release_blocks(broad_phase *broad);
 /* Searches may leave out pairs whose boxes meet but whose straight paths x0 -> x1 stay farther
@@ -72,7 +72,7 @@ typedef struct search_counts {
                                  that meet themselves, a leaf with itself or with a neighbour */
 } search_counts;
 /* Hands every candidate to `consume` once, in batches. `threads` workers of one parallel loop call
- * it; at the end the calling thread hands over what is left in their batches. counts may be null.
+ * it; at the end the calling thread hands over the rest of their batches. counts may be null.
  * TULLE_ERROR_OUT_OF_MEMORY comes before the first batch only; TULLE_ERROR_INVALID_ARGUMENT where
  * the last build_trees failed. */
 tulle_status search_pairs(broad_phase *broad, const surface_set *set, int threads,

@@ -40,8 +40,8 @@ tulle_status run_writer_make(const tulle_run_def *def, tulle_run_writer **result
 void run_writer_destroy(tulle_run_writer *writer);
 /* The same after a failure: removes the directory too, where the writer made it and it is empty. */
 void run_writer_abandon(tulle_run_writer *writer);
-/* Begins the run anew in the writer's directory, which is locked and holds what `kind` says. An
- * error removes again what was made. */
+/* Begins a new run in the writer's locked directory, whose contents are of `kind`. An error removes
+ * the new files. */
 tulle_status run_writer_begin(tulle_run_writer *writer, const tulle_run_def *def,
                               run_directory_kind kind, tulle_run_existing existing,
                               tulle_error *error);

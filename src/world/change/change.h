@@ -1,9 +1,8 @@
 /* world/change/change.h - objects that come and go while a world runs.
  *
- * A change starts the world anew with other objects, in the place of its insides, and carries over
- * what belongs to those that stay. Until it has succeeded the insides before are kept whole, so an
- * error puts them back. What is numbered - vertices, triangles, edges, bodies - has another number
- * afterwards, but the same order among what stays. */
+ * A change starts new insides of the world with other objects, and carries over the state of the
+ * objects that stay. The old insides are kept until it has succeeded, so an error puts them back.
+ * Vertices, triangles, edges and bodies get other numbers, in the same order. */
 #ifndef TULLE_WORLD_CHANGE_CHANGE_H
 #define TULLE_WORLD_CHANGE_CHANGE_H
 
@@ -19,11 +18,11 @@ struct world_change {
 /* start_changed.c: the start of a world with a change. */
 tulle_status world_start_changed(tulle_world *world, tulle_error *error);
 
-/* carry.c: clocks, and what the vertices, obstacles and bodies that stay have. Called once there
- * are places for it, and what is new has its own. */
+/* carry.c: clocks, and the state of the vertices, obstacles and bodies that stay. Called once there
+ * is room for it, and new objects have their own state. */
 void world_carry_state(tulle_world *world);
-/* carry.c: contacts, attachments and holds, without those of what has gone; wakes the bodies that
- * touched it. */
+/* carry.c: contacts, attachments and holds, without those of removed objects; wakes the bodies that
+ * touched these. */
 tulle_status world_carry_contacts(tulle_world *world, tulle_error *error);
 /* carry.c: plastic parts of cloth that stays. */
 void world_carry_plastic(tulle_world *world);
@@ -36,10 +35,10 @@ tulle_status world_carry_ignored(tulle_world *world, tulle_error *error);
 /* settings.c: materials and pins as at the start, in world->first_materials and so on where one has
  * changed since. */
 tulle_status world_carry_first_cloths(tulle_world *world, tulle_error *error);
-/* settings.c: what the host has changed since the start. */
+/* settings.c: settings that the host has changed since the start. */
 tulle_status world_carry_settings(tulle_world *world, tulle_error *error);
 
-/* events.c: what is watched. Takes it from the insides before, so nothing may fail afterwards. */
+/* events.c: the watch. Takes it from the old insides, so nothing may fail afterwards. */
 tulle_status world_carry_events(tulle_world *world, tulle_error *error);
 
 /* change.c: adds the copy of a def to a world that runs, or takes an object out of one. */

@@ -1,4 +1,5 @@
-/* world/fields/fields.h - the values of the defs as rows, and what is done to any def by its rows.
+/* world/fields/fields.h - the values of the defs as rows, and the operations on any def by its
+ * rows.
  *
  * The rows are made from the comments of the public headers by tools/make_fields.py; so a value
  * stands in its header alone, with its unit, range and default. record/recorded_call.c writes and
@@ -40,7 +41,7 @@ typedef struct field {
     const field_table *inner; /* of structs */
     const char *range;        /* in words, null: none. Both ends are allowed */
     double least, most;
-    bool takes_zero;  /* beside the range */
+    bool takes_zero;  /* 0 is allowed, too */
     const char *unit; /* null: none */
     double fallback[4];
     const char *group; /* null: none */
@@ -68,7 +69,7 @@ typedef struct struct_size {
 extern const struct_size struct_sizes[];
 extern const size_t struct_size_count;
 
-/* Puts defaults into a def; what has none becomes zero. */
+/* Puts defaults into a def; values without one become zero. */
 void fields_set_defaults(const field_table *table, void *def);
 
 /* Refuses numbers out of their range, but for those of the group or value `without`, which may be

@@ -1,4 +1,4 @@
-/* world/start/inside.h - what lies inside closed obstacles. */
+/* world/start/inside.h - objects that lie inside closed obstacles. */
 #ifndef TULLE_WORLD_START_INSIDE_H
 #define TULLE_WORLD_START_INSIDE_H
 
@@ -19,17 +19,16 @@ bool surface_is_closed(const topology *topo, const surface_range *range);
 
 typedef struct inside_question {
     const char *when; /* "at the start" and the like, for the message */
-    bool is_late;     /* asked in a step: refuses cloth only inside what has just appeared */
-    bool has_added;   /* asked of one surface: what lies inside it, and it inside others */
+    bool is_late;   /* asked in a step: refuses cloth only inside an obstacle that just appeared */
+    bool has_added; /* asked of one surface: others inside it, and it inside others */
     uint32_t added;
 } inside_question;
 
-/* Refuses what lies inside something, with TULLE_ERROR_INTERSECTING_START:
+/* Refuses objects inside others, with TULLE_ERROR_INTERSECTING_START:
  * - a piece of cloth that intersects nothing, inside a present obstacle that is closed and faces
  *   outward;
  * - a piece of an obstacle inside another obstacle, when one of the two is a free body.
- * The winding number decides, so what lies in the hollow of a shell with an inner surface is not
- * inside. */
+ * The winding number decides, so the hollow of a shell with an inner surface is not inside. */
 tulle_status world_refuse_inside(tulle_world *world, const double *positions,
                                  inside_question question, tulle_error *error);
 

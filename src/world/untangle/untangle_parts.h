@@ -91,23 +91,23 @@ bool triangles_cross(const untangling *work, uint32_t first, uint32_t second);
 tulle_status make_contours(untangling *work, const intersection_list *pairs);
 /* untangle_contours.c: [m] where the edge passes through the triangle. */
 vec3 compute_crossing_point(const untangling *work, const surface_crossing *crossing);
-/* untangle_sides.c: wrong ends of crossings, and what is astray. */
+/* untangle_sides.c: wrong ends of crossings, and vertices that went astray. */
 tulle_status decide_sides(untangling *work);
 /* Cuts the contours' edges at once and numbers the regions that hang on them. */
 void flood_contours(untangling *work, const contour_range *ranges, size_t count, flood *regions);
-/* Marks what hangs on the wrong ends of a contour, and all corners at it. */
+/* Marks the regions at the wrong ends of a contour, and all corners at it. */
 void mark_astray(untangling *work, const contour_range *range, const flood *regions);
-/* untangle_joint_sides.c: decides contours with obstacles together, where one of them parts nothing
- * alone. `regions` go on from those in use. */
+/* untangle_joint_sides.c: decides contours with obstacles together, if one of them alone parts
+ * nothing. `regions` are added to those in use. */
 tulle_status decide_joint_contours(untangling *work, contour_range *ranges, size_t count,
                                    flood *regions);
 /* Aims a crossing across the contour to the wrong corners of its triangle: an edge that is on no
  * wrong side itself has to leave the triangle there. */
 void aim_over_corners(const untangling *work, surface_crossing *crossing, const bool is_wrong[3]);
-/* untangle_open_sides.c: wrong ends, and what is astray, where a contour parts nothing. Its edges
+/* untangle_open_sides.c: wrong ends, and vertices astray, if a contour parts nothing. Its edges
  * are cut and `regions` flooded. */
 void decide_open_contour(untangling *work, const contour_range *range, const flood *regions);
-/* untangle_short_contours.c: undecided crossings of a short contour, where escalation asks for it.
+/* untangle_short_contours.c: undecided crossings of a short contour, if escalation asks for it.
  */
 void orient_short_contour(untangling *work, const contour_range *range);
 /* Adds the sides of the crossings whose wrong end is known to the history, and settles it. */
