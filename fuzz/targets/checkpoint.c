@@ -12,24 +12,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { HASH_SIZE = 8, VERSION_PLACE = 8 /* src/io/run/FORMAT.md */ };
-
-static bool is_version_1(const uint8_t *bytes, size_t size) {
-    static const uint8_t version[4] = {1};
-    return size >= VERSION_PLACE + 4 && memcmp(bytes + VERSION_PLACE, version, 4) == 0;
-}
-
-/* [bytes] of the header, the hash at its end included. */
-static size_t get_header_size(const uint8_t *bytes, size_t size) {
-    return is_version_1(bytes, size) ? 80 : 96;
-}
+enum { HASH_SIZE = 8, HEADER_SIZE = 96 /* src/io/run/FORMAT.md */ };
 
 static void make_hash_right(uint8_t *bytes, size_t size) {
-    size_t const header_size = get_header_size(bytes, size);
-    if (size < header_size) return;
-    uint64_t const hash = hash_bytes(HASH_SEED, bytes, header_size - HASH_SIZE);
-    uint64_t const whole = hash_bytes(hash, bytes + header_size, size - header_size);
-    memcpy(bytes + header_size - HASH_SIZE, &whole, sizeof whole);
+    if (size < HEADER_SIZE) return;
+    uint64_t const hash = hash_bytes(HASH_SEED, bytes, HEADER_SIZE - HASH_SIZE);
+    uint64_t const whole = hash_bytes(hash, bytes + HEADER_SIZE, size - HEADER_SIZE);
+    memcpy(bytes + HEADER_SIZE - HASH_SIZE, &whole, sizeof whole);
 }
 
 static void check_written_again(const checkpoint_record *record, const uint8_t *bytes,
@@ -64,8 +53,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         fuzz_check_error(status, &error);
         FUZZ_CHECK(strcmp(error.file, path) == 0 && !record.state.bytes);
     } else {
-        FUZZ_CHECK(record.state.byte_count == size - get_header_size(bytes, size));
-        if (!is_version_1(bytes, size)) check_written_again(&record, bytes, size);
+        FUZZ_CHECK(record.state.byte_count == size - HEADER_SIZE);
+        check_written_again(&record, bytes, size);
         checkpoint_release(&heap, &record);
     }
     free(bytes);
@@ -93,7 +82,6 @@ void fuzz_make_seeds(void) {
     FUZZ_CHECK(file_load(&heap, newest, 0, &written, NULL) == TULLE_OK);
     memcpy(seed + 1, written.bytes, written.byte_count);
     fuzz_put_seed("whole", seed, 1 + written.byte_count);
-    fuzz_put_seed("without_state", seed,
-                  1 + get_header_size((const uint8_t *)written.bytes, written.byte_count));
+    fuzz_put_seed("without_state", seed, 1 + HEADER_SIZE);
     file_release(&heap, &written);
 }

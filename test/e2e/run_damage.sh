@@ -129,7 +129,7 @@ open(path, "wb").write(data)' run/checkpoint.bin "$1" "$2"
     rm -rf before
 }
 other 8 9
-grep -q 'checkpoint.bin: byte 8: version 57; only versions up to 2 can be read' err || fault "another checkpoint: $(cat err)"
+grep -q 'checkpoint.bin: byte 8: version 57; only version 2 can be read' err || fault "another checkpoint: $(cat err)"
 other 103 1
 grep -q 'run/checkpoint.bin: the saved state is of another version of Tulle (format 1, this one reads' err || fault "another state: $(cat err)"
 

@@ -15,9 +15,8 @@
 #include <unistd.h>
 
 enum {
-    HEADER_SIZE = 96,       /* [bytes] before the state */
-    HEADER_SIZE_FIRST = 80, /* [bytes] the same in version 1, without checksums */
-    HASH_SIZE = 8,          /* [bytes] at the header's end: of everything else */
+    HEADER_SIZE = 96, /* [bytes] before the state */
+    HASH_SIZE = 8,    /* [bytes] at the header's end: of everything else */
     HASH_PLACE = HEADER_SIZE - HASH_SIZE,
     CHECKPOINT_VERSION = 2
 };
@@ -83,26 +82,20 @@ tulle_status checkpoint_write(const char *directory, const checkpoint_record *re
 static tulle_status decode(memory *heap, const char *path, const file_data *data,
                            checkpoint_record *record, tulle_error *error) {
     const char *const header = data->bytes;
-    uint64_t const version = data->byte_count < HEADER_SIZE_FIRST ? 0 : bytes_load(header + 8, 4);
-    size_t const header_size = version == 1 ? HEADER_SIZE_FIRST : HEADER_SIZE;
-    size_t const hash_place = header_size - HASH_SIZE;
-    if (version == 0 || memcmp(header, magic, 8) != 0)
+    if (data->byte_count < HEADER_SIZE || memcmp(header, magic, 8) != 0)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "byte 0: is not a checkpoint, or is cut within its header");
-    if (version > CHECKPOINT_VERSION)
+    if (bytes_load(header + 8, 4) != CHECKPOINT_VERSION)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
-                            "byte 8: version %u; only versions up to %d can be read",
-                            (unsigned)version, CHECKPOINT_VERSION);
-    if (data->byte_count < header_size)
-        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
-                            "byte %zu: the file ends within its header", data->byte_count);
-    size_t const size = data->byte_count - header_size;
+                            "byte 8: version %u; only version %d can be read",
+                            (unsigned)bytes_load(header + 8, 4), CHECKPOINT_VERSION);
+    size_t const size = data->byte_count - HEADER_SIZE;
     if (bytes_load(header + 64, 8) != size)
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "byte %zu: the file should have %llu bytes of state, but it has %zu",
                             data->byte_count, (unsigned long long)bytes_load(header + 64, 8), size);
-    uint64_t const hash = hash_bytes(HASH_SEED, header, hash_place);
-    if (hash_bytes(hash, header + header_size, size) != bytes_load(header + hash_place, 8))
+    uint64_t const hash = hash_bytes(HASH_SEED, header, HASH_PLACE);
+    if (hash_bytes(hash, header + HEADER_SIZE, size) != bytes_load(header + HASH_PLACE, 8))
         return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                             "its bytes were changed after it was written");
     if (bytes_load(header + 16, 8) > STEPS_MAX)
@@ -111,19 +104,18 @@ static tulle_status decode(memory *heap, const char *path, const file_data *data
                             (unsigned long long)bytes_load(header + 16, 8));
     void *const bytes = memory_allocate(heap, size);
     if (!bytes) return file_fail(error, path, ENOMEM, "cannot be read");
-    memcpy(bytes, header + header_size, size);
-    *record = (checkpoint_record){.state = {.bytes = bytes,
-                                            .byte_count = size,
-                                            .step = bytes_load(header + 16, 8),
-                                            .time = bytes_to_double(bytes_load(header + 24, 8)),
-                                            .state_hash = bytes_load(header + 32, 8),
-                                            .frame_count = (uint32_t)bytes_load(header + 12, 4)},
-                                  .scene_hash = bytes_load(header + 40, 8),
-                                  .report_size = bytes_load(header + 48, 8),
-                                  .frames_size = bytes_load(header + 56, 8)};
-    if (version > 1)
-        record->checksums = (checksum_mark){.size = bytes_load(header + 72, 8),
-                                            .chain = bytes_load(header + 80, 8)};
+    memcpy(bytes, header + HEADER_SIZE, size);
+    *record = (checkpoint_record){
+        .state = {.bytes = bytes,
+                  .byte_count = size,
+                  .step = bytes_load(header + 16, 8),
+                  .time = bytes_to_double(bytes_load(header + 24, 8)),
+                  .state_hash = bytes_load(header + 32, 8),
+                  .frame_count = (uint32_t)bytes_load(header + 12, 4)},
+        .scene_hash = bytes_load(header + 40, 8),
+        .report_size = bytes_load(header + 48, 8),
+        .frames_size = bytes_load(header + 56, 8),
+        .checksums = {.size = bytes_load(header + 72, 8), .chain = bytes_load(header + 80, 8)}};
     return TULLE_OK;
 }
 

@@ -12,7 +12,7 @@ typedef struct checkpoint_record {
     tulle_run_checkpoint state; /* bytes: from memory_allocate, when read */
     uint64_t scene_hash;
     uint64_t report_size, frames_size; /* [bytes] of report.csv and frames.csv */
-    checksum_mark checksums;           /* of checksums.csv; all zero in those of older versions */
+    checksum_mark checksums;           /* of checksums.csv */
 } checkpoint_record;
 
 /* Writes the record as the directory's newest checkpoint; the newest so far becomes the one before.

@@ -13,14 +13,24 @@ static const char *get_name(const char *const *names, unsigned index) {
     return NULL;
 }
 
+#define AT(key, kind, type, name)                                                                  \
+    { key, JSON_##kind, offsetof(type, name) }
+static const json_field detection_fields[] = {
+    AT("alpha_max", DOUBLE, tulle_world_detection, max_angle),
+    AT("certificate", FLAG, tulle_world_detection, has_certificate)};
+static const json_field untangle_fields[] = {
+    AT("intersections", COUNT, tulle_untangle_report, intersections),
+    AT("rounds", WHOLE, tulle_untangle_report, rounds),
+    AT("moved_vertices", COUNT, tulle_untangle_report, moved_vertices),
+    AT("largest_displacement", DOUBLE, tulle_untangle_report, largest_displacement)};
+
 void run_detection_write(json_writer *writer, const run_record *record) {
     const tulle_world_detection *const detection = &record->detection;
     if (!record->has_detection) return;
     json_begin(writer, "detection", '{');
     json_put_string(writer, "method", get_name(method_words, (unsigned)detection->method));
     json_put_string(writer, "cone", get_name(cone_words, (unsigned)detection->cone));
-    json_put_double(writer, "alpha_max", detection->max_angle);
-    json_put_bool(writer, "certificate", detection->has_certificate != 0);
+    json_put_fields(writer, detection_fields, 2, detection);
     json_put_string(writer, "patches", patches_words[detection->grows_patches_anew != 0]);
     json_end(writer, '}');
 }
@@ -47,9 +57,7 @@ tulle_status run_detection_read(run_record *record, const json_document *documen
     if (!status) status = take_choice(document, object, "method", method_words, &method, error);
     if (!status) status = take_choice(document, object, "cone", cone_words, &cone, error);
     if (!status)
-        status = json_take_double(document, object, "alpha_max", &detection.max_angle, error);
-    if (!status)
-        status = json_take_bool(document, object, "certificate", &detection.has_certificate, error);
+        status = json_take_fields(document, object, detection_fields, 2, &detection, error);
     if (!status)
         status = take_choice(document, object, "patches", patches_words,
                              &detection.grows_patches_anew, error);
@@ -87,10 +95,7 @@ void run_untangle_write(json_writer *writer, const run_record *record) {
     const tulle_untangle_report *const untangle = &record->untangle;
     if (!record->has_untangle || untangle->intersections == 0) return;
     json_begin(writer, "untangle", '{');
-    json_put_unsigned(writer, "intersections", untangle->intersections);
-    json_put_unsigned(writer, "rounds", untangle->rounds);
-    json_put_unsigned(writer, "moved_vertices", untangle->moved_vertices);
-    json_put_double(writer, "largest_displacement", untangle->largest_displacement);
+    json_put_fields(writer, untangle_fields, 4, untangle);
     json_end(writer, '}');
 }
 
@@ -100,14 +105,7 @@ tulle_status run_untangle_read(run_record *record, const json_document *document
     tulle_untangle_report report = {0};
     const json_value *object = NULL;
     tulle_status status = json_take_member(document, root, "untangle", JSON_OBJECT, &object, error);
-    if (!status)
-        status = json_take_count(document, object, "intersections", &report.intersections, error);
-    if (!status) status = json_take_whole(document, object, "rounds", &report.rounds, error);
-    if (!status)
-        status = json_take_count(document, object, "moved_vertices", &report.moved_vertices, error);
-    if (!status)
-        status = json_take_double(document, object, "largest_displacement",
-                                  &report.largest_displacement, error);
+    if (!status) status = json_take_fields(document, object, untangle_fields, 4, &report, error);
     if (status) return status;
     record->has_untangle = true;
     record->untangle = report;

@@ -180,11 +180,10 @@ static tulle_status read_line(run_frames *frames, text_cursor *text, const char 
     if (!json_parse_hash(hash.text, hash.length, &line.state_hash))
         return text_fail(text, hash.text, error, "hexadecimal digits should be here");
     const char *const comma = memchr(text->at, ',', (size_t)(line_end - text->at));
-    status = read_absent(frames, text, comma ? comma : line_end, body_count, error);
-    if (!status && comma) {
-        text->at = comma + 1;
-        status = read_lags(frames, text, line_end, body_count, error);
-    }
+    if (!comma) return text_fail(text, text->at, error, "the line should have 6 columns");
+    status = read_absent(frames, text, comma, body_count, error);
+    text->at = comma + 1;
+    if (!status) status = read_lags(frames, text, line_end, body_count, error);
     if (status) return status;
     line.lag_count = frames->lags.count - line.first_lag;
     line.absent_count = frames->absent.count - line.first_absent;
@@ -195,11 +194,9 @@ static tulle_status read_line(run_frames *frames, text_cursor *text, const char 
 
 static tulle_status read_lines(run_frames *frames, text_cursor *text, size_t body_count,
                                tulle_error *error) {
-    size_t const heading = strlen(RUN_FRAMES_HEADING), old = strlen(RUN_FRAMES_HEADING_OLD);
-    size_t const left = (size_t)(text->end - text->at);
-    bool const is_old = left >= old && memcmp(text->at, RUN_FRAMES_HEADING_OLD, old) == 0;
-    if (!is_old && left < heading) return TULLE_OK; /* killed while it was made */
-    if (!is_old && memcmp(text->at, RUN_FRAMES_HEADING, heading) != 0)
+    size_t const heading = strlen(RUN_FRAMES_HEADING);
+    if ((size_t)(text->end - text->at) < heading) return TULLE_OK; /* killed while it was made */
+    if (memcmp(text->at, RUN_FRAMES_HEADING, heading) != 0)
         return text_fail(text, NULL, error, "does not begin with \"frame,time,step,...\"");
     text_next_line(text);
     tulle_status status = TULLE_OK;

@@ -154,24 +154,29 @@ void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *bo
 
 /* ---- to and from run.json ---- */
 
+#define AT(kind, name)                                                                             \
+    { #name, JSON_##kind, offsetof(tulle_run_outcome, name) }
+static const json_field members[] = {AT(COUNT, steps),
+                                     AT(COUNT, unconverged_steps),
+                                     AT(DOUBLE, worst_residual),
+                                     AT(DOUBLE, worst_residual_time),
+                                     AT(COUNT, cut_steps),
+                                     AT(WHOLE, most_substeps),
+                                     AT(COUNT, rescues),
+                                     AT(COUNT, pinched_steps),
+                                     AT(COUNT, overstretched_steps),
+                                     AT(COUNT, most_overstretched),
+                                     AT(DOUBLE, largest_lag),
+                                     AT(DOUBLE, largest_lag_time),
+                                     AT(DOUBLE, largest_stretch),
+                                     AT(DOUBLE, largest_stretch_time)};
+enum { MEMBERS = sizeof members / sizeof members[0] };
+
 void run_outcome_write(json_writer *writer, const run_record *record) {
     const tulle_run_outcome *const outcome = &record->outcome;
     if (!record->has_outcome) return;
     json_begin(writer, "outcome", '{');
-    json_put_unsigned(writer, "steps", outcome->steps);
-    json_put_unsigned(writer, "unconverged_steps", outcome->unconverged_steps);
-    json_put_double(writer, "worst_residual", outcome->worst_residual);
-    json_put_double(writer, "worst_residual_time", outcome->worst_residual_time);
-    json_put_unsigned(writer, "cut_steps", outcome->cut_steps);
-    json_put_unsigned(writer, "most_substeps", outcome->most_substeps);
-    json_put_unsigned(writer, "rescues", outcome->rescues);
-    json_put_unsigned(writer, "pinched_steps", outcome->pinched_steps);
-    json_put_unsigned(writer, "overstretched_steps", outcome->overstretched_steps);
-    json_put_unsigned(writer, "most_overstretched", outcome->most_overstretched);
-    json_put_double(writer, "largest_lag", outcome->largest_lag);
-    json_put_double(writer, "largest_lag_time", outcome->largest_lag_time);
-    json_put_double(writer, "largest_stretch", outcome->largest_stretch);
-    json_put_double(writer, "largest_stretch_time", outcome->largest_stretch_time);
+    json_put_fields(writer, members, MEMBERS, outcome);
     const char *name = NULL;
     if (outcome->has_stretch_place && outcome->stretch_body < record->bodies.count) {
         name = run_record_text(record, record->bodies.data[outcome->stretch_body].name);
@@ -232,35 +237,7 @@ tulle_status run_outcome_read(run_record *record, const json_document *document,
     tulle_run_outcome outcome = {0};
     const json_value *object = NULL;
     tulle_status status = json_take_member(document, root, "outcome", JSON_OBJECT, &object, error);
-    const struct {
-        const char *key;
-        uint64_t *to;
-    } counts[] = {{"steps", &outcome.steps},
-                  {"unconverged_steps", &outcome.unconverged_steps},
-                  {"cut_steps", &outcome.cut_steps},
-                  {"rescues", &outcome.rescues},
-                  {"pinched_steps", &outcome.pinched_steps},
-                  {"overstretched_steps", &outcome.overstretched_steps},
-                  {"most_overstretched", &outcome.most_overstretched}};
-    enum { FIRST_COUNTS = 5 /* of all versions; later ones may be missing */ };
-    for (size_t i = 0; i < sizeof counts / sizeof counts[0] && !status; i++)
-        if (i < FIRST_COUNTS || json_find(document, object, counts[i].key))
-            status = json_take_count(document, object, counts[i].key, counts[i].to, error);
-    const struct {
-        const char *key;
-        double *to;
-    } numbers[] = {{"worst_residual", &outcome.worst_residual},
-                   {"worst_residual_time", &outcome.worst_residual_time},
-                   {"largest_stretch", &outcome.largest_stretch},
-                   {"largest_stretch_time", &outcome.largest_stretch_time},
-                   {"largest_lag", &outcome.largest_lag},
-                   {"largest_lag_time", &outcome.largest_lag_time}};
-    enum { FIRST_NUMBERS = 4 };
-    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0] && !status; i++)
-        if (i < FIRST_NUMBERS || json_find(document, object, numbers[i].key))
-            status = json_take_double(document, object, numbers[i].key, numbers[i].to, error);
-    if (!status)
-        status = json_take_whole(document, object, "most_substeps", &outcome.most_substeps, error);
+    if (!status) status = json_take_fields(document, object, members, MEMBERS, &outcome, error);
     if (!status) status = read_place(document, object, record->bodies.count, &outcome, error);
     if (status) return status;
     record->has_outcome = true;

@@ -10,9 +10,8 @@
 #include <string.h>
 
 static const char *const format_name = "tulle run";
-/* Version 1 named the stages of report.csv in another way, version 2 had no checksums: they are
- * read, but not written on. */
-enum { FORMAT_VERSION = 3, FORMAT_VERSION_FIRST = 1 };
+/* Version 2 had no checksums: it is read, but not written on. */
+enum { FORMAT_VERSION = 3, FORMAT_VERSION_FIRST = 2 };
 static const char *const record_names[] = {"plain", "debug", "velocities"}; /* by run_kept */
 static const size_t record_size_limit = (size_t)1 << 28; /* [bytes] far above RUN_BODY_MAX bodies */
 
@@ -228,6 +227,18 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
 
 /* ---- to and from run.json ---- */
 
+static const json_field fields[] = {
+    {"scene_hash", JSON_HASH, offsetof(run_record, scene_hash)},
+    {"time_step", JSON_DOUBLE, offsetof(run_record, time_step)},
+    {"steps_per_frame", JSON_WHOLE, offsetof(run_record, steps_per_frame)},
+    {"wanted_frames", JSON_WHOLE, offsetof(run_record, wanted_frame_count)},
+    {"threads", JSON_WHOLE, offsetof(run_record, threads)},
+    {"vtp", JSON_FLAG, offsetof(run_record, writes_vtp)}};
+static const json_field body_fields[] = {
+    {"static", JSON_FLAG, offsetof(run_body_record, is_static)},
+    {"vertices", JSON_WHOLE, offsetof(run_body_record, vertex_count)},
+    {"triangles", JSON_WHOLE, offsetof(run_body_record, triangle_count)}};
+
 static const char *name_role(const run_body_record *body) {
     if (body->is_dynamic) return "body";
     return body->is_obstacle ? "obstacle" : "cloth";
@@ -237,9 +248,7 @@ static void write_body(json_writer *writer, const run_record *record, const run_
     json_begin(writer, NULL, '{');
     json_put_string(writer, "name", run_record_text(record, body->name));
     json_put_string(writer, "role", name_role(body));
-    json_put_bool(writer, "static", body->is_static != 0);
-    json_put_unsigned(writer, "vertices", body->vertex_count);
-    json_put_unsigned(writer, "triangles", body->triangle_count);
+    json_put_fields(writer, body_fields, 3, body);
     json_put_string(writer, "mesh", run_record_text(record, body->mesh_file));
     json_put_string(writer, "cache",
                     body->cache_file ? run_record_text(record, body->cache_file) : NULL);
@@ -261,14 +270,9 @@ tulle_status run_record_write(const run_record *record, const char *path, tulle_
     json_put_string(&writer, "message", run_record_text(record, record->message));
     json_put_string(&writer, "scene_path", run_record_text(record, record->scene_path));
     json_put_string(&writer, "scene_file", record->has_scene_text ? RUN_FILE_SCENE : NULL);
-    json_put_hash(&writer, "scene_hash", record->scene_hash);
     json_put_string(&writer, "seed", seed);
-    json_put_double(&writer, "time_step", record->time_step);
-    json_put_unsigned(&writer, "steps_per_frame", record->steps_per_frame);
+    json_put_fields(&writer, fields, sizeof fields / sizeof fields[0], record);
     json_put_double(&writer, "frame_interval", record->time_step * record->steps_per_frame);
-    json_put_unsigned(&writer, "wanted_frames", record->wanted_frame_count);
-    json_put_unsigned(&writer, "threads", record->threads);
-    json_put_bool(&writer, "vtp", record->writes_vtp != 0);
     json_put_string(&writer, "record", record_names[record->kept]);
     run_detection_write(&writer, record);
     run_response_write(&writer, record);
@@ -295,9 +299,7 @@ static tulle_status read_body(run_record *record, const json_document *document,
     run_body_record body = {0};
     tulle_status status = json_take_string(document, item, "name", &name, error);
     if (!status) status = json_take_string(document, item, "role", &role, error);
-    if (!status) status = json_take_bool(document, item, "static", &body.is_static, error);
-    if (!status) status = json_take_whole(document, item, "vertices", &body.vertex_count, error);
-    if (!status) status = json_take_whole(document, item, "triangles", &body.triangle_count, error);
+    if (!status) status = json_take_fields(document, item, body_fields, 3, &body, error);
     if (!status) status = json_take_string(document, item, "mesh", &mesh, error);
     if (!status && !body.is_static)
         status = json_take_string(document, item, "cache", &cache, error);
@@ -371,20 +373,11 @@ static tulle_status read_state(run_record *record, const json_document *document
 
 static tulle_status read_numbers(run_record *record, const json_document *document,
                                  const json_value *root, tulle_error *error) {
-    tulle_status status = json_take_hash(document, root, "scene_hash", &record->scene_hash, error);
-    if (!status) status = json_take_double(document, root, "time_step", &record->time_step, error);
-    if (!status)
-        status =
-            json_take_whole(document, root, "steps_per_frame", &record->steps_per_frame, error);
-    if (!status)
-        status =
-            json_take_whole(document, root, "wanted_frames", &record->wanted_frame_count, error);
-    if (!status) status = json_take_whole(document, root, "threads", &record->threads, error);
-    if (!status) status = json_take_bool(document, root, "vtp", &record->writes_vtp, error);
-    if (!status && !(record->time_step > 0.0 && record->steps_per_frame > 0))
-        status = json_fail(document, root, error,
-                           "\"time_step\" and \"steps_per_frame\" should be above 0");
-    return status;
+    tulle_status const status =
+        json_take_fields(document, root, fields, sizeof fields / sizeof fields[0], record, error);
+    if (status || (record->time_step > 0.0 && record->steps_per_frame > 0)) return status;
+    return json_fail(document, root, error,
+                     "\"time_step\" and \"steps_per_frame\" should be above 0");
 }
 
 /* "record" is not in every run.json: plain then. */

@@ -128,8 +128,6 @@ typedef struct run_frames {
 } run_frames;
 
 #define RUN_FRAMES_HEADING "frame,time,step,state_hash,absent,lags\n"
-/* Of runs that know no lags. */
-#define RUN_FRAMES_HEADING_OLD "frame,time,step,state_hash,absent\n"
 
 void run_frames_destroy(run_frames *frames);
 /* False when memory is short; the table is then as before. */

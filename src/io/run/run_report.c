@@ -71,31 +71,7 @@ static const column columns[] = {
 };
 enum { COLUMN_COUNT = sizeof columns / sizeof columns[0] };
 
-/* Columns of reports of format version 1: their stages, in that order, in the place of today's.
- * Times of two stages that are one today are added. */
-static const column stages_of_version_1[] = {
-    {"compute_forces_seconds", COLUMN_DOUBLE, STAGE(5)},
-    {"gather_contacts_seconds", COLUMN_DOUBLE, STAGE(4)},
-    {"solve_motion_seconds", COLUMN_DOUBLE, STAGE(6)},
-    {"propose_paths_seconds", COLUMN_DOUBLE, STAGE(0)},
-    {"build_patches_seconds", COLUMN_DOUBLE, STAGE(1)},
-    {"build_trees_seconds", COLUMN_DOUBLE, STAGE(2)},
-    {"find_pairs_seconds", COLUMN_DOUBLE, STAGE(3)},
-    {"test_pairs_seconds", COLUMN_DOUBLE, STAGE(7)},
-    {"select_admissible_seconds", COLUMN_DOUBLE, STAGE(7)},
-    {"resolve_impacts_seconds", COLUMN_DOUBLE, STAGE(7)},
-    {"commit_safely_seconds", COLUMN_DOUBLE, STAGE(8)},
-    {"update_contacts_seconds", COLUMN_DOUBLE, STAGE(9)},
-};
-enum {
-    STAGE_FIRST = 3, /* the column of the first stage */
-    STAGE_COUNT_1 = sizeof stages_of_version_1 / sizeof stages_of_version_1[0],
-    COLUMN_COUNT_1 = COLUMN_COUNT - TULLE_STAGE_COUNT + STAGE_COUNT_1,
-    /* Of the first reports of version 1 and of those after it; more were added behind. */
-    COLUMN_COUNT_1_FIRST = 38,
-    COLUMN_COUNT_FIRST = 42
-};
-_Static_assert(COLUMN_COUNT_1 *(NUMBER_TEXT_SIZE + 1) < RUN_REPORT_LINE_SIZE, "a line must fit");
+_Static_assert(COLUMN_COUNT *(NUMBER_TEXT_SIZE + 1) < RUN_REPORT_LINE_SIZE, "a line must fit");
 
 size_t run_report_get_column_count(void) { return COLUMN_COUNT; }
 
@@ -151,12 +127,6 @@ size_t run_report_format(const tulle_step_report *report, char text[RUN_REPORT_L
 
 /* ---- reading ---- */
 
-/* The columns of a report that is read, in its order. */
-typedef struct heading {
-    const column *columns[COLUMN_COUNT_1];
-    size_t count;
-} heading;
-
 static bool parse_field(const column *described, text_word word, char *field) {
     if (described->kind == COLUMN_DOUBLE) {
         double real = described->offset == FIELD(smallest_gap) ? INFINITY : NAN;
@@ -177,87 +147,40 @@ static bool parse_field(const column *described, text_word word, char *field) {
     return true;
 }
 
-static tulle_status parse_line(text_cursor *text, const heading *named, const char *line_end,
-                               tulle_step_report *report, tulle_error *error) {
+static tulle_status parse_line(text_cursor *text, const char *line_end, tulle_step_report *report,
+                               tulle_error *error) {
     *report = (tulle_step_report){0};
     const char *at = text->at;
-    for (size_t i = 0; i < named->count; i++) {
-        const column *const described = named->columns[i];
+    for (size_t i = 0; i < COLUMN_COUNT; i++) {
+        const column *const described = &columns[i];
         const char *const comma = memchr(at, ',', (size_t)(line_end - at));
-        bool const is_last = i + 1 == named->count;
-        if (is_last != !comma)
-            return text_fail(text, at, error, "the line should have %zu columns", named->count);
+        if ((i + 1 == COLUMN_COUNT) != !comma)
+            return text_fail(text, at, error, "the line should have %d columns", COLUMN_COUNT);
         text_word const word = {at, (size_t)((comma ? comma : line_end) - at)};
-        char *const field = (char *)report + described->offset;
-        double before = 0.0, sum;
-        if (described->kind == COLUMN_DOUBLE) memcpy(&before, field, sizeof before);
-        if (!parse_field(described, word, field))
+        if (!parse_field(described, word, (char *)report + described->offset))
             return text_fail(text, at, error, "column %s should hold a %s", described->name,
                              described->kind == COLUMN_DOUBLE ? "number" : "whole number");
-        if (before != 0.0) { /* the second of two stages that are one today */
-            memcpy(&sum, field, sizeof sum);
-            sum += before;
-            memcpy(field, &sum, sizeof sum);
-        }
         if (comma) at = comma + 1;
     }
     return TULLE_OK;
-}
-
-/* The columns that a version writes. */
-static heading list_columns(bool is_version_1) {
-    heading list = {.count = 0};
-    for (size_t i = 0; i < COLUMN_COUNT; i++) {
-        bool const is_stage = i >= STAGE_FIRST && i < STAGE_FIRST + TULLE_STAGE_COUNT;
-        if (!is_version_1 || !is_stage)
-            list.columns[list.count++] = &columns[i];
-        else if (i == STAGE_FIRST)
-            for (size_t k = 0; k < STAGE_COUNT_1; k++)
-                list.columns[list.count++] = &stages_of_version_1[k];
-    }
-    return list;
-}
-
-/* Reads the heading of a report, without its end of line. It names the columns of a version: all of
- * them, or the first ones where later builds added more behind. False: it is of no known version.
- */
-static bool read_heading(const char *text, size_t length, heading *named) {
-    for (int is_version_1 = 0; is_version_1 < 2; is_version_1++) {
-        *named = list_columns(is_version_1);
-        size_t at = 0, count = 0;
-        while (count < named->count && at < length) {
-            const char *const name = named->columns[count]->name;
-            size_t const size = strlen(name);
-            if (length - at < size || memcmp(text + at, name, size) != 0) break;
-            count++;
-            at += size;
-            if (at == length) break;
-            if (text[at++] != ',') break;
-        }
-        bool const is_whole = at == length && length > 0 && text[length - 1] != ',';
-        named->count = count;
-        if (is_whole && count >= (is_version_1 ? COLUMN_COUNT_1_FIRST : COLUMN_COUNT_FIRST))
-            return true;
-    }
-    return false;
 }
 
 static tulle_status parse_lines(memory *heap, text_cursor *text, run_report_rows *rows,
                                 tulle_error *error) {
     const char *const heading_end = memchr(text->at, '\n', (size_t)(text->end - text->at));
     if (!heading_end) return TULLE_OK;
-    heading named;
-    if (!read_heading(text->at, (size_t)(heading_end - text->at), &named))
+    char heading[RUN_REPORT_LINE_SIZE];
+    size_t const size = run_report_format_heading(heading);
+    if ((size_t)(heading_end + 1 - text->at) != size || memcmp(text->at, heading, size) != 0)
         return text_fail(text, NULL, error,
-                         "the heading names other columns than this version knows; it should "
-                         "begin with \"step,time,total_seconds,predict_paths_seconds,\"");
+                         "the heading names other columns than this version of Tulle, which reads "
+                         "no reports of others");
     text_next_line(text);
     while (text->at < text->end) {
         const char *const line_end = memchr(text->at, '\n', (size_t)(text->end - text->at));
         if (!line_end) break; /* killed while it was written */
         if (!ARRAY_RESERVE(heap, rows, 1)) return file_fail_memory(error, text->path);
-        tulle_status const status =
-            parse_line(text, &named, line_end, &rows->data[rows->count], error);
+        tulle_status const status = parse_line(text, line_end, &rows->data[rows->count], error);
         if (status) return status;
         rows->count++;
         text_next_line(text);

@@ -137,3 +137,21 @@ tulle_status json_take_hash(const json_document *document, const json_value *obj
         return json_fail(document, member, error, "\"%s\" should be hexadecimal digits", key);
     return TULLE_OK;
 }
+
+tulle_status json_take_fields(const json_document *document, const json_value *object,
+                              const json_field *fields, size_t count, void *target,
+                              tulle_error *error) {
+    tulle_status status = TULLE_OK;
+    for (size_t i = 0; i < count && !status; i++) {
+        const char *const key = fields[i].key;
+        void *const at = (char *)target + fields[i].offset;
+        switch (fields[i].kind) {
+        case JSON_DOUBLE: status = json_take_double(document, object, key, at, error); break;
+        case JSON_COUNT: status = json_take_count(document, object, key, at, error); break;
+        case JSON_WHOLE: status = json_take_whole(document, object, key, at, error); break;
+        case JSON_FLAG: status = json_take_bool(document, object, key, at, error); break;
+        case JSON_HASH: status = json_take_hash(document, object, key, at, error); break;
+        }
+    }
+    return status;
+}

@@ -72,6 +72,15 @@ tulle_status json_take_bool(const json_document *document, const json_value *obj
 /* A string of 16 hexadecimal digits. */
 tulle_status json_take_hash(const json_document *document, const json_value *object,
                             const char *key, uint64_t *value, tulle_error *error);
+/* A member of an object that is a member of a struct. */
+typedef struct json_field {
+    const char *key;
+    enum { JSON_DOUBLE, JSON_COUNT, JSON_WHOLE, JSON_FLAG, JSON_HASH } kind; /* as json_take_... */
+    size_t offset;
+} json_field;
+tulle_status json_take_fields(const json_document *document, const json_value *object,
+                              const json_field *fields, size_t count, void *target,
+                              tulle_error *error);
 /* An error at the place of a value. */
 tulle_status json_fail(const json_document *document, const json_value *place, tulle_error *error,
                        const char *format, ...) __attribute__((format(printf, 4, 5)));

@@ -76,3 +76,18 @@ void json_put_hash(json_writer *writer, const char *key, uint64_t value) {
     snprintf(text, sizeof text, "%016llx", (unsigned long long)value);
     json_put_string(writer, key, text);
 }
+
+void json_put_fields(json_writer *writer, const json_field *fields, size_t count,
+                     const void *source) {
+    for (size_t i = 0; i < count; i++) {
+        const char *const key = fields[i].key;
+        const void *const at = (const char *)source + fields[i].offset;
+        switch (fields[i].kind) {
+        case JSON_DOUBLE: json_put_double(writer, key, *(const double *)at); break;
+        case JSON_COUNT: json_put_unsigned(writer, key, *(const uint64_t *)at); break;
+        case JSON_WHOLE: json_put_unsigned(writer, key, *(const uint32_t *)at); break;
+        case JSON_FLAG: json_put_bool(writer, key, *(const int *)at != 0); break;
+        case JSON_HASH: json_put_hash(writer, key, *(const uint64_t *)at); break;
+        }
+    }
+}

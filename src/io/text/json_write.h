@@ -5,6 +5,7 @@
 #define TULLE_IO_TEXT_JSON_WRITE_H
 
 #include "io/output_file.h"
+#include "io/text/json_read.h"
 
 #include <stdbool.h>
 
@@ -27,5 +28,8 @@ void json_put_unsigned(json_writer *writer, const char *key, uint64_t value);
 void json_put_bool(json_writer *writer, const char *key, bool value);
 /* As a string of 16 hexadecimal digits: readers with doubles keep it whole. */
 void json_put_hash(json_writer *writer, const char *key, uint64_t value);
+/* As json_take_fields reads them. */
+void json_put_fields(json_writer *writer, const json_field *fields, size_t count,
+                     const void *source);
 
 #endif
