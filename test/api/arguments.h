@@ -14,10 +14,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Begins the test of a function; its line in the table. */
-#define ARGUMENTS_OF(name) static void arguments_of_##name(void **unused)
-#define TABLE_LINE(name)                                                                           \
-    { #name, arguments_of_##name, NULL, NULL, NULL }
+/* The tests in their order, each under the name of a function. */
+static struct CMUnitTest argument_tests[64];
+static size_t argument_test_count;
+
+/* Begins the test of a function, and adds it to the table before main. */
+#define ARGUMENTS_OF(function)                                                                     \
+    static void arguments_of_##function(void **);                                                  \
+    __attribute__((constructor)) static void add_##function(void) {                                \
+        assert_true(argument_test_count < sizeof argument_tests / sizeof argument_tests[0]);       \
+        argument_tests[argument_test_count++] =                                                    \
+            (struct CMUnitTest){#function, arguments_of_##function, NULL, NULL, NULL};             \
+    }                                                                                              \
+    static void arguments_of_##function(__attribute__((unused)) void **unused)
 
 /* What the call wrote that is judged. */
 static tulle_error error;
@@ -50,16 +59,19 @@ enum { NO_CHOICE_COUNT = sizeof no_choices / sizeof no_choices[0] };
 /* Sets an enum to what is none of its values, whatever its type. */
 #define SET_CHOICE(choice, value) memcpy(&(choice), &(value), sizeof(int))
 
-/* Fails for a function that a header declares and the table lacks, and for a line of the table that
- * no header declares. Headers are paths below the sources' include/. */
-static inline void expect_complete(const char *const *headers, size_t header_count,
-                                   const struct CMUnitTest *table, size_t table_count) {
+/* Paths below the sources' include/ of what the table is of, which null ends. */
+static const char *const *tested_headers;
+
+/* Fails for a function that a header declares and the table lacks, and for a test of the table that
+ * no header declares. */
+static inline void every_function_has_its_test(void **unused) {
+    (void)unused;
     const char *const source = getenv("TULLE_SOURCE_DIR");
     if (!source) skip(); /* CTest sets it */
     size_t declared_count = 0;
-    for (size_t h = 0; h < header_count; h++) {
+    for (size_t h = 0; tested_headers[h]; h++) {
         char path[1024], line[512];
-        snprintf(path, sizeof path, "%s/include/%s", source, headers[h]);
+        snprintf(path, sizeof path, "%s/include/%s", source, tested_headers[h]);
         FILE *const file = fopen(path, "r");
         assert_non_null(file);
         while (fgets(line, sizeof line, file)) {
@@ -70,13 +82,25 @@ static inline void expect_complete(const char *const *headers, size_t header_cou
             const char *name = strstr(line, "tulle_");
             for (const char *next = name; next; next = strstr(next + 1, "tulle_")) name = next;
             bool is_there = false;
-            for (size_t i = 0; i < table_count; i++) is_there |= strcmp(table[i].name, name) == 0;
-            if (!is_there) fail_msg("%s: %s has no test of its arguments", headers[h], name);
+            for (size_t i = 0; i < argument_test_count; i++)
+                is_there |= strcmp(argument_tests[i].name, name) == 0;
+            if (!is_there) fail_msg("%s: %s has no test of its arguments", tested_headers[h], name);
             declared_count++;
         }
         fclose(file);
     }
-    assert_int_equal(declared_count, table_count);
+    assert_int_equal(declared_count, argument_test_count);
 }
+
+/* Runs the table; what main returns. */
+static inline int run_arguments(const char *const *headers, CMFixtureFunction set_up,
+                                CMFixtureFunction tear_down) {
+    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
+    tested_headers = headers;
+    int const failed = _cmocka_run_group_tests("arguments", argument_tests, argument_test_count,
+                                               set_up, tear_down);
+    return cmocka_run_group_tests(others, NULL, NULL) + failed;
+}
+#define HEADERS(...) ((const char *const[]){__VA_ARGS__, NULL})
 
 #endif

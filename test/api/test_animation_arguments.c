@@ -52,7 +52,6 @@ static tulle_animation_def make_def(void) {
 }
 
 ARGUMENTS_OF(tulle_animation_def_default) {
-    (void)unused;
     tulle_animation_def const def = tulle_animation_def_default();
     assert_true(def.cookie != 0 && def.frame_rate == 24.0 && def.meters_per_unit == 1.0);
 }
@@ -66,7 +65,6 @@ static void refuse(const tulle_animation_def *def) {
 }
 
 ARGUMENTS_OF(tulle_animation_write) {
-    (void)unused;
     tulle_animation_def def = make_def();
     REFUSED(tulle_animation_write(NULL, &def, &error));
     refuse(NULL);
@@ -164,7 +162,6 @@ static tulle_animation *open_square(void) {
 }
 
 ARGUMENTS_OF(tulle_animation_open) {
-    (void)unused;
     tulle_animation *animation = open_square();
     tulle_animation_close(animation);
     REFUSED(tulle_animation_open(NULL, &animation, NULL, &error));
@@ -174,7 +171,6 @@ ARGUMENTS_OF(tulle_animation_open) {
 }
 
 ARGUMENTS_OF(tulle_animation_get_triangles) {
-    (void)unused;
     tulle_animation *const animation = open_square();
     assert_null(tulle_animation_get_triangles(NULL));
     assert_memory_equal(tulle_animation_get_triangles(animation), corners, sizeof corners);
@@ -182,7 +178,6 @@ ARGUMENTS_OF(tulle_animation_get_triangles) {
 }
 
 ARGUMENTS_OF(tulle_animation_get_time) {
-    (void)unused;
     tulle_animation *const animation = open_square();
     assert_true(isnan(tulle_animation_get_time(NULL, 0)));
     assert_true(isnan(tulle_animation_get_time(animation, 2)));
@@ -192,7 +187,6 @@ ARGUMENTS_OF(tulle_animation_get_time) {
 }
 
 ARGUMENTS_OF(tulle_animation_read_frame) {
-    (void)unused;
     tulle_animation *const animation = open_square();
     double read[12];
     REFUSED(tulle_animation_read_frame(NULL, 0, read, &error));
@@ -204,26 +198,8 @@ ARGUMENTS_OF(tulle_animation_read_frame) {
     tulle_animation_close(animation);
 }
 
-ARGUMENTS_OF(tulle_animation_close) {
-    (void)unused;
-    tulle_animation_close(NULL);
-}
-
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_animation_def_default), TABLE_LINE(tulle_animation_write),
-    TABLE_LINE(tulle_animation_open),        TABLE_LINE(tulle_animation_get_triangles),
-    TABLE_LINE(tulle_animation_get_time),    TABLE_LINE(tulle_animation_read_frame),
-    TABLE_LINE(tulle_animation_close),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle_io/animation.h"};
-    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
-}
+ARGUMENTS_OF(tulle_animation_close) { tulle_animation_close(NULL); }
 
 int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    int const failed = cmocka_run_group_tests(table, make_test_folder, remove_test_folder);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
+    return run_arguments(HEADERS("tulle_io/animation.h"), make_test_folder, remove_test_folder);
 }

@@ -9,14 +9,12 @@ static tulle_mesh_view const sheet = {square, 4, corners, 2};
 static tulle_mesh_view const bad_views[] = {{NULL, 4, corners, 2}, {square, 4, NULL, 2}};
 
 ARGUMENTS_OF(tulle_status_text) {
-    (void)unused;
     for (int i = -2; i < TULLE_STATUS_COUNT + 2; i++)
         assert_non_null(tulle_status_text((tulle_status)i));
     assert_non_null(tulle_status_text((tulle_status)INT_MAX));
 }
 
 ARGUMENTS_OF(tulle_version) {
-    (void)unused;
     char wanted[64];
     snprintf(wanted, sizeof wanted, "%d.%d.%d", TULLE_VERSION_MAJOR, TULLE_VERSION_MINOR,
              TULLE_VERSION_PATCH);
@@ -46,7 +44,6 @@ static void expect_structs(const char *header) {
 }
 
 ARGUMENTS_OF(tulle_check_struct) {
-    (void)unused;
     REFUSED(tulle_check_struct(NULL, 0, &error));
     REFUSED(tulle_check_struct("", 0, &error));
     REFUSED(tulle_check_struct("tulle_world", 8, &error));
@@ -63,7 +60,6 @@ ARGUMENTS_OF(tulle_check_struct) {
 }
 
 ARGUMENTS_OF(tulle_check_intersections) {
-    (void)unused;
     tulle_check_body const body = {.mesh = sheet};
     tulle_check_result result;
     REFUSED(tulle_check_intersections(&body, 1, 1, NULL, &error));
@@ -83,13 +79,9 @@ ARGUMENTS_OF(tulle_check_intersections) {
     tulle_check_result_destroy(&result);
 }
 
-ARGUMENTS_OF(tulle_check_result_destroy) {
-    (void)unused;
-    tulle_check_result_destroy(NULL);
-}
+ARGUMENTS_OF(tulle_check_result_destroy) { tulle_check_result_destroy(NULL); }
 
 ARGUMENTS_OF(tulle_check_triangle_pair) {
-    (void)unused;
     double const apart[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1};
     uint32_t const first[3] = {0, 1, 2}, second[3] = {3, 4, 5};
     assert_int_equal(tulle_check_triangle_pair(apart, first, second, 1), 0);
@@ -99,10 +91,7 @@ ARGUMENTS_OF(tulle_check_triangle_pair) {
     assert_int_equal(tulle_check_triangle_pair(apart, first, NULL, 1), 1);
 }
 
-ARGUMENTS_OF(tulle_detect_def_default) {
-    (void)unused;
-    assert_true(tulle_detect_def_default().cookie != 0);
-}
+ARGUMENTS_OF(tulle_detect_def_default) { assert_true(tulle_detect_def_default().cookie != 0); }
 
 static tulle_detect_def make_detect_def(void) {
     tulle_detect_def def = tulle_detect_def_default();
@@ -121,7 +110,6 @@ static tulle_detector *make_detector(void) {
 }
 
 ARGUMENTS_OF(tulle_detector_create) {
-    (void)unused;
     tulle_detect_def def = make_detect_def();
     tulle_detector *detector = NULL;
     REFUSED(tulle_detector_create(NULL, &detector, &error));
@@ -169,10 +157,7 @@ ARGUMENTS_OF(tulle_detector_create) {
     assert_null(detector);
 }
 
-ARGUMENTS_OF(tulle_detector_destroy) {
-    (void)unused;
-    tulle_detector_destroy(NULL);
-}
+ARGUMENTS_OF(tulle_detector_destroy) { tulle_detector_destroy(NULL); }
 
 typedef tulle_status (*detector_call)(tulle_detector *, const double *, const double *,
                                       tulle_detect_result *, tulle_error *);
@@ -195,15 +180,9 @@ static void check_detector_call(detector_call call) {
     tulle_detector_destroy(detector);
 }
 
-ARGUMENTS_OF(tulle_detector_find_events) {
-    (void)unused;
-    check_detector_call(tulle_detector_find_events);
-}
+ARGUMENTS_OF(tulle_detector_find_events) { check_detector_call(tulle_detector_find_events); }
 
-ARGUMENTS_OF(tulle_detector_find_earliest) {
-    (void)unused;
-    check_detector_call(tulle_detector_find_earliest);
-}
+ARGUMENTS_OF(tulle_detector_find_earliest) { check_detector_call(tulle_detector_find_earliest); }
 
 static int take_events(void *context, const tulle_detect_event *events, size_t count) {
     (void)context, (void)events, (void)count;
@@ -217,7 +196,6 @@ static tulle_status stream(tulle_detector *detector, const double *start, const 
 }
 
 ARGUMENTS_OF(tulle_detector_stream_events) {
-    (void)unused;
     check_detector_call(stream);
     tulle_detector *const detector = make_detector();
     tulle_detect_result result;
@@ -226,13 +204,9 @@ ARGUMENTS_OF(tulle_detector_stream_events) {
     tulle_detector_destroy(detector);
 }
 
-ARGUMENTS_OF(tulle_detector_get_patches) {
-    (void)unused;
-    assert_null(tulle_detector_get_patches(NULL));
-}
+ARGUMENTS_OF(tulle_detector_get_patches) { assert_null(tulle_detector_get_patches(NULL)); }
 
 ARGUMENTS_OF(tulle_mesh_create) {
-    (void)unused;
     tulle_mesh mesh;
     REFUSED(tulle_mesh_create(3, 1, NULL, &error));
     REFUSED_WITH(TULLE_ERROR_LIMIT, tulle_mesh_create(SIZE_MAX, 1, &mesh, &error));
@@ -242,21 +216,18 @@ ARGUMENTS_OF(tulle_mesh_create) {
 }
 
 ARGUMENTS_OF(tulle_mesh_destroy) {
-    (void)unused;
     tulle_mesh empty = {0};
     tulle_mesh_destroy(NULL);
     tulle_mesh_destroy(&empty);
 }
 
 ARGUMENTS_OF(tulle_mesh_get_view) {
-    (void)unused;
     tulle_mesh_view const view = tulle_mesh_get_view(NULL);
     assert_true(!view.positions && !view.triangles);
     assert_true(view.vertex_count == 0 && view.triangle_count == 0);
 }
 
 ARGUMENTS_OF(tulle_mesh_transform) {
-    (void)unused;
     double const scale[3] = {2, 2, 2}, rotation[4] = {1, 0, 0, 0}, translation[3] = {1, 2, 3};
     double positions[12];
     memcpy(positions, square, sizeof square);
@@ -273,7 +244,6 @@ ARGUMENTS_OF(tulle_mesh_transform) {
 }
 
 ARGUMENTS_OF(tulle_mesh_validate) {
-    (void)unused;
     for (int i = 0; i < 2; i++)
         REFUSED(tulle_mesh_validate(bad_views[i], TULLE_MESH_ROLE_CLOTH, &error));
     for (int i = 0; i < NO_CHOICE_COUNT; i++) {
@@ -287,7 +257,6 @@ ARGUMENTS_OF(tulle_mesh_validate) {
 }
 
 ARGUMENTS_OF(tulle_mesh_validate_lines) {
-    (void)unused;
     uint32_t const lines[4] = {1, 2, 3, 4};
     tulle_mesh_lines const given[] = {{NULL, NULL}, {lines, NULL}, {NULL, lines}};
     for (int i = 0; i < 3; i++) {
@@ -298,7 +267,6 @@ ARGUMENTS_OF(tulle_mesh_validate_lines) {
 }
 
 ARGUMENTS_OF(tulle_mesh_drop_duplicates) {
-    (void)unused;
     tulle_mesh mesh = {square, 4, corners, 2}, bare = {square, 4, NULL, 2}, empty = {0};
     tulle_mesh_duplicates duplicates;
     REFUSED(tulle_mesh_drop_duplicates(NULL, NULL, &duplicates, &error));
@@ -310,7 +278,6 @@ ARGUMENTS_OF(tulle_mesh_drop_duplicates) {
 }
 
 ARGUMENTS_OF(tulle_mesh_find_degenerate) {
-    (void)unused;
     uint8_t marks[2] = {7, 7};
     REFUSED(tulle_mesh_find_degenerate(sheet, NULL, NULL, &error));
     for (int i = 0; i < 2; i++)
@@ -320,7 +287,6 @@ ARGUMENTS_OF(tulle_mesh_find_degenerate) {
 }
 
 ARGUMENTS_OF(tulle_mesh_drop_marked) {
-    (void)unused;
     tulle_mesh mesh = {square, 4, corners, 2}, bare = {square, 4, NULL, 2}, empty = {0};
     uint8_t const marks[2] = {0, 0};
     REFUSED(tulle_mesh_drop_marked(NULL, marks, NULL, &error));
@@ -332,7 +298,6 @@ ARGUMENTS_OF(tulle_mesh_drop_marked) {
 }
 
 ARGUMENTS_OF(tulle_mesh_repair) {
-    (void)unused;
     tulle_mesh mesh = {square, 4, corners, 2}, bare = {square, 4, NULL, 2}, empty = {0};
     tulle_mesh_repairs repairs;
     REFUSED(tulle_mesh_repair(NULL, 0.0, &repairs, &error));
@@ -345,7 +310,6 @@ ARGUMENTS_OF(tulle_mesh_repair) {
 }
 
 ARGUMENTS_OF(tulle_mesh_get_info) {
-    (void)unused;
     tulle_mesh_info info;
     REFUSED(tulle_mesh_get_info(sheet, NULL, &error));
     for (int i = 0; i < 2; i++) REFUSED(tulle_mesh_get_info(bad_views[i], &info, &error));
@@ -354,7 +318,6 @@ ARGUMENTS_OF(tulle_mesh_get_info) {
 }
 
 ARGUMENTS_OF(tulle_shape_def_default) {
-    (void)unused;
     for (int i = 0; i < NO_CHOICE_COUNT; i++) {
         tulle_shape shape;
         SET_CHOICE(shape, no_choices[i]);
@@ -365,7 +328,6 @@ ARGUMENTS_OF(tulle_shape_def_default) {
 }
 
 ARGUMENTS_OF(tulle_shape_name) {
-    (void)unused;
     for (int i = 0; i < NO_CHOICE_COUNT; i++) {
         tulle_shape shape;
         SET_CHOICE(shape, no_choices[i]);
@@ -376,14 +338,12 @@ ARGUMENTS_OF(tulle_shape_name) {
 }
 
 ARGUMENTS_OF(tulle_shape_is_cloth) {
-    (void)unused;
     assert_int_equal(tulle_shape_is_cloth(TULLE_SHAPE_COUNT), 0);
     assert_int_equal(tulle_shape_is_cloth((tulle_shape)-1), 0);
 }
 
 /* Every number of the def, for every shape that uses it. */
 ARGUMENTS_OF(tulle_shape_generate) {
-    (void)unused;
     tulle_mesh mesh = {0};
     tulle_shape_def def = tulle_shape_def_default(TULLE_SHAPE_BOX);
     REFUSED(tulle_shape_generate(NULL, &mesh, &error));
@@ -417,46 +377,8 @@ ARGUMENTS_OF(tulle_shape_generate) {
     assert_true(refused_count > 5 * TULLE_SHAPE_COUNT);
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_status_text),
-    TABLE_LINE(tulle_version),
-    TABLE_LINE(tulle_check_struct),
-    TABLE_LINE(tulle_check_intersections),
-    TABLE_LINE(tulle_check_result_destroy),
-    TABLE_LINE(tulle_check_triangle_pair),
-    TABLE_LINE(tulle_detect_def_default),
-    TABLE_LINE(tulle_detector_create),
-    TABLE_LINE(tulle_detector_destroy),
-    TABLE_LINE(tulle_detector_find_events),
-    TABLE_LINE(tulle_detector_stream_events),
-    TABLE_LINE(tulle_detector_find_earliest),
-    TABLE_LINE(tulle_detector_get_patches),
-    TABLE_LINE(tulle_mesh_create),
-    TABLE_LINE(tulle_mesh_destroy),
-    TABLE_LINE(tulle_mesh_get_view),
-    TABLE_LINE(tulle_mesh_transform),
-    TABLE_LINE(tulle_mesh_validate),
-    TABLE_LINE(tulle_mesh_validate_lines),
-    TABLE_LINE(tulle_mesh_drop_duplicates),
-    TABLE_LINE(tulle_mesh_find_degenerate),
-    TABLE_LINE(tulle_mesh_drop_marked),
-    TABLE_LINE(tulle_mesh_repair),
-    TABLE_LINE(tulle_mesh_get_info),
-    TABLE_LINE(tulle_shape_def_default),
-    TABLE_LINE(tulle_shape_name),
-    TABLE_LINE(tulle_shape_is_cloth),
-    TABLE_LINE(tulle_shape_generate),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle/base.h", "tulle/check.h", "tulle/detect.h",
-                                          "tulle/mesh.h", "tulle/shapes.h"};
-    expect_complete(headers, 5, table, sizeof table / sizeof table[0]);
-}
-
 int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    int const failed = cmocka_run_group_tests(table, NULL, NULL);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
+    return run_arguments(HEADERS("tulle/base.h", "tulle/check.h", "tulle/detect.h", "tulle/mesh.h",
+                                 "tulle/shapes.h"),
+                         NULL, NULL);
 }

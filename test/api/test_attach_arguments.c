@@ -91,7 +91,6 @@ static void refuse(tulle_world *world, const tulle_attachment_def *def, const ch
 }
 
 ARGUMENTS_OF(tulle_attachment_def_default) {
-    (void)unused;
     tulle_attachment_def const def = tulle_attachment_def_default();
     assert_true(def.cookie != 0 && def.max_distance == (double)INFINITY &&
                 def.stiffness == (double)INFINITY && def.break_force == (double)INFINITY);
@@ -100,7 +99,6 @@ ARGUMENTS_OF(tulle_attachment_def_default) {
 static void refuse_holders(void);
 
 ARGUMENTS_OF(tulle_world_attach) {
-    (void)unused;
     tulle_attachment_def def = make_def();
     tulle_attachment_id id;
     REFUSED(tulle_world_attach(NULL, &def, &id, &error));
@@ -197,7 +195,6 @@ static int make_attachments(void **unused) {
 }
 
 ARGUMENTS_OF(tulle_attachment_set_points) {
-    (void)unused;
     uint64_t const before = tulle_world_get_state_hash(started);
     REFUSED(tulle_attachment_set_points(NULL, points_id, somewhere, 3, &error));
     REFUSED(tulle_attachment_set_points(fresh, points_id, somewhere, 3, &error));
@@ -213,7 +210,6 @@ ARGUMENTS_OF(tulle_attachment_set_points) {
 }
 
 ARGUMENTS_OF(tulle_attachment_get_report) {
-    (void)unused;
     assert_int_equal(tulle_attachment_get_report(NULL, 1).held_count, 0);
     assert_int_equal(tulle_attachment_get_report(fresh, 1).held_count, 0);
     assert_int_equal(tulle_attachment_get_report(started, 0).held_count, 0);
@@ -222,7 +218,6 @@ ARGUMENTS_OF(tulle_attachment_get_report) {
 }
 
 ARGUMENTS_OF(tulle_attachment_holds) {
-    (void)unused;
     assert_int_equal(tulle_attachment_holds(NULL, 1, 13), 0);
     assert_int_equal(tulle_attachment_holds(fresh, 1, 13), 0);
     assert_int_equal(tulle_attachment_holds(started, 0, 13), 0);
@@ -232,7 +227,6 @@ ARGUMENTS_OF(tulle_attachment_holds) {
 }
 
 ARGUMENTS_OF(tulle_attachment_release) {
-    (void)unused;
     uint64_t const before = tulle_world_get_state_hash(started);
     REFUSED(tulle_attachment_release(NULL, points_id, &error));
     REFUSED(tulle_attachment_release(started, 0, &error));
@@ -245,23 +239,9 @@ ARGUMENTS_OF(tulle_attachment_release) {
     FINE(tulle_world_step(started, STEP, NULL, &error));
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_attachment_def_default), TABLE_LINE(tulle_world_attach),
-    TABLE_LINE(tulle_attachment_set_points),  TABLE_LINE(tulle_attachment_get_report),
-    TABLE_LINE(tulle_attachment_holds),       TABLE_LINE(tulle_attachment_release),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle/attach.h"};
-    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
-}
-
 int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    struct CMUnitTest lines[sizeof table / sizeof table[0]];
-    memcpy(lines, table, sizeof table);
-    lines[2].setup_func = make_attachments;
-    int const failed = cmocka_run_group_tests(lines, make_worlds, free_worlds);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
+    for (size_t i = 0; i < argument_test_count; i++)
+        if (strcmp(argument_tests[i].name, "tulle_attachment_set_points") == 0)
+            argument_tests[i].setup_func = make_attachments;
+    return run_arguments(HEADERS("tulle/attach.h"), make_worlds, free_worlds);
 }

@@ -52,7 +52,6 @@ enum { BAD_BODY_COUNT = sizeof bad_bodies / sizeof bad_bodies[0] }; /* the last 
 static double const zero[3] = {0.0, 0.0, 0.0};
 
 ARGUMENTS_OF(tulle_obstacle_set_velocity) {
-    (void)unused;
     REFUSED(tulle_obstacle_set_velocity(NULL, body, zero, zero, &error));
     REFUSED(tulle_obstacle_set_velocity(fresh, body, zero, zero, &error));
     REFUSED(tulle_obstacle_set_velocity(started, scripted, zero, zero, &error));
@@ -71,7 +70,6 @@ ARGUMENTS_OF(tulle_obstacle_set_velocity) {
 }
 
 ARGUMENTS_OF(tulle_obstacle_add_force) {
-    (void)unused;
     REFUSED(tulle_obstacle_add_force(NULL, body, zero, zero, &error));
     REFUSED(tulle_obstacle_add_force(started, body, zero, NULL, &error));
     REFUSED(tulle_obstacle_add_force(fresh, body, zero, zero, &error));
@@ -95,7 +93,6 @@ ARGUMENTS_OF(tulle_obstacle_add_force) {
 }
 
 ARGUMENTS_OF(tulle_obstacle_add_torque) {
-    (void)unused;
     REFUSED(tulle_obstacle_add_torque(NULL, body, zero, &error));
     REFUSED(tulle_obstacle_add_torque(started, body, NULL, &error));
     REFUSED(tulle_obstacle_add_torque(fresh, body, zero, &error));
@@ -112,7 +109,6 @@ ARGUMENTS_OF(tulle_obstacle_add_torque) {
 }
 
 ARGUMENTS_OF(tulle_obstacle_set_locks) {
-    (void)unused;
     REFUSED(tulle_obstacle_set_locks(NULL, body, 1, 1, &error));
     REFUSED(tulle_obstacle_set_locks(fresh, body, 1, 1, &error));
     for (int i = 0; i < BAD_BODY_COUNT; i++)
@@ -127,13 +123,11 @@ ARGUMENTS_OF(tulle_obstacle_set_locks) {
 }
 
 ARGUMENTS_OF(tulle_body_drive_default) {
-    (void)unused;
     tulle_body_drive const drive = tulle_body_drive_default();
     FINE(tulle_obstacle_set_drive(started, body, &drive, &error));
 }
 
 ARGUMENTS_OF(tulle_obstacle_set_drive) {
-    (void)unused;
     tulle_body_drive drive = tulle_body_drive_default();
     REFUSED(tulle_obstacle_set_drive(NULL, body, &drive, &error));
     REFUSED(tulle_obstacle_set_drive(fresh, body, &drive, &error));
@@ -150,7 +144,6 @@ ARGUMENTS_OF(tulle_obstacle_set_drive) {
 }
 
 ARGUMENTS_OF(tulle_obstacle_get_drive_force) {
-    (void)unused;
     double force[3], torque[3];
     REFUSED(tulle_obstacle_get_drive_force(NULL, body, force, torque, &error));
     REFUSED(tulle_obstacle_get_drive_force(fresh, body, force, torque, &error));
@@ -162,21 +155,4 @@ ARGUMENTS_OF(tulle_obstacle_get_drive_force) {
     for (int k = 0; k < 3; k++) assert_true(force[k] == 0.0 && torque[k] == 0.0);
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_obstacle_set_velocity),    TABLE_LINE(tulle_obstacle_add_force),
-    TABLE_LINE(tulle_obstacle_add_torque),      TABLE_LINE(tulle_obstacle_set_locks),
-    TABLE_LINE(tulle_body_drive_default),       TABLE_LINE(tulle_obstacle_set_drive),
-    TABLE_LINE(tulle_obstacle_get_drive_force),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle/bodies.h"};
-    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
-}
-
-int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    int const failed = cmocka_run_group_tests(table, set_up, tear_down);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
-}
+int main(void) { return run_arguments(HEADERS("tulle/bodies.h"), set_up, tear_down); }

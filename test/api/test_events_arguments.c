@@ -39,14 +39,12 @@ static int tear_down(void **unused) {
 }
 
 ARGUMENTS_OF(tulle_event_watch_default) {
-    (void)unused;
     tulle_event_watch const watch = tulle_event_watch_default();
     assert_int_equal(watch.kinds, (1u << TULLE_EVENT_KIND_COUNT) - 1u);
     assert_true(watch.contact_force == 0.0 && watch.capacity == 1024);
 }
 
 ARGUMENTS_OF(tulle_world_watch_events) {
-    (void)unused;
     tulle_event_watch const right = tulle_event_watch_default();
     REFUSED(tulle_world_watch_events(NULL, &right, &error));
     REFUSED(tulle_world_watch_events(fresh, &right, &error));
@@ -77,7 +75,6 @@ ARGUMENTS_OF(tulle_world_watch_events) {
 }
 
 ARGUMENTS_OF(tulle_world_poll_events) {
-    (void)unused;
     tulle_event events[2];
     size_t count = 7;
     uint64_t lost;
@@ -92,20 +89,4 @@ ARGUMENTS_OF(tulle_world_poll_events) {
     assert_true(count == 0 && lost == 0);
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_event_watch_default),
-    TABLE_LINE(tulle_world_watch_events),
-    TABLE_LINE(tulle_world_poll_events),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle/events.h"};
-    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
-}
-
-int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    int const failed = cmocka_run_group_tests(table, set_up, tear_down);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
-}
+int main(void) { return run_arguments(HEADERS("tulle/events.h"), set_up, tear_down); }

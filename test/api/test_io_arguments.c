@@ -54,7 +54,6 @@ static int tear_down(void **state) {
 /* ---- point caches ---- */
 
 ARGUMENTS_OF(tulle_pc2_open) {
-    (void)unused;
     tulle_pc2 *cache = NULL;
     tulle_pc2_info info;
     REFUSED(tulle_pc2_open(NULL, &cache, &info, &error));
@@ -64,7 +63,6 @@ ARGUMENTS_OF(tulle_pc2_open) {
 }
 
 ARGUMENTS_OF(tulle_pc2_read_frame) {
-    (void)unused;
     tulle_pc2 *cache = NULL;
     FINE(tulle_pc2_open(cache_path, &cache, NULL, &error));
     REFUSED(tulle_pc2_read_frame(NULL, 0, positions, &error));
@@ -76,7 +74,6 @@ ARGUMENTS_OF(tulle_pc2_read_frame) {
 }
 
 ARGUMENTS_OF(tulle_pc2_get_time) {
-    (void)unused;
     tulle_pc2 *cache = NULL;
     double time = 0.0;
     FINE(tulle_pc2_open(cache_path, &cache, NULL, &error));
@@ -89,13 +86,9 @@ ARGUMENTS_OF(tulle_pc2_get_time) {
     tulle_pc2_close(cache);
 }
 
-ARGUMENTS_OF(tulle_pc2_close) {
-    (void)unused;
-    tulle_pc2_close(NULL);
-}
+ARGUMENTS_OF(tulle_pc2_close) { tulle_pc2_close(NULL); }
 
 ARGUMENTS_OF(tulle_pc2_writer_open) {
-    (void)unused;
     const char *const path = test_path("written.pc2");
     tulle_pc2_writer *writer = NULL;
     REFUSED(tulle_pc2_writer_open(NULL, 4, 0, &writer, &error));
@@ -108,7 +101,6 @@ ARGUMENTS_OF(tulle_pc2_writer_open) {
 }
 
 ARGUMENTS_OF(tulle_pc2_writer_append) {
-    (void)unused;
     tulle_pc2_writer *writer = NULL;
     FINE(tulle_pc2_writer_open(test_path("appended.pc2"), 4, 0, &writer, &error));
     REFUSED(tulle_pc2_writer_append(NULL, square, &error));
@@ -123,19 +115,12 @@ ARGUMENTS_OF(tulle_pc2_writer_append) {
     FINE(tulle_pc2_writer_close(writer, NULL));
 }
 
-ARGUMENTS_OF(tulle_pc2_writer_defer_flush) {
-    (void)unused;
-    tulle_pc2_writer_defer_flush(NULL);
-}
-ARGUMENTS_OF(tulle_pc2_writer_close) {
-    (void)unused;
-    FINE(tulle_pc2_writer_close(NULL, NULL));
-}
+ARGUMENTS_OF(tulle_pc2_writer_defer_flush) { tulle_pc2_writer_defer_flush(NULL); }
+ARGUMENTS_OF(tulle_pc2_writer_close) { FINE(tulle_pc2_writer_close(NULL, NULL)); }
 
 /* ---- mesh files ---- */
 
 ARGUMENTS_OF(tulle_mesh_read) {
-    (void)unused;
     tulle_mesh mesh;
     REFUSED(tulle_mesh_read(NULL, &mesh, &error));
     REFUSED(tulle_mesh_read(mesh_path, NULL, &error));
@@ -144,7 +129,6 @@ ARGUMENTS_OF(tulle_mesh_read) {
 }
 
 ARGUMENTS_OF(tulle_mesh_read_source) {
-    (void)unused;
     tulle_mesh mesh;
     tulle_mesh_source source;
     REFUSED(tulle_mesh_read_source(NULL, &mesh, &source, &error));
@@ -155,14 +139,12 @@ ARGUMENTS_OF(tulle_mesh_read_source) {
 }
 
 ARGUMENTS_OF(tulle_mesh_source_destroy) {
-    (void)unused;
     tulle_mesh_source empty = {0};
     tulle_mesh_source_destroy(NULL);
     tulle_mesh_source_destroy(&empty);
 }
 
 ARGUMENTS_OF(tulle_mesh_write) {
-    (void)unused;
     static const char *const names[] = {"w.obj", "w.ply", "w.stl"};
     REFUSED(tulle_mesh_write(NULL, sheet, &error));
     for (int i = 0; i < 3; i++)
@@ -175,7 +157,6 @@ ARGUMENTS_OF(tulle_mesh_write) {
 }
 
 ARGUMENTS_OF(tulle_vtp_read) {
-    (void)unused;
     tulle_mesh mesh;
     tulle_vtp_passed_over passed;
     REFUSED(tulle_vtp_read(NULL, &mesh, &passed, &error));
@@ -185,7 +166,6 @@ ARGUMENTS_OF(tulle_vtp_read) {
 }
 
 ARGUMENTS_OF(tulle_vtp_write) {
-    (void)unused;
     REFUSED(tulle_vtp_write(NULL, sheet, NULL, &error));
     for (int k = 0; k < 2; k++) {
         const char *const path = test_path("w.vtp");
@@ -195,7 +175,6 @@ ARGUMENTS_OF(tulle_vtp_write) {
 }
 
 ARGUMENTS_OF(tulle_pvd_write) {
-    (void)unused;
     const char *const path = test_path("w.pvd");
     const char *const files[2] = {"a.vtp", NULL};
     double const times[2] = {0, 1};
@@ -208,7 +187,6 @@ ARGUMENTS_OF(tulle_pvd_write) {
 }
 
 ARGUMENTS_OF(tulle_file_write) {
-    (void)unused;
     REFUSED(tulle_file_write(NULL, "a", 1, &error));
     REFUSED(tulle_file_write(test_path("bytes"), NULL, 1, &error));
     assert_int_not_equal(access(test_path("bytes"), F_OK), 0);
@@ -227,7 +205,6 @@ static void refuse_scene(const char *path, const char *const *overrides, size_t 
 }
 
 ARGUMENTS_OF(tulle_scene_load) {
-    (void)unused;
     const char *const overrides[2] = {"time.frames=3", NULL};
     tulle_scene *loaded = NULL;
     refuse_scene(NULL, NULL, 0);
@@ -240,10 +217,7 @@ ARGUMENTS_OF(tulle_scene_load) {
     assert_null(loaded);
 }
 
-ARGUMENTS_OF(tulle_scene_destroy) {
-    (void)unused;
-    tulle_scene_destroy(NULL);
-}
+ARGUMENTS_OF(tulle_scene_destroy) { tulle_scene_destroy(NULL); }
 
 /* Functions that give a number of a scene: 0 for null. */
 #define NUMBER_OF_SCENE(name)                                                                      \
@@ -260,22 +234,12 @@ NUMBER_OF_SCENE(tulle_scene_get_cloth_count)
 NUMBER_OF_SCENE(tulle_scene_get_obstacle_count)
 NUMBER_OF_SCENE(tulle_scene_get_hash)
 
-ARGUMENTS_OF(tulle_scene_get_time_step) {
-    (void)unused;
-    assert_true(tulle_scene_get_time_step(NULL) == 0.0);
-}
+ARGUMENTS_OF(tulle_scene_get_time_step) { assert_true(tulle_scene_get_time_step(NULL) == 0.0); }
 ARGUMENTS_OF(tulle_scene_get_start_intersections) {
-    (void)unused;
     assert_int_equal(tulle_scene_get_start_intersections(NULL), TULLE_START_REFUSE);
 }
-ARGUMENTS_OF(tulle_scene_get_path) {
-    (void)unused;
-    assert_null(tulle_scene_get_path(NULL));
-}
-ARGUMENTS_OF(tulle_scene_get_canonical_text) {
-    (void)unused;
-    assert_null(tulle_scene_get_canonical_text(NULL));
-}
+ARGUMENTS_OF(tulle_scene_get_path) { assert_null(tulle_scene_get_path(NULL)); }
+ARGUMENTS_OF(tulle_scene_get_canonical_text) { assert_null(tulle_scene_get_canonical_text(NULL)); }
 
 typedef const char *(*text_of_scene)(const tulle_scene *, size_t);
 static void check_text_of_scene(text_of_scene get, size_t count) {
@@ -285,16 +249,13 @@ static void check_text_of_scene(text_of_scene get, size_t count) {
 }
 
 ARGUMENTS_OF(tulle_scene_get_note) {
-    (void)unused;
     check_text_of_scene(tulle_scene_get_note, tulle_scene_get_note_count(scene));
 }
 ARGUMENTS_OF(tulle_scene_get_cloth_name) {
-    (void)unused;
     check_text_of_scene(tulle_scene_get_cloth_name, 1);
     assert_non_null(tulle_scene_get_cloth_name(scene, 0));
 }
 ARGUMENTS_OF(tulle_scene_get_obstacle_name) {
-    (void)unused;
     check_text_of_scene(tulle_scene_get_obstacle_name, 1);
     assert_non_null(tulle_scene_get_obstacle_name(scene, 0));
 }
@@ -306,27 +267,18 @@ static void check_mesh_of_scene(mesh_of_scene get) {
     assert_non_null(get(scene, 0).positions);
 }
 
-ARGUMENTS_OF(tulle_scene_get_cloth_mesh) {
-    (void)unused;
-    check_mesh_of_scene(tulle_scene_get_cloth_mesh);
-}
-ARGUMENTS_OF(tulle_scene_get_obstacle_mesh) {
-    (void)unused;
-    check_mesh_of_scene(tulle_scene_get_obstacle_mesh);
-}
+ARGUMENTS_OF(tulle_scene_get_cloth_mesh) { check_mesh_of_scene(tulle_scene_get_cloth_mesh); }
+ARGUMENTS_OF(tulle_scene_get_obstacle_mesh) { check_mesh_of_scene(tulle_scene_get_obstacle_mesh); }
 ARGUMENTS_OF(tulle_scene_is_obstacle_moving) {
-    (void)unused;
     assert_int_equal(tulle_scene_is_obstacle_moving(NULL, 0), 0);
     assert_int_equal(tulle_scene_is_obstacle_moving(scene, SIZE_MAX), 0);
 }
 ARGUMENTS_OF(tulle_scene_is_obstacle_dynamic) {
-    (void)unused;
     assert_int_equal(tulle_scene_is_obstacle_dynamic(NULL, 0), 0);
     assert_int_equal(tulle_scene_is_obstacle_dynamic(scene, SIZE_MAX), 0);
 }
 
 ARGUMENTS_OF(tulle_scene_build_world) {
-    (void)unused;
     tulle_scene_world built;
     REFUSED(tulle_scene_build_world(NULL, 1, NULL, &built, &error));
     assert_null(built.world);
@@ -340,7 +292,6 @@ ARGUMENTS_OF(tulle_scene_build_world) {
     tulle_scene_destroy_world(&built);
 }
 ARGUMENTS_OF(tulle_scene_destroy_world) {
-    (void)unused;
     tulle_scene_world empty = {0};
     tulle_scene_destroy_world(NULL);
     tulle_scene_destroy_world(&empty);
@@ -349,12 +300,10 @@ ARGUMENTS_OF(tulle_scene_destroy_world) {
 /* ---- subdivision ---- */
 
 ARGUMENTS_OF(tulle_subdivision_def_default) {
-    (void)unused;
     assert_true(tulle_subdivision_def_default().cookie != 0);
 }
 
 ARGUMENTS_OF(tulle_subdivision_create) {
-    (void)unused;
     tulle_subdivision_def def = tulle_subdivision_def_default();
     tulle_subdivision *made = NULL;
     REFUSED(tulle_subdivision_create(sheet, NULL, &made, &error));
@@ -383,24 +332,17 @@ ARGUMENTS_OF(tulle_subdivision_create) {
     assert_null(made);
 }
 
-ARGUMENTS_OF(tulle_subdivision_destroy) {
-    (void)unused;
-    tulle_subdivision_destroy(NULL);
-}
+ARGUMENTS_OF(tulle_subdivision_destroy) { tulle_subdivision_destroy(NULL); }
 ARGUMENTS_OF(tulle_subdivision_get_vertex_count) {
-    (void)unused;
     assert_int_equal(tulle_subdivision_get_vertex_count(NULL), 0);
 }
 ARGUMENTS_OF(tulle_subdivision_get_triangle_count) {
-    (void)unused;
     assert_int_equal(tulle_subdivision_get_triangle_count(NULL), 0);
 }
 ARGUMENTS_OF(tulle_subdivision_get_triangles) {
-    (void)unused;
     assert_null(tulle_subdivision_get_triangles(NULL));
 }
 ARGUMENTS_OF(tulle_subdivision_get_parent_triangle) {
-    (void)unused;
     size_t const count = tulle_subdivision_get_triangle_count(subdivision);
     assert_int_equal(tulle_subdivision_get_parent_triangle(NULL, 0), TULLE_NONE);
     assert_int_equal(tulle_subdivision_get_parent_triangle(subdivision, (uint32_t)count),
@@ -410,7 +352,6 @@ ARGUMENTS_OF(tulle_subdivision_get_parent_triangle) {
 }
 
 ARGUMENTS_OF(tulle_subdivision_apply) {
-    (void)unused;
     double result[3 * 64];
     assert_true(tulle_subdivision_get_vertex_count(subdivision) <= 64);
     REFUSED(tulle_subdivision_apply(NULL, square, 3, result, &error));
@@ -422,7 +363,6 @@ ARGUMENTS_OF(tulle_subdivision_apply) {
 }
 
 ARGUMENTS_OF(tulle_subdivision_make_mesh) {
-    (void)unused;
     tulle_mesh mesh;
     REFUSED(tulle_subdivision_make_mesh(NULL, square, &mesh, &error));
     REFUSED(tulle_subdivision_make_mesh(subdivision, NULL, &mesh, &error));
@@ -430,65 +370,8 @@ ARGUMENTS_OF(tulle_subdivision_make_mesh) {
     REFUSED(tulle_subdivision_make_mesh(subdivision, square, NULL, &error));
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_pc2_open),
-    TABLE_LINE(tulle_pc2_read_frame),
-    TABLE_LINE(tulle_pc2_get_time),
-    TABLE_LINE(tulle_pc2_close),
-    TABLE_LINE(tulle_pc2_writer_open),
-    TABLE_LINE(tulle_pc2_writer_append),
-    TABLE_LINE(tulle_pc2_writer_defer_flush),
-    TABLE_LINE(tulle_pc2_writer_close),
-    TABLE_LINE(tulle_mesh_read),
-    TABLE_LINE(tulle_mesh_read_source),
-    TABLE_LINE(tulle_mesh_source_destroy),
-    TABLE_LINE(tulle_mesh_write),
-    TABLE_LINE(tulle_vtp_read),
-    TABLE_LINE(tulle_vtp_write),
-    TABLE_LINE(tulle_pvd_write),
-    TABLE_LINE(tulle_file_write),
-    TABLE_LINE(tulle_scene_load),
-    TABLE_LINE(tulle_scene_destroy),
-    TABLE_LINE(tulle_scene_get_note_count),
-    TABLE_LINE(tulle_scene_get_note),
-    TABLE_LINE(tulle_scene_get_time_step),
-    TABLE_LINE(tulle_scene_get_frame_count),
-    TABLE_LINE(tulle_scene_get_steps_per_frame),
-    TABLE_LINE(tulle_scene_get_path),
-    TABLE_LINE(tulle_scene_get_seed),
-    TABLE_LINE(tulle_scene_get_start_intersections),
-    TABLE_LINE(tulle_scene_get_cloth_count),
-    TABLE_LINE(tulle_scene_get_cloth_name),
-    TABLE_LINE(tulle_scene_get_cloth_mesh),
-    TABLE_LINE(tulle_scene_get_obstacle_count),
-    TABLE_LINE(tulle_scene_get_obstacle_name),
-    TABLE_LINE(tulle_scene_get_obstacle_mesh),
-    TABLE_LINE(tulle_scene_is_obstacle_moving),
-    TABLE_LINE(tulle_scene_is_obstacle_dynamic),
-    TABLE_LINE(tulle_scene_get_canonical_text),
-    TABLE_LINE(tulle_scene_get_hash),
-    TABLE_LINE(tulle_scene_build_world),
-    TABLE_LINE(tulle_scene_destroy_world),
-    TABLE_LINE(tulle_subdivision_def_default),
-    TABLE_LINE(tulle_subdivision_create),
-    TABLE_LINE(tulle_subdivision_destroy),
-    TABLE_LINE(tulle_subdivision_get_vertex_count),
-    TABLE_LINE(tulle_subdivision_get_triangle_count),
-    TABLE_LINE(tulle_subdivision_get_triangles),
-    TABLE_LINE(tulle_subdivision_get_parent_triangle),
-    TABLE_LINE(tulle_subdivision_apply),
-    TABLE_LINE(tulle_subdivision_make_mesh),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle_io/cache.h", "tulle_io/mesh_files.h",
-                                          "tulle_io/scene.h", "tulle_io/subdivision.h"};
-    expect_complete(headers, 4, table, sizeof table / sizeof table[0]);
-}
-
 int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    int const failed = cmocka_run_group_tests(table, set_up, tear_down);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
+    return run_arguments(HEADERS("tulle_io/cache.h", "tulle_io/mesh_files.h", "tulle_io/scene.h",
+                                 "tulle_io/subdivision.h"),
+                         set_up, tear_down);
 }

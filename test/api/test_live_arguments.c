@@ -117,7 +117,6 @@ static tulle_status move(tulle_world *world, tulle_obstacle_id id, const double 
 }
 
 ARGUMENTS_OF(tulle_obstacle_set_next_transform) {
-    (void)unused;
     REFUSED(move(NULL, rigid, here, no_turn));
     REFUSED(move(fresh, rigid, here, no_turn));
     REFUSED(move(started, rigid, NULL, no_turn));
@@ -159,7 +158,6 @@ static tulle_status deform(tulle_world *world, tulle_obstacle_id id, const doubl
 }
 
 ARGUMENTS_OF(tulle_obstacle_set_next_positions) {
-    (void)unused;
     size_t const count = plate.vertex_count;
     REFUSED(deform(NULL, deforming, plate.positions, count));
     REFUSED(deform(fresh, deforming, plate.positions, count));
@@ -200,7 +198,6 @@ static tulle_status pull(tulle_world *world, tulle_cloth_id id, size_t pin, cons
 }
 
 ARGUMENTS_OF(tulle_cloth_set_pin_targets) {
-    (void)unused;
     double targets[6];
     memcpy(targets, sheet.positions, sizeof targets);
     REFUSED(pull(NULL, cloth, HELD, targets, 2));
@@ -235,7 +232,6 @@ static tulle_status draw(tulle_world *world, tulle_cloth_id id, const double *ta
 }
 
 ARGUMENTS_OF(tulle_cloth_set_targets) {
-    (void)unused;
     size_t const count = sheet.vertex_count;
     double *const to = sheet.positions;
     REFUSED(draw(NULL, free_cloth, to, NULL, count));
@@ -266,7 +262,6 @@ ARGUMENTS_OF(tulle_cloth_set_targets) {
 }
 
 ARGUMENTS_OF(tulle_world_place) {
-    (void)unused;
     double places[3 * 1024] = {0.0};
     size_t count = 0;
     for (uint32_t k = 0; k < 7; k++) { /* two sheets and five obstacles */
@@ -294,7 +289,6 @@ ARGUMENTS_OF(tulle_world_place) {
 
 /* What is refused in a world without bodies: test/world/test_start_at.c. */
 ARGUMENTS_OF(tulle_world_start_at) {
-    (void)unused;
     double const numbers[96] = {0.0};
     tulle_moment const moment = {
         .positions = numbers, .velocities = numbers, .vertex_count = 32, .step_count = 5};
@@ -306,7 +300,6 @@ ARGUMENTS_OF(tulle_world_start_at) {
 }
 
 ARGUMENTS_OF(tulle_world_set_gravity) {
-    (void)unused;
     double const good[3] = {0.0, 0.0, -9.81};
     REFUSED(tulle_world_set_gravity(NULL, good, &error));
     REFUSED(tulle_world_set_gravity(started, NULL, &error));
@@ -324,7 +317,6 @@ ARGUMENTS_OF(tulle_world_set_gravity) {
 }
 
 ARGUMENTS_OF(tulle_world_set_wind) {
-    (void)unused;
     tulle_wind const good = tulle_world_def_default().wind;
     REFUSED(tulle_world_set_wind(NULL, &good, &error));
     REFUSED(tulle_world_set_wind(started, NULL, &error));
@@ -345,7 +337,6 @@ ARGUMENTS_OF(tulle_world_set_wind) {
 }
 
 ARGUMENTS_OF(tulle_cloth_set_material) {
-    (void)unused;
     tulle_material const good = tulle_cloth_def_default().material;
     uint64_t const before = tulle_world_get_state_hash(started);
     REFUSED(tulle_cloth_set_material(NULL, cloth, &good, &error));
@@ -380,7 +371,6 @@ static void go_back(void *bytes, size_t size, uint64_t hash) {
 }
 
 ARGUMENTS_OF(tulle_cloth_set_thickness) {
-    (void)unused;
     void *bytes;
     size_t size;
     uint64_t const before = tulle_world_get_state_hash(started);
@@ -402,7 +392,6 @@ ARGUMENTS_OF(tulle_cloth_set_thickness) {
 }
 
 ARGUMENTS_OF(tulle_cloth_release_pin) {
-    (void)unused;
     uint64_t const before = tulle_world_get_state_hash(started);
     REFUSED(tulle_cloth_release_pin(NULL, cloth, HELD, &error));
     REFUSED(tulle_cloth_release_pin(fresh, cloth, HELD, &error));
@@ -421,7 +410,6 @@ ARGUMENTS_OF(tulle_cloth_release_pin) {
 }
 
 ARGUMENTS_OF(tulle_cloth_is_asleep) {
-    (void)unused;
     assert_int_equal(tulle_cloth_is_asleep(NULL, cloth), 0);
     assert_int_equal(tulle_cloth_is_asleep(fresh, cloth), 0);
     assert_int_equal(tulle_cloth_is_asleep(started, (tulle_cloth_id){2, 1}), 0);
@@ -430,7 +418,6 @@ ARGUMENTS_OF(tulle_cloth_is_asleep) {
 }
 
 ARGUMENTS_OF(tulle_cloth_wake) {
-    (void)unused;
     uint64_t const before = tulle_world_get_state_hash(started);
     REFUSED(tulle_cloth_wake(NULL, cloth, &error));
     REFUSED(tulle_cloth_wake(fresh, cloth, &error));
@@ -442,14 +429,12 @@ ARGUMENTS_OF(tulle_cloth_wake) {
 }
 
 ARGUMENTS_OF(tulle_world_get_state_size) {
-    (void)unused;
     assert_int_equal(tulle_world_get_state_size(NULL), 0);
     assert_int_equal(tulle_world_get_state_size(fresh), 0);
     assert_true(tulle_world_get_state_size(started) > 0);
 }
 
 ARGUMENTS_OF(tulle_world_save_state_into) {
-    (void)unused;
     size_t const size = tulle_world_get_state_size(started);
     size_t count = 7;
     unsigned char *const bytes = malloc(size + 1);
@@ -495,34 +480,8 @@ static void one_thing_moves_an_obstacle(void **unused) {
     }
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_obstacle_set_next_transform),
-    TABLE_LINE(tulle_obstacle_set_next_positions),
-    TABLE_LINE(tulle_cloth_set_pin_targets),
-    TABLE_LINE(tulle_cloth_set_targets),
-    TABLE_LINE(tulle_world_place),
-    TABLE_LINE(tulle_world_start_at),
-    TABLE_LINE(tulle_world_set_gravity),
-    TABLE_LINE(tulle_world_set_wind),
-    TABLE_LINE(tulle_cloth_set_material),
-    TABLE_LINE(tulle_cloth_set_thickness),
-    TABLE_LINE(tulle_cloth_release_pin),
-    TABLE_LINE(tulle_cloth_is_asleep),
-    TABLE_LINE(tulle_cloth_wake),
-    TABLE_LINE(tulle_world_get_state_size),
-    TABLE_LINE(tulle_world_save_state_into),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle/live.h"};
-    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
-}
-
 int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    const struct CMUnitTest adding[] = {cmocka_unit_test(one_thing_moves_an_obstacle)};
-    int failed = cmocka_run_group_tests(table, set_up, NULL);
-    failed += cmocka_run_group_tests(adding, NULL, tear_down);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
+    const struct CMUnitTest last[] = {cmocka_unit_test(one_thing_moves_an_obstacle)};
+    int const failed = run_arguments(HEADERS("tulle/live.h"), set_up, NULL);
+    return cmocka_run_group_tests(last, NULL, tear_down) + failed;
 }

@@ -47,7 +47,6 @@ static int tear_down(void **unused) {
 }
 
 ARGUMENTS_OF(tulle_world_remove_cloth) {
-    (void)unused;
     tulle_cloth_id const good = {cloths[0].index, cloths[0].generation};
     tulle_cloth_id const bad[] = {{0, 0},          {good.index, 2}, {good.index, UINT32_MAX},
                                   {1, 0},          {1, 1},          {1, 2},
@@ -62,7 +61,6 @@ ARGUMENTS_OF(tulle_world_remove_cloth) {
 }
 
 ARGUMENTS_OF(tulle_world_remove_obstacle) {
-    (void)unused;
     tulle_obstacle_id const good = {obstacles[0].index, obstacles[0].generation};
     tulle_obstacle_id const bad[] = {{0, 0},          {good.index, 2}, {good.index, UINT32_MAX},
                                      {1, 0},          {1, 1},          {1, 2},
@@ -148,21 +146,8 @@ static void stale_ids_are_refused(void **unused) {
     }
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_world_remove_cloth),
-    TABLE_LINE(tulle_world_remove_obstacle),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle/objects.h"};
-    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
-}
-
 int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    const struct CMUnitTest stale[] = {cmocka_unit_test(stale_ids_are_refused)};
-    int failed = cmocka_run_group_tests(table, set_up, NULL);
-    failed += cmocka_run_group_tests(stale, NULL, tear_down);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
+    const struct CMUnitTest last[] = {cmocka_unit_test(stale_ids_are_refused)};
+    int const failed = run_arguments(HEADERS("tulle/objects.h"), set_up, NULL);
+    return cmocka_run_group_tests(last, NULL, tear_down) + failed;
 }

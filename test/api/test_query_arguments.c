@@ -64,7 +64,6 @@ static void expect_zero(const void *bytes, size_t byte_count) {
 /* ---- objects ---- */
 
 ARGUMENTS_OF(tulle_object_from_cloth) {
-    (void)unused;
     tulle_object_id const none = tulle_object_from_cloth((tulle_cloth_id){0, 0});
     expect_zero(&none, sizeof none);
     tulle_object_id const some = tulle_object_from_cloth((tulle_cloth_id){7, 1});
@@ -72,7 +71,6 @@ ARGUMENTS_OF(tulle_object_from_cloth) {
 }
 
 ARGUMENTS_OF(tulle_object_from_obstacle) {
-    (void)unused;
     tulle_object_id const none = tulle_object_from_obstacle((tulle_obstacle_id){3, 0});
     expect_zero(&none, sizeof none);
     tulle_object_id const some = tulle_object_from_obstacle((tulle_obstacle_id){7, 1});
@@ -80,7 +78,6 @@ ARGUMENTS_OF(tulle_object_from_obstacle) {
 }
 
 ARGUMENTS_OF(tulle_world_get_object) {
-    (void)unused;
     assert_int_equal(tulle_world_get_object(NULL, 0).kind, TULLE_OBJECT_NONE);
     assert_int_equal(tulle_world_get_object(started, 2).kind, TULLE_OBJECT_NONE);
     assert_int_equal(tulle_world_get_object(started, UINT32_MAX).kind, TULLE_OBJECT_NONE);
@@ -88,14 +85,12 @@ ARGUMENTS_OF(tulle_world_get_object) {
 }
 
 ARGUMENTS_OF(tulle_world_get_counts) {
-    (void)unused;
     tulle_counts const none = tulle_world_get_counts(NULL);
     expect_zero(&none, sizeof none);
     assert_int_equal(tulle_world_get_counts(fresh).cloth_vertices, 16);
 }
 
 ARGUMENTS_OF(tulle_object_get_info) {
-    (void)unused;
     tulle_object_info info = tulle_object_get_info(NULL, cloth);
     expect_zero(&info, sizeof info);
     for (int i = 0; i < BAD_OBJECT_COUNT; i++) {
@@ -106,7 +101,6 @@ ARGUMENTS_OF(tulle_object_get_info) {
 }
 
 ARGUMENTS_OF(tulle_object_set_user_data) {
-    (void)unused;
     REFUSED(tulle_object_set_user_data(NULL, cloth, &error, &error));
     for (int i = 0; i < BAD_OBJECT_COUNT; i++)
         REFUSED(tulle_object_set_user_data(started, bad_objects[i], &error, &error));
@@ -119,7 +113,6 @@ ARGUMENTS_OF(tulle_object_set_user_data) {
 }
 
 ARGUMENTS_OF(tulle_object_get_user_data) {
-    (void)unused;
     assert_null(tulle_object_get_user_data(NULL, cloth));
     for (int i = 0; i < BAD_OBJECT_COUNT; i++)
         assert_null(tulle_object_get_user_data(started, bad_objects[i]));
@@ -139,7 +132,6 @@ static double const low[3] = {-1.0, -1.0, -1.0}, high[3] = {1.0, 1.0, 1.0};
     } while (0)
 
 ARGUMENTS_OF(tulle_world_cast_ray) {
-    (void)unused;
     tulle_ray const ray = {.from = {0.0, 0.0, 1.0}, .to = {0.0, 0.0, -1.0}};
     REFUSED_HIT(tulle_world_cast_ray(NULL, &ray, &hit, &error));
     REFUSED_HIT(tulle_world_cast_ray(fresh, &ray, &hit, &error));
@@ -166,7 +158,6 @@ ARGUMENTS_OF(tulle_world_cast_ray) {
 }
 
 ARGUMENTS_OF(tulle_world_find_closest_point) {
-    (void)unused;
     double const point[3] = {0.0, 0.0, 1.0};
     REFUSED_HIT(tulle_world_find_closest_point(NULL, point, 1.0, 0, &hit, &error));
     REFUSED_HIT(tulle_world_find_closest_point(fresh, point, 1.0, 0, &hit, &error));
@@ -203,7 +194,6 @@ static tulle_status in_box(tulle_world *world, const double *from, const double 
 }
 
 ARGUMENTS_OF(tulle_world_find_box_overlaps) {
-    (void)unused;
     tulle_status const bad = TULLE_ERROR_INVALID_ARGUMENT;
     REFUSED_FIND(bad, in_box(NULL, low, high));
     REFUSED_FIND(bad, in_box(fresh, low, high));
@@ -238,7 +228,6 @@ static tulle_status in_mesh(tulle_world *world, tulle_mesh_view mesh) {
 }
 
 ARGUMENTS_OF(tulle_world_find_mesh_overlaps) {
-    (void)unused;
     tulle_status const bad = TULLE_ERROR_INVALID_ARGUMENT, bad_mesh = TULLE_ERROR_INVALID_MESH;
     static const double x[9] = {-1.0, 0.05, -1.0, 1.0, 0.05, -1.0, 0.0, 0.05, 1.0};
     static const uint32_t corners[3] = {0, 1, 2}, outside[3] = {0, 1, 3};
@@ -270,7 +259,6 @@ ARGUMENTS_OF(tulle_world_find_mesh_overlaps) {
 }
 
 ARGUMENTS_OF(tulle_world_update_queries) {
-    (void)unused;
     REFUSED(tulle_world_update_queries(NULL, &error));
     REFUSED(tulle_world_update_queries(fresh, &error));
     FINE(tulle_world_update_queries(started, NULL));
@@ -285,7 +273,6 @@ ARGUMENTS_OF(tulle_world_update_queries) {
     } while (0)
 
 ARGUMENTS_OF(tulle_object_copy_contacts) {
-    (void)unused;
     tulle_status const bad = TULLE_ERROR_INVALID_ARGUMENT;
     static tulle_contact contacts[4];
     size_t count = 0;
@@ -302,7 +289,6 @@ ARGUMENTS_OF(tulle_object_copy_contacts) {
 /* ---- values ---- */
 
 ARGUMENTS_OF(tulle_object_copy_values) {
-    (void)unused;
     static double numbers[3 * 18];
     tulle_target const target = {numbers, sizeof numbers, 0, TULLE_NUMBER_DOUBLE};
     tulle_values const x = TULLE_VALUES_POSITIONS, strains = TULLE_VALUES_STRAINS;
@@ -345,7 +331,6 @@ ARGUMENTS_OF(tulle_object_copy_values) {
 /* ---- which objects collide ---- */
 
 ARGUMENTS_OF(tulle_object_set_filter) {
-    (void)unused;
     REFUSED(tulle_object_set_filter(NULL, cloth, 1, 1, &error));
     REFUSED(tulle_object_set_filter(started, cloth, 0, 0, &error));
     for (int i = 0; i < BAD_OBJECT_COUNT; i++)
@@ -361,7 +346,6 @@ static int refuse_all(void *context, const tulle_world *world, tulle_object_id a
 }
 
 ARGUMENTS_OF(tulle_world_set_pair_filter) {
-    (void)unused;
     REFUSED(tulle_world_set_pair_filter(NULL, refuse_all, NULL, &error));
     REFUSED(tulle_world_set_pair_filter(started, refuse_all, NULL, &error));
     REFUSED(tulle_world_set_pair_filter(started, NULL, NULL, &error));
@@ -369,25 +353,4 @@ ARGUMENTS_OF(tulle_world_set_pair_filter) {
     FINE(tulle_world_set_pair_filter(fresh, NULL, NULL, &error));
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_object_from_cloth),        TABLE_LINE(tulle_object_from_obstacle),
-    TABLE_LINE(tulle_world_get_object),         TABLE_LINE(tulle_world_get_counts),
-    TABLE_LINE(tulle_object_get_info),          TABLE_LINE(tulle_object_set_user_data),
-    TABLE_LINE(tulle_object_get_user_data),     TABLE_LINE(tulle_world_cast_ray),
-    TABLE_LINE(tulle_world_find_closest_point), TABLE_LINE(tulle_world_find_box_overlaps),
-    TABLE_LINE(tulle_world_find_mesh_overlaps), TABLE_LINE(tulle_world_update_queries),
-    TABLE_LINE(tulle_object_copy_contacts),     TABLE_LINE(tulle_object_copy_values),
-    TABLE_LINE(tulle_object_set_filter),        TABLE_LINE(tulle_world_set_pair_filter),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle/query.h"};
-    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
-}
-
-int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    int const failed = cmocka_run_group_tests(table, set_up, tear_down);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
-}
+int main(void) { return run_arguments(HEADERS("tulle/query.h"), set_up, tear_down); }

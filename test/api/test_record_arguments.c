@@ -16,7 +16,6 @@ static int keep_all(void *context, const tulle_world *world, tulle_object_id a, 
 }
 
 ARGUMENTS_OF(tulle_world_record) {
-    (void)unused;
     recording bytes;
     tulle_record_writer const right = recording_begin(&bytes), none = {NULL, &bytes};
     tulle_mesh sheet = small_sheet(0.1, 2, 0.0);
@@ -52,7 +51,6 @@ ARGUMENTS_OF(tulle_world_record) {
 }
 
 ARGUMENTS_OF(tulle_replay) {
-    (void)unused;
     recording bytes;
     tulle_record_writer const writer = recording_begin(&bytes);
     tulle_world *const world = make_world();
@@ -82,19 +80,4 @@ ARGUMENTS_OF(tulle_replay) {
     free(bytes.bytes);
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_world_record),
-    TABLE_LINE(tulle_replay),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle/record.h"};
-    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
-}
-
-int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    int const failed = cmocka_run_group_tests(table, NULL, NULL);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
-}
+int main(void) { return run_arguments(HEADERS("tulle/record.h"), NULL, NULL); }

@@ -16,7 +16,6 @@ static int set_up(void **state) {
 }
 
 ARGUMENTS_OF(tulle_run_state_name) {
-    (void)unused;
     for (int i = 0; i < NO_CHOICE_COUNT; i++) {
         tulle_run_state state;
         SET_CHOICE(state, no_choices[i]);
@@ -24,10 +23,7 @@ ARGUMENTS_OF(tulle_run_state_name) {
     }
 }
 
-ARGUMENTS_OF(tulle_run_def_default) {
-    (void)unused;
-    assert_true(tulle_run_def_default().cookie != 0);
-}
+ARGUMENTS_OF(tulle_run_def_default) { assert_true(tulle_run_def_default().cookie != 0); }
 
 /* A def of a new directory that `change` has spoilt. */
 static void refuse_run_def(const tulle_run_def *def) {
@@ -41,7 +37,6 @@ static void refuse_run_def(const tulle_run_def *def) {
 }
 
 ARGUMENTS_OF(tulle_run_create) {
-    (void)unused;
     const char *const path = test_path("new");
     tulle_run_def def = make_def(path, 2);
     tulle_run_writer *writer = NULL;
@@ -101,7 +96,6 @@ ARGUMENTS_OF(tulle_run_create) {
 }
 
 ARGUMENTS_OF(tulle_run_resume) {
-    (void)unused;
     tulle_run_def const def = make_def(run_path, 2);
     tulle_run_writer *writer = NULL;
     tulle_run_checkpoint checkpoint;
@@ -112,12 +106,10 @@ ARGUMENTS_OF(tulle_run_resume) {
 }
 
 ARGUMENTS_OF(tulle_run_has_checkpoint) {
-    (void)unused;
     assert_int_equal(tulle_run_has_checkpoint(NULL), 0);
     assert_int_equal(tulle_run_has_checkpoint(""), 0);
 }
 ARGUMENTS_OF(tulle_run_free_checkpoint) {
-    (void)unused;
     tulle_run_checkpoint empty = {0};
     tulle_run_free_checkpoint(NULL);
     tulle_run_free_checkpoint(&empty);
@@ -131,7 +123,6 @@ static tulle_run_writer *make_writer(const char *name) {
 }
 
 ARGUMENTS_OF(tulle_run_write_frame) {
-    (void)unused;
     tulle_run_writer *const writer = make_writer("frames");
     const double *all[BODY_COUNT] = {cloth_positions, cloth_positions, box_positions, NULL};
     const double *const some[BODY_COUNT] = {cloth_positions, NULL, box_positions, NULL};
@@ -173,7 +164,6 @@ ARGUMENTS_OF(tulle_run_write_frame) {
 }
 
 ARGUMENTS_OF(tulle_run_write_report) {
-    (void)unused;
     tulle_run_writer *const writer = make_writer("reports");
     tulle_step_report const report = {0};
     REFUSED(tulle_run_write_report(NULL, &report, &error));
@@ -182,7 +172,6 @@ ARGUMENTS_OF(tulle_run_write_report) {
 }
 
 ARGUMENTS_OF(tulle_run_write_checkpoint) {
-    (void)unused;
     tulle_run_writer *const writer = make_writer("checkpoints");
     tulle_run_checkpoint const empty = {0}, full = {.bytes = box_positions, .byte_count = 8};
     REFUSED(tulle_run_write_checkpoint(NULL, &full, &error));
@@ -191,23 +180,13 @@ ARGUMENTS_OF(tulle_run_write_checkpoint) {
     FINE(tulle_run_close(writer, TULLE_RUN_FINISHED, NULL, NULL));
 }
 
-ARGUMENTS_OF(tulle_run_get_frame_count) {
-    (void)unused;
-    assert_int_equal(tulle_run_get_frame_count(NULL), 0);
-}
+ARGUMENTS_OF(tulle_run_get_frame_count) { assert_int_equal(tulle_run_get_frame_count(NULL), 0); }
 
-ARGUMENTS_OF(tulle_run_get_notes) {
-    (void)unused;
-    assert_string_equal(tulle_run_get_notes(NULL), "");
-}
+ARGUMENTS_OF(tulle_run_get_notes) { assert_string_equal(tulle_run_get_notes(NULL), ""); }
 
-ARGUMENTS_OF(tulle_run_get_former_outcome) {
-    (void)unused;
-    assert_null(tulle_run_get_former_outcome(NULL));
-}
+ARGUMENTS_OF(tulle_run_get_former_outcome) { assert_null(tulle_run_get_former_outcome(NULL)); }
 
 ARGUMENTS_OF(tulle_run_outcome_add) {
-    (void)unused;
     tulle_run_outcome outcome = {0};
     tulle_step_report const report = {0};
     tulle_run_outcome_add(NULL, &report);
@@ -218,7 +197,6 @@ ARGUMENTS_OF(tulle_run_outcome_add) {
 }
 
 ARGUMENTS_OF(tulle_run_outcome_place) {
-    (void)unused;
     tulle_run_outcome outcome = {0};
     tulle_stretch const stretch = {0};
     tulle_run_outcome_place(NULL, &stretch, 0);
@@ -227,7 +205,6 @@ ARGUMENTS_OF(tulle_run_outcome_place) {
 }
 
 ARGUMENTS_OF(tulle_run_outcome_describe) {
-    (void)unused;
     tulle_run_outcome const outcome = {.has_stretch_place = 1, .largest_stretch = 2.0};
     char text[8] = "before";
     tulle_run_outcome_describe(&outcome, "a", NULL, NULL, 8);
@@ -240,7 +217,6 @@ ARGUMENTS_OF(tulle_run_outcome_describe) {
 }
 
 ARGUMENTS_OF(tulle_run_set_outcome) {
-    (void)unused;
     tulle_run_writer *const writer = make_writer("outcomes");
     tulle_run_outcome const far = {
         .has_stretch_place = 1, .stretch_body = UINT32_MAX, .largest_stretch = (double)NAN};
@@ -251,7 +227,6 @@ ARGUMENTS_OF(tulle_run_set_outcome) {
 }
 
 ARGUMENTS_OF(tulle_run_close) {
-    (void)unused;
     FINE(tulle_run_close(NULL, TULLE_RUN_FINISHED, NULL, NULL));
     for (int i = 0; i < NO_CHOICE_COUNT; i++) {
         static const char *const names[NO_CHOICE_COUNT] = {"c0", "c1", "c2", "c3"};
@@ -267,7 +242,6 @@ ARGUMENTS_OF(tulle_run_close) {
 }
 
 ARGUMENTS_OF(tulle_run_is_directory) {
-    (void)unused;
     assert_int_equal(tulle_run_is_directory(NULL), 0);
     assert_int_equal(tulle_run_is_directory(""), 0);
 }
@@ -279,23 +253,15 @@ static tulle_run_reader *make_reader(void) {
 }
 
 ARGUMENTS_OF(tulle_run_reader_open) {
-    (void)unused;
     tulle_run_reader *reader = NULL;
     REFUSED(tulle_run_reader_open(NULL, &reader, &error));
     REFUSED(tulle_run_reader_open(run_path, NULL, &error));
     assert_null(reader);
 }
-ARGUMENTS_OF(tulle_run_reader_close) {
-    (void)unused;
-    tulle_run_reader_close(NULL);
-}
-ARGUMENTS_OF(tulle_run_reader_get_info) {
-    (void)unused;
-    assert_null(tulle_run_reader_get_info(NULL));
-}
+ARGUMENTS_OF(tulle_run_reader_close) { tulle_run_reader_close(NULL); }
+ARGUMENTS_OF(tulle_run_reader_get_info) { assert_null(tulle_run_reader_get_info(NULL)); }
 
 ARGUMENTS_OF(tulle_run_reader_get_mesh) {
-    (void)unused;
     tulle_run_reader *const reader = make_reader();
     tulle_mesh_view mesh;
     REFUSED(tulle_run_reader_get_mesh(NULL, 0, &mesh, &error));
@@ -306,7 +272,6 @@ ARGUMENTS_OF(tulle_run_reader_get_mesh) {
 }
 
 ARGUMENTS_OF(tulle_run_reader_get_frame) {
-    (void)unused;
     tulle_run_reader *const reader = make_reader();
     double time = 7.0;
     assert_int_equal(tulle_run_reader_get_frame(NULL, 0, &time, NULL, NULL),
@@ -319,7 +284,6 @@ ARGUMENTS_OF(tulle_run_reader_get_frame) {
 }
 
 ARGUMENTS_OF(tulle_run_reader_get_lags) {
-    (void)unused;
     tulle_run_reader *const reader = make_reader();
     const tulle_run_lag *lags = NULL;
     size_t count = 7;
@@ -338,7 +302,6 @@ ARGUMENTS_OF(tulle_run_reader_get_lags) {
 }
 
 ARGUMENTS_OF(tulle_run_reader_is_present) {
-    (void)unused;
     tulle_run_reader *const reader = make_reader();
     assert_int_equal(tulle_run_reader_is_present(NULL, 0, 0), 0);
     assert_int_equal(tulle_run_reader_is_present(reader, UINT32_MAX, 0), 0);
@@ -348,7 +311,6 @@ ARGUMENTS_OF(tulle_run_reader_is_present) {
 }
 
 ARGUMENTS_OF(tulle_run_reader_read_positions) {
-    (void)unused;
     tulle_run_reader *const reader = make_reader();
     REFUSED(tulle_run_reader_read_positions(NULL, 0, 0, positions, &error));
     REFUSED(tulle_run_reader_read_positions(reader, 0, 0, NULL, &error));
@@ -359,7 +321,6 @@ ARGUMENTS_OF(tulle_run_reader_read_positions) {
 }
 
 ARGUMENTS_OF(tulle_run_reader_read_transforms) {
-    (void)unused;
     tulle_run_reader *const reader = make_reader();
     tulle_transform transforms[BODY_COUNT];
     REFUSED(tulle_run_reader_read_transforms(NULL, 0, transforms, &error));
@@ -370,7 +331,6 @@ ARGUMENTS_OF(tulle_run_reader_read_transforms) {
 }
 
 ARGUMENTS_OF(tulle_run_reader_read_debug) {
-    (void)unused;
     tulle_run_reader *const reader = make_reader();
     const tulle_run_debug *debug = NULL;
     REFUSED(tulle_run_reader_read_debug(NULL, 0, &debug, &error));
@@ -381,7 +341,6 @@ ARGUMENTS_OF(tulle_run_reader_read_debug) {
 }
 
 ARGUMENTS_OF(tulle_run_reader_get_reports) {
-    (void)unused;
     tulle_run_reader *const reader = make_reader();
     const tulle_step_report *reports = NULL;
     size_t count = 0;
@@ -392,7 +351,6 @@ ARGUMENTS_OF(tulle_run_reader_get_reports) {
 }
 
 ARGUMENTS_OF(tulle_run_reader_find_damage) {
-    (void)unused;
     tulle_run_reader *const reader = make_reader();
     const tulle_run_damage *damages = NULL;
     size_t count = 0;
@@ -404,47 +362,4 @@ ARGUMENTS_OF(tulle_run_reader_find_damage) {
     tulle_run_reader_close(reader);
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_run_state_name),
-    TABLE_LINE(tulle_run_def_default),
-    TABLE_LINE(tulle_run_create),
-    TABLE_LINE(tulle_run_resume),
-    TABLE_LINE(tulle_run_has_checkpoint),
-    TABLE_LINE(tulle_run_free_checkpoint),
-    TABLE_LINE(tulle_run_write_frame),
-    TABLE_LINE(tulle_run_write_report),
-    TABLE_LINE(tulle_run_write_checkpoint),
-    TABLE_LINE(tulle_run_get_frame_count),
-    TABLE_LINE(tulle_run_get_notes),
-    TABLE_LINE(tulle_run_get_former_outcome),
-    TABLE_LINE(tulle_run_outcome_add),
-    TABLE_LINE(tulle_run_outcome_place),
-    TABLE_LINE(tulle_run_outcome_describe),
-    TABLE_LINE(tulle_run_set_outcome),
-    TABLE_LINE(tulle_run_close),
-    TABLE_LINE(tulle_run_is_directory),
-    TABLE_LINE(tulle_run_reader_open),
-    TABLE_LINE(tulle_run_reader_close),
-    TABLE_LINE(tulle_run_reader_get_info),
-    TABLE_LINE(tulle_run_reader_get_mesh),
-    TABLE_LINE(tulle_run_reader_get_frame),
-    TABLE_LINE(tulle_run_reader_get_lags),
-    TABLE_LINE(tulle_run_reader_is_present),
-    TABLE_LINE(tulle_run_reader_read_positions),
-    TABLE_LINE(tulle_run_reader_read_transforms),
-    TABLE_LINE(tulle_run_reader_read_debug),
-    TABLE_LINE(tulle_run_reader_get_reports),
-    TABLE_LINE(tulle_run_reader_find_damage),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle_io/run.h"};
-    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
-}
-
-int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    int const failed = cmocka_run_group_tests(table, set_up, remove_test_folder);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
-}
+int main(void) { return run_arguments(HEADERS("tulle_io/run.h"), set_up, remove_test_folder); }

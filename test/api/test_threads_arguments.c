@@ -39,7 +39,6 @@ static void run_in_order(void *context, tulle_task task, void *work, size_t coun
 }
 
 ARGUMENTS_OF(tulle_world_set_tasks) {
-    (void)unused;
     tulle_tasks const good = {run_in_order, NULL}, bad = {NULL, worlds};
     REFUSED(tulle_world_set_tasks(NULL, &good, &error));
     REFUSED(tulle_world_set_tasks(NULL, NULL, &error));
@@ -62,7 +61,6 @@ static tulle_status step_worlds(tulle_world *const *list, size_t count, double t
 }
 
 ARGUMENTS_OF(tulle_worlds_step) {
-    (void)unused;
     for (int i = 0; i < WORLD_COUNT; i++) statuses[i] = TULLE_ERROR_IO;
     REFUSED(tulle_worlds_step(NULL, STEP, &error));
     assert_int_equal(tulle_worlds_step(NULL, STEP, NULL), TULLE_ERROR_INVALID_ARGUMENT);
@@ -94,19 +92,4 @@ ARGUMENTS_OF(tulle_worlds_step) {
     expect_steps(2);
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_world_set_tasks),
-    TABLE_LINE(tulle_worlds_step),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle/threads.h"};
-    expect_complete(headers, 1, table, sizeof table / sizeof table[0]);
-}
-
-int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    int const failed = cmocka_run_group_tests(table, set_up, tear_down);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
-}
+int main(void) { return run_arguments(HEADERS("tulle/threads.h"), set_up, tear_down); }

@@ -70,26 +70,15 @@ static int tear_down(void **unused) {
 static const tulle_cloth_id bad_cloths[] = {{0, 0}, {0, 2}, {1, 1}, {UINT32_MAX, 1}};
 static const tulle_obstacle_id bad_obstacles[] = {{0, 0}, {0, 2}, {2, 1}, {UINT32_MAX, 1}};
 
-ARGUMENTS_OF(tulle_world_def_default) {
-    (void)unused;
-    assert_true(tulle_world_def_default().cookie != 0);
-}
-ARGUMENTS_OF(tulle_cloth_def_default) {
-    (void)unused;
-    assert_true(tulle_cloth_def_default().cookie != 0);
-}
-ARGUMENTS_OF(tulle_obstacle_def_default) {
-    (void)unused;
-    assert_true(tulle_obstacle_def_default().cookie != 0);
-}
+ARGUMENTS_OF(tulle_world_def_default) { assert_true(tulle_world_def_default().cookie != 0); }
+ARGUMENTS_OF(tulle_cloth_def_default) { assert_true(tulle_cloth_def_default().cookie != 0); }
+ARGUMENTS_OF(tulle_obstacle_def_default) { assert_true(tulle_obstacle_def_default().cookie != 0); }
 
 ARGUMENTS_OF(tulle_pin_default) {
-    (void)unused;
     assert_true(tulle_pin_default().cookie != 0 && tulle_pin_default().release_time > 0.0);
 }
 
 ARGUMENTS_OF(tulle_material_preset) {
-    (void)unused;
     tulle_material material;
     assert_int_equal(tulle_material_preset(NULL, &material), TULLE_ERROR_INVALID_ARGUMENT);
     assert_int_equal(tulle_material_preset("cotton", NULL), TULLE_ERROR_INVALID_ARGUMENT);
@@ -98,23 +87,19 @@ ARGUMENTS_OF(tulle_material_preset) {
     assert_int_equal(tulle_material_preset("cotton", &material), TULLE_OK);
 }
 ARGUMENTS_OF(tulle_material_preset_name) {
-    (void)unused;
     assert_null(tulle_material_preset_name(1000));
     assert_null(tulle_material_preset_name(SIZE_MAX));
 }
 ARGUMENTS_OF(tulle_material_preset_source) {
-    (void)unused;
     assert_null(tulle_material_preset_source(1000));
     assert_null(tulle_material_preset_source(SIZE_MAX));
 }
 ARGUMENTS_OF(tulle_material_preset_thickness) {
-    (void)unused;
     assert_true(tulle_material_preset_thickness(0) > 0.0);
     assert_true(tulle_material_preset_thickness(1000) == 0.0);
     assert_true(tulle_material_preset_thickness(SIZE_MAX) == 0.0);
 }
 ARGUMENTS_OF(tulle_material_preset_measured) {
-    (void)unused;
     assert_int_equal(tulle_material_preset_measured(1000), 0);
     assert_int_equal(tulle_material_preset_measured(SIZE_MAX), 0);
 }
@@ -126,7 +111,6 @@ static void refuse_world_def(const tulle_world_def *def) {
 }
 
 ARGUMENTS_OF(tulle_world_create) {
-    (void)unused;
     tulle_world_def def = tulle_world_def_default();
     refuse_world_def(NULL);
     REFUSED(tulle_world_create(&def, NULL, &error));
@@ -136,66 +120,37 @@ ARGUMENTS_OF(tulle_world_create) {
     refuse_world_def(&def);
 }
 
-ARGUMENTS_OF(tulle_world_destroy) {
-    (void)unused;
-    tulle_world_destroy(NULL);
-}
+ARGUMENTS_OF(tulle_world_destroy) { tulle_world_destroy(NULL); }
 
 static void refuse_cloth_def(const tulle_cloth_def *def) {
     REFUSED(tulle_world_add_cloth(fresh, def, NULL, &error));
     REFUSED(tulle_world_add_cloth(started, def, NULL, &error));
 }
 
-/* Directions of the warp, and triangles at rest. */
+/* Directions of the warp, triangles at rest and creases; their numbers: world/test_fields.c. */
 static void refuse_bad_rest(void) {
     tulle_cloth_def def = make_cloth_def();
     enum { TRIANGLES = 18 };
     assert_int_equal(def.mesh.triangle_count, TRIANGLES);
     double warps[3 * TRIANGLES], rest[9 * TRIANGLES];
-    for (int i = 0; i < 3 * TRIANGLES; i++) warps[i] = 1.0;
-    def.warps = warps;
-    for (int i = 0; i < NO_NUMBER_COUNT; i++) {
-        warps[3 * TRIANGLES - 1] = no_numbers[i];
-        refuse_cloth_def(&def);
-    }
-    def = make_cloth_def();
-    double factors[TRIANGLES];
-    for (int i = 0; i < TRIANGLES; i++) factors[i] = 1.0;
-    def.stiffness_factors = factors;
-    double const bad_factors[] = {0.0, -1.0, 0.0099, 100.1, (double)INFINITY, (double)NAN};
-    for (size_t i = 0; i < sizeof bad_factors / sizeof *bad_factors; i++) {
-        factors[TRIANGLES - 1] = bad_factors[i];
-        refuse_cloth_def(&def);
-    }
-    def = make_cloth_def();
-    def.rest_corners = rest;
+    for (int i = 0; i < 3 * TRIANGLES; i++) warps[i] = i < 3 * TRIANGLES - 3;
     for (size_t t = 0; t < TRIANGLES; t++)
-        memcpy(rest + 9 * t, (double[9]){0, 0, 0, 1, 0, 0, 0, 1, 0}, 9 * sizeof(double));
-    for (int i = 0; i < NO_NUMBER_COUNT; i++) {
-        rest[9 * TRIANGLES - 1] = no_numbers[i];
-        refuse_cloth_def(&def);
-    }
-    for (int k = 1; k < 4; k++) rest[9 * TRIANGLES - k] = 0.0;
+        memcpy(rest + 9 * t, (double[9]){0, 0, 0, 1, 0, 0, 0, t + 1 < TRIANGLES, 0},
+               9 * sizeof(double));
+    def.rest_corners = rest;
     refuse_cloth_def(&def);
     def.rest_corners = NULL;
     def.warps = warps;
-    for (int k = 1; k < 4; k++) warps[3 * TRIANGLES - k] = 0.0;
     refuse_cloth_def(&def);
     def = make_cloth_def();
     def.crease_count = 1;
     refuse_cloth_def(&def);
-    tulle_crease crease = {{0, 1}, 0.0};
+    tulle_crease const crease = {{(uint32_t)def.mesh.vertex_count, 1}, 0.0};
     def.creases = &crease;
-    for (int i = 0; i < NO_NUMBER_COUNT; i++) {
-        crease.angle = no_numbers[i];
-        refuse_cloth_def(&def);
-    }
-    crease = (tulle_crease){{(uint32_t)def.mesh.vertex_count, 1}, 0.0};
     refuse_cloth_def(&def);
 }
 
 ARGUMENTS_OF(tulle_world_add_cloth) {
-    (void)unused;
     tulle_cloth_def def = make_cloth_def();
     tulle_cloth_id id;
     REFUSED(tulle_world_add_cloth(NULL, &def, &id, &error));
@@ -228,11 +183,6 @@ ARGUMENTS_OF(tulle_world_add_cloth) {
     def = make_cloth_def();
     def.material.shear.stiffness = 1e5; /* beyond that of the yarns */
     refuse_cloth_def(&def);
-    double values[48] = {0};
-    values[47] = (double)NAN;
-    def = make_cloth_def();
-    def.velocities = values;
-    refuse_cloth_def(&def);
     def = make_cloth_def();
     def.contact_material = "";
     refuse_cloth_def(&def);
@@ -250,7 +200,6 @@ static tulle_status read_nothing(void *context, uint32_t frame, double *position
 }
 
 ARGUMENTS_OF(tulle_world_add_obstacle) {
-    (void)unused;
     tulle_obstacle_def def = make_obstacle_def();
     tulle_obstacle_id id;
     REFUSED(tulle_world_add_obstacle(NULL, &def, &id, &error));
@@ -268,15 +217,11 @@ ARGUMENTS_OF(tulle_world_add_obstacle) {
     refuse_obstacle_def(&def);
 }
 
-/* A law of `fresh` that is good, and what is wrong with a law. */
+/* A law of `fresh` that is good, and one that is not. */
 static const tulle_contact_law good_law = {0.5, 0.4, 0.1};
-static const tulle_contact_law bad_laws[] = {{(double)NAN, -1, 0},      {-1, -1, 0},
-                                             {(double)INFINITY, -1, 0}, {0.5, (double)NAN, 0},
-                                             {0.5, 0.4, (double)NAN},   {0.5, 0.4, 2}};
-enum { BAD_LAW_COUNT = sizeof bad_laws / sizeof bad_laws[0] };
+static const tulle_contact_law bad_law = {(double)NAN, -1, 0};
 
 ARGUMENTS_OF(tulle_world_set_cloth_cloth_law) {
-    (void)unused;
     REFUSED(tulle_world_set_cloth_cloth_law(NULL, cloth, cloth, &good_law, &error));
     REFUSED(tulle_world_set_cloth_cloth_law(fresh, cloth, cloth, &good_law, &error));
     for (int i = 0; i < 4; i++) {
@@ -286,21 +231,18 @@ ARGUMENTS_OF(tulle_world_set_cloth_cloth_law) {
 }
 
 ARGUMENTS_OF(tulle_world_set_cloth_obstacle_law) {
-    (void)unused;
     tulle_world *const w = fresh;
     REFUSED(tulle_world_set_cloth_obstacle_law(NULL, cloth, obstacle, &good_law, &error));
     REFUSED(tulle_world_set_cloth_obstacle_law(w, cloth, obstacle, NULL, &error));
-    REFUSED(tulle_world_set_cloth_obstacle_law(started, cloth, obstacle, &bad_laws[0], &error));
+    REFUSED(tulle_world_set_cloth_obstacle_law(started, cloth, obstacle, &bad_law, &error));
     for (int i = 0; i < 4; i++) {
         REFUSED(tulle_world_set_cloth_obstacle_law(w, bad_cloths[i], obstacle, &good_law, &error));
         REFUSED(tulle_world_set_cloth_obstacle_law(w, cloth, bad_obstacles[i], &good_law, &error));
     }
-    for (int i = 0; i < BAD_LAW_COUNT; i++)
-        REFUSED(tulle_world_set_cloth_obstacle_law(w, cloth, obstacle, &bad_laws[i], &error));
+    REFUSED(tulle_world_set_cloth_obstacle_law(w, cloth, obstacle, &bad_law, &error));
 }
 
 ARGUMENTS_OF(tulle_world_set_obstacle_obstacle_law) {
-    (void)unused;
     REFUSED(tulle_world_set_obstacle_obstacle_law(NULL, obstacle, body, &good_law, &error));
     REFUSED(tulle_world_set_obstacle_obstacle_law(fresh, obstacle, body, NULL, &error));
     REFUSED(tulle_world_set_obstacle_obstacle_law(fresh, body, body, &good_law, &error));
@@ -312,30 +254,25 @@ ARGUMENTS_OF(tulle_world_set_obstacle_obstacle_law) {
 }
 
 ARGUMENTS_OF(tulle_world_set_material_law) {
-    (void)unused;
     REFUSED(tulle_world_set_material_law(NULL, "silk", "wool", &good_law, &error));
     REFUSED(tulle_world_set_material_law(fresh, NULL, "wool", &good_law, &error));
     REFUSED(tulle_world_set_material_law(fresh, "silk", NULL, &good_law, &error));
     REFUSED(tulle_world_set_material_law(fresh, "silk", "wool", NULL, &error));
     REFUSED(tulle_world_set_material_law(fresh, "silk", "", &good_law, &error));
-    for (int i = 0; i < BAD_LAW_COUNT; i++)
-        REFUSED(tulle_world_set_material_law(fresh, "silk", "wool", &bad_laws[i], &error));
+    REFUSED(tulle_world_set_material_law(fresh, "silk", "wool", &bad_law, &error));
 }
 
 ARGUMENTS_OF(tulle_world_start) {
-    (void)unused;
     REFUSED(tulle_world_start(NULL, &error));
     FINE(tulle_world_start(started, NULL));
 }
 
 ARGUMENTS_OF(tulle_world_set_stop_request) {
-    (void)unused;
     tulle_world_set_stop_request(NULL, NULL, NULL);
     tulle_world_set_stop_request(started, NULL, &error);
 }
 
 ARGUMENTS_OF(tulle_world_get_intersections) {
-    (void)unused;
     size_t count = 7;
     assert_null(tulle_world_get_intersections(NULL, &count));
     assert_int_equal(count, 0);
@@ -344,7 +281,6 @@ ARGUMENTS_OF(tulle_world_get_intersections) {
 }
 
 ARGUMENTS_OF(tulle_world_get_overlaps) {
-    (void)unused;
     size_t count = 7;
     assert_null(tulle_world_get_overlaps(NULL, &count));
     assert_int_equal(count, 0);
@@ -352,18 +288,15 @@ ARGUMENTS_OF(tulle_world_get_overlaps) {
 }
 
 ARGUMENTS_OF(tulle_world_get_untangle_report) {
-    (void)unused;
     assert_int_equal(tulle_world_get_untangle_report(NULL).rounds, 0);
 }
 
 ARGUMENTS_OF(tulle_stage_name) {
-    (void)unused;
     for (int i = 0; i < NO_CHOICE_COUNT; i++) assert_null(tulle_stage_name(no_choices[i]));
     assert_null(tulle_stage_name(TULLE_STAGE_COUNT));
 }
 
 ARGUMENTS_OF(tulle_world_step) {
-    (void)unused;
     tulle_step_report report;
     REFUSED(tulle_world_step(NULL, STEP, &report, &error));
     for (int i = 0; i < NO_NUMBER_COUNT; i++)
@@ -376,20 +309,12 @@ ARGUMENTS_OF(tulle_world_step) {
 }
 
 ARGUMENTS_OF(tulle_world_get_step_progress) {
-    (void)unused;
     assert_int_equal(tulle_world_get_step_progress(NULL).is_under_way, 0);
 }
-ARGUMENTS_OF(tulle_world_get_time) {
-    (void)unused;
-    assert_true(tulle_world_get_time(NULL) == 0.0);
-}
-ARGUMENTS_OF(tulle_world_get_step_count) {
-    (void)unused;
-    assert_int_equal(tulle_world_get_step_count(NULL), 0);
-}
+ARGUMENTS_OF(tulle_world_get_time) { assert_true(tulle_world_get_time(NULL) == 0.0); }
+ARGUMENTS_OF(tulle_world_get_step_count) { assert_int_equal(tulle_world_get_step_count(NULL), 0); }
 
 ARGUMENTS_OF(tulle_world_get_distances) {
-    (void)unused;
     double values[3] = {1, 1, 1};
     tulle_world_get_distances(NULL, NULL, NULL, NULL);
     tulle_world_get_distances(started, NULL, NULL, NULL);
@@ -398,7 +323,6 @@ ARGUMENTS_OF(tulle_world_get_distances) {
 }
 
 ARGUMENTS_OF(tulle_paper_options_default) {
-    (void)unused;
     tulle_paper_options options = tulle_paper_options_default();
     tulle_world_def def = tulle_world_def_default();
     tulle_world *made = NULL;
@@ -410,16 +334,12 @@ ARGUMENTS_OF(tulle_paper_options_default) {
 }
 
 ARGUMENTS_OF(tulle_world_get_paper_options) {
-    (void)unused;
     tulle_paper_options const options = tulle_world_get_paper_options(NULL);
     assert_true(options.cg_tolerance == tulle_paper_options_default().cg_tolerance);
     assert_int_equal(tulle_world_get_paper_options(started).impact_rounds, options.impact_rounds);
 }
 
-ARGUMENTS_OF(tulle_world_last_message) {
-    (void)unused;
-    assert_string_equal(tulle_world_last_message(NULL), "");
-}
+ARGUMENTS_OF(tulle_world_last_message) { assert_string_equal(tulle_world_last_message(NULL), ""); }
 
 typedef const double *(*cloth_reader)(const tulle_world *, tulle_cloth_id, size_t *);
 typedef const double *(*obstacle_reader)(const tulle_world *, tulle_obstacle_id, size_t *);
@@ -450,31 +370,19 @@ static void check_obstacle_reader(obstacle_reader get) {
     }
 }
 
-ARGUMENTS_OF(tulle_cloth_get_positions) {
-    (void)unused;
-    check_cloth_reader(tulle_cloth_get_positions);
-}
-ARGUMENTS_OF(tulle_cloth_get_velocities) {
-    (void)unused;
-    check_cloth_reader(tulle_cloth_get_velocities);
-}
-ARGUMENTS_OF(tulle_obstacle_get_positions) {
-    (void)unused;
-    check_obstacle_reader(tulle_obstacle_get_positions);
-}
+ARGUMENTS_OF(tulle_cloth_get_positions) { check_cloth_reader(tulle_cloth_get_positions); }
+ARGUMENTS_OF(tulle_cloth_get_velocities) { check_cloth_reader(tulle_cloth_get_velocities); }
+ARGUMENTS_OF(tulle_obstacle_get_positions) { check_obstacle_reader(tulle_obstacle_get_positions); }
 ARGUMENTS_OF(tulle_obstacle_get_velocities) {
-    (void)unused;
     check_obstacle_reader(tulle_obstacle_get_velocities);
 }
 
 ARGUMENTS_OF(tulle_obstacle_is_present) {
-    (void)unused;
     assert_int_equal(tulle_obstacle_is_present(NULL, obstacle), 0);
     for (int i = 0; i < 4; i++)
         assert_int_equal(tulle_obstacle_is_present(started, bad_obstacles[i]), 0);
 }
 ARGUMENTS_OF(tulle_obstacle_is_asleep) {
-    (void)unused;
     assert_int_equal(tulle_obstacle_is_asleep(NULL, body), 0);
     assert_int_equal(tulle_obstacle_is_asleep(fresh, body), 0);
     for (int i = 0; i < 4; i++)
@@ -482,7 +390,6 @@ ARGUMENTS_OF(tulle_obstacle_is_asleep) {
 }
 
 ARGUMENTS_OF(tulle_obstacle_get_transform) {
-    (void)unused;
     tulle_transform transform;
     REFUSED(tulle_obstacle_get_transform(NULL, body, &transform, &error));
     REFUSED(tulle_obstacle_get_transform(started, body, NULL, &error));
@@ -493,7 +400,6 @@ ARGUMENTS_OF(tulle_obstacle_get_transform) {
 }
 
 ARGUMENTS_OF(tulle_obstacle_add_impulse) {
-    (void)unused;
     double const zero[3] = {0, 0, 0};
     REFUSED(tulle_obstacle_add_impulse(NULL, body, zero, zero, &error));
     REFUSED(tulle_obstacle_add_impulse(started, body, NULL, zero, &error));
@@ -509,7 +415,6 @@ ARGUMENTS_OF(tulle_obstacle_add_impulse) {
 }
 
 ARGUMENTS_OF(tulle_obstacle_get_contact_impulse) {
-    (void)unused;
     double a[3], b[3];
     REFUSED(tulle_obstacle_get_contact_impulse(NULL, body, a, b, &error));
     REFUSED(tulle_obstacle_get_contact_impulse(started, body, NULL, b, &error));
@@ -519,13 +424,11 @@ ARGUMENTS_OF(tulle_obstacle_get_contact_impulse) {
 }
 
 ARGUMENTS_OF(tulle_obstacle_wake) {
-    (void)unused;
     REFUSED(tulle_obstacle_wake(NULL, body, &error));
     for (int i = 0; i < 4; i++) REFUSED(tulle_obstacle_wake(started, bad_obstacles[i], &error));
 }
 
 ARGUMENTS_OF(tulle_world_get_contacts) {
-    (void)unused;
     const tulle_contact *contacts;
     size_t count;
     REFUSED(tulle_world_get_contacts(NULL, &contacts, &count, &error));
@@ -534,12 +437,10 @@ ARGUMENTS_OF(tulle_world_get_contacts) {
 }
 
 ARGUMENTS_OF(tulle_world_find_largest_stretch) {
-    (void)unused;
     assert_true(tulle_world_find_largest_stretch(NULL).stretch == 0.0);
 }
 
 ARGUMENTS_OF(tulle_cloth_get_fineness) {
-    (void)unused;
     assert_true(tulle_cloth_get_fineness(NULL, cloth).mean_edge == 0.0);
     assert_true(tulle_cloth_get_fineness(fresh, cloth).mean_edge == 0.0);
     assert_true(tulle_cloth_get_fineness(started, cloth).mean_edge > 0.0);
@@ -548,7 +449,6 @@ ARGUMENTS_OF(tulle_cloth_get_fineness) {
 }
 
 ARGUMENTS_OF(tulle_world_get_numerical_damping) {
-    (void)unused;
     static double const refused[] = {0.0, -1.0, (double)NAN, (double)INFINITY};
     assert_true(tulle_world_get_numerical_damping(NULL, 0.01, 1.0) == 0.0);
     assert_true(tulle_world_get_numerical_damping(fresh, 0.01, 1.0) > 0.0);
@@ -560,7 +460,6 @@ ARGUMENTS_OF(tulle_world_get_numerical_damping) {
 }
 
 ARGUMENTS_OF(tulle_cloth_get_patches) {
-    (void)unused;
     tulle_patch_options const good = {0};
     uint32_t labels[32];
     size_t count = 0;
@@ -581,12 +480,10 @@ ARGUMENTS_OF(tulle_cloth_get_patches) {
 }
 
 ARGUMENTS_OF(tulle_world_get_state_hash) {
-    (void)unused;
     assert_true(tulle_world_get_state_hash(NULL) == tulle_world_get_state_hash(fresh));
 }
 
 ARGUMENTS_OF(tulle_world_save_state) {
-    (void)unused;
     void *bytes = NULL;
     size_t count = 0;
     REFUSED(tulle_world_save_state(NULL, &bytes, &count, &error));
@@ -597,14 +494,12 @@ ARGUMENTS_OF(tulle_world_save_state) {
 }
 
 ARGUMENTS_OF(tulle_world_free_state) {
-    (void)unused;
     tulle_world_free_state(NULL, NULL, 0);
     tulle_world_free_state(NULL, &error, 1);
     tulle_world_free_state(started, NULL, SIZE_MAX);
 }
 
 ARGUMENTS_OF(tulle_world_load_state) {
-    (void)unused;
     void *bytes = NULL;
     size_t count = 0;
     FINE(tulle_world_save_state(started, &bytes, &count, &error));
@@ -616,67 +511,6 @@ ARGUMENTS_OF(tulle_world_load_state) {
     tulle_world_free_state(started, bytes, count);
 }
 
-static const struct CMUnitTest table[] = {
-    TABLE_LINE(tulle_world_def_default),
-    TABLE_LINE(tulle_material_preset),
-    TABLE_LINE(tulle_material_preset_name),
-    TABLE_LINE(tulle_material_preset_source),
-    TABLE_LINE(tulle_material_preset_thickness),
-    TABLE_LINE(tulle_material_preset_measured),
-    TABLE_LINE(tulle_cloth_def_default),
-    TABLE_LINE(tulle_obstacle_def_default),
-    TABLE_LINE(tulle_pin_default),
-    TABLE_LINE(tulle_world_create),
-    TABLE_LINE(tulle_world_destroy),
-    TABLE_LINE(tulle_world_add_cloth),
-    TABLE_LINE(tulle_world_add_obstacle),
-    TABLE_LINE(tulle_world_set_cloth_cloth_law),
-    TABLE_LINE(tulle_world_set_cloth_obstacle_law),
-    TABLE_LINE(tulle_world_set_obstacle_obstacle_law),
-    TABLE_LINE(tulle_world_set_material_law),
-    TABLE_LINE(tulle_world_start),
-    TABLE_LINE(tulle_world_set_stop_request),
-    TABLE_LINE(tulle_world_get_intersections),
-    TABLE_LINE(tulle_world_get_overlaps),
-    TABLE_LINE(tulle_world_get_untangle_report),
-    TABLE_LINE(tulle_stage_name),
-    TABLE_LINE(tulle_world_step),
-    TABLE_LINE(tulle_world_get_step_progress),
-    TABLE_LINE(tulle_world_get_time),
-    TABLE_LINE(tulle_world_get_step_count),
-    TABLE_LINE(tulle_world_get_distances),
-    TABLE_LINE(tulle_paper_options_default),
-    TABLE_LINE(tulle_world_get_paper_options),
-    TABLE_LINE(tulle_world_last_message),
-    TABLE_LINE(tulle_cloth_get_positions),
-    TABLE_LINE(tulle_cloth_get_velocities),
-    TABLE_LINE(tulle_obstacle_get_positions),
-    TABLE_LINE(tulle_obstacle_get_velocities),
-    TABLE_LINE(tulle_obstacle_is_present),
-    TABLE_LINE(tulle_obstacle_get_transform),
-    TABLE_LINE(tulle_obstacle_add_impulse),
-    TABLE_LINE(tulle_obstacle_get_contact_impulse),
-    TABLE_LINE(tulle_obstacle_is_asleep),
-    TABLE_LINE(tulle_obstacle_wake),
-    TABLE_LINE(tulle_world_get_contacts),
-    TABLE_LINE(tulle_world_find_largest_stretch),
-    TABLE_LINE(tulle_cloth_get_fineness),
-    TABLE_LINE(tulle_world_get_numerical_damping),
-    TABLE_LINE(tulle_cloth_get_patches),
-    TABLE_LINE(tulle_world_get_state_hash),
-    TABLE_LINE(tulle_world_save_state),
-    TABLE_LINE(tulle_world_free_state),
-    TABLE_LINE(tulle_world_load_state),
-};
-
-static void every_function_has_its_test(void **unused) {
-    (void)unused;
-    static const char *const headers[] = {"tulle/world.h", "tulle/paper.h"};
-    expect_complete(headers, 2, table, sizeof table / sizeof table[0]);
-}
-
 int main(void) {
-    const struct CMUnitTest others[] = {cmocka_unit_test(every_function_has_its_test)};
-    int const failed = cmocka_run_group_tests(table, set_up, tear_down);
-    return cmocka_run_group_tests(others, NULL, NULL) + failed;
+    return run_arguments(HEADERS("tulle/world.h", "tulle/paper.h"), set_up, tear_down);
 }

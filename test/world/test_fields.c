@@ -111,17 +111,17 @@ static void refuse_rows(const field_table *table, char *part, taker take, const 
                         const char *without) {
     for (size_t r = 0; r < table->row_count; r++) {
         const field *const row = &table->rows[r];
-        if (row->is_array || (row->group && without && strcmp(row->group, without) == 0)) continue;
-        char *inner = part + row->offset;
-        if (row->is_pointer) memcpy(&inner, inner, sizeof inner);
+        if (row->group && without && strcmp(row->group, without) == 0) continue;
+        char *at = part + row->offset; /* of an array: its first item */
+        if (row->is_pointer || row->is_array) memcpy(&at, at, sizeof at);
+        if (!at) continue;
         if (row->kind == FIELD_STRUCT && strcmp(row->name, "mesh") != 0)
-            refuse_rows(row->inner, inner, take, whole, without);
+            refuse_rows(row->inner, at, take, whole, without);
         if (!row->range) continue;
         double wrong[5];
         list_wrong(row, wrong);
         for (int i = 0; i < 5; i++) {
             char kept[sizeof(double)];
-            char *const at = part + row->offset;
             bool const is_wrong = isnan(wrong[i]) || wrong[i] < row->least || wrong[i] > row->most;
             if (!is_wrong || (row->takes_zero && wrong[i] == 0.0)) continue;
             memcpy(kept, at, field_size(row));
@@ -153,6 +153,24 @@ static void numbers_out_of_range_are_refused(void **unused) {
     refuse_all(&wind_fields, &world.wind, set_wind, NULL);
     tulle_cloth_def def = tulle_cloth_def_default();
     def.mesh = tulle_mesh_get_view(&sheet);
+    double velocities[3 * 16] = {0}, warps[3 * 18], factors[18], corners[9 * 18];
+    for (size_t t = 0; t < 18; t++) {
+        factors[t] = 1.0;
+        for (size_t k = 0; k < 3; k++) warps[3 * t + k] = 1.0;
+        for (size_t k = 0; k < 9; k++)
+            corners[9 * t + k] = sheet.positions[3 * sheet.triangles[3 * t + k / 3] + k % 3];
+    }
+    tulle_crease const crease = {{0, 1}, 0.5};
+    uint32_t const vertex = 0;
+    tulle_pin pin = tulle_pin_default();
+    pin.vertices = &vertex;
+    pin.vertex_count = def.crease_count = def.pin_count = 1;
+    def.velocities = velocities;
+    def.warps = warps;
+    def.stiffness_factors = factors;
+    def.rest_corners = corners;
+    def.creases = &crease;
+    def.pins = &pin;
     refuse_all(&cloth_def_fields, &def, add_woven, "cloth of springs");
     refuse_all(&cloth_def_fields, &def, add_springs, "woven cloth");
     tulle_obstacle_def obstacle = tulle_obstacle_def_default();
@@ -161,8 +179,7 @@ static void numbers_out_of_range_are_refused(void **unused) {
     refuse_all(&obstacle_def_fields, &obstacle, add_obstacle, NULL);
     tulle_contact_law law = {0.5, 0.4, 0.1};
     refuse_all(&contact_law_fields, &law, set_law, NULL);
-    static const double point[3] = {0.0, 0.0, 1.0};
-    static const uint32_t vertex = 0;
+    double point[3] = {0.0, 0.0, 1.0};
     tulle_attachment_def attached = tulle_attachment_def_default();
     attached.cloth = cloth;
     attached.vertices = &vertex;
