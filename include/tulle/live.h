@@ -70,7 +70,7 @@ TULLE_API tulle_status tulle_cloth_set_pin_targets(tulle_world *world, tulle_clo
 /* Where a cloth is drawn in the next step. */
 typedef struct tulle_cloth_targets {
     const double *positions;     /* [m] 3 * vertex_count */
-    const double *departures;    /* [m] 3 * vertex_count: from the positions; null: none */
+    const double *departures;    /* [m] 3 * vertex_count: displacements from these; null: none */
     const unsigned char *is_led; /* vertex_count: not 0 where a vertex is led; null: none is */
     size_t vertex_count;         /* of the cloth */
 } tulle_cloth_targets;

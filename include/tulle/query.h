@@ -33,7 +33,7 @@ typedef enum tulle_object_kind {
 } tulle_object_kind;
 /* Names a cloth or an obstacle of a world. All zero names none. */
 typedef struct tulle_object_id {
-    tulle_object_kind kind; /* whose id the next two are */
+    tulle_object_kind kind; /* cloth or obstacle: the kind of the id below */
     uint32_t index;         /* of tulle_cloth_id or tulle_obstacle_id */
     uint32_t generation;    /* of that id */
 } tulle_object_id;
