@@ -24,11 +24,11 @@ extern "C" {
 typedef enum tulle_event_kind {
     /* contacts of two objects together press with more than the watch's contact_force */
     TULLE_EVENT_CONTACT_BEGIN,
-    TULLE_EVENT_CONTACT_END, /* they no longer do */
-    TULLE_EVENT_SLEEP,       /* a body or a cloth has fallen asleep */
-    TULLE_EVENT_WAKE,        /* it is awake again, also by a call of the host */
-    TULLE_EVENT_PINCH_BEGIN, /* cloth has no room: an obstacle waits or lags, as on_pinch says */
-    TULLE_EVENT_PINCH_END,   /* the pinch is over */
+    TULLE_EVENT_CONTACT_END,       /* they no longer do */
+    TULLE_EVENT_SLEEP,             /* a body or a cloth has fallen asleep */
+    TULLE_EVENT_WAKE,              /* it is awake again, also by a call of the host */
+    TULLE_EVENT_PINCH_BEGIN,       /* cloth has no room: an obstacle lags, as on_pinch says */
+    TULLE_EVENT_PINCH_END,         /* the pinch is over */
     TULLE_EVENT_OVERSTRETCH_BEGIN, /* a yarn of a cloth is longer than its material holds */
     TULLE_EVENT_OVERSTRETCH_END,   /* no yarn is any longer */
     TULLE_EVENT_APPEAR,            /* an obstacle has come into the scene */

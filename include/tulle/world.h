@@ -83,7 +83,7 @@ typedef enum tulle_start_intersections {
 /* What happens when obstacles close on cloth and leave it no room. */
 typedef enum tulle_on_pinch {
     TULLE_ON_PINCH_STOP, /* the step fails, before the cloth tears; the state stays */
-    TULLE_ON_PINCH_SLOW, /* as LAG; rigid obstacles wait, held apart, until they move apart again */
+    TULLE_ON_PINCH_SLOW, /* as LAG; after a pinch rigid obstacles and pins lag, too */
     TULLE_ON_PINCH_LAG   /* obstacles that deform lag behind their frames; a rigid obstacle: STOP */
 } tulle_on_pinch;
 
@@ -525,7 +525,7 @@ typedef struct tulle_step_report {
     uint64_t patch_triangles;   /* triangles in patches in use */
     uint64_t patches_certified; /* patches in use that are proven not to touch themselves */
     uint64_t patches_dissolved; /* kept patches dissolved whole; not those cut or grown again */
-    double largest_lag;         /* [m] of a vertex behind its frames (TULLE_ON_PINCH_LAG) */
+    double largest_lag;         /* [m] of a vertex behind its path (TULLE_ON_PINCH_LAG) */
 } tulle_step_report;
 
 /* Moves the world on by `time_step` [s], 0 < time_step <= 1. `report` and `error` may be null.

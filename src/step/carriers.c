@@ -53,7 +53,7 @@ void step_compute_carriers(const step_model *model, motion_state *state, step_wo
     memset(work->carriers.used, 0, model->surface_count * sizeof *work->carriers.used);
     for (size_t i = 0; i < model->obstacles.count; i++) {
         const world_motion *const motion = &model->obstacles.data[i].motion;
-        if (motion->key_count == 0 || work->pinch.is_script_frozen) continue;
+        if (motion->key_count == 0) continue;
         size_t const surface = model->cloths.count + i;
         affine_map *const map = &work->carriers.maps[surface];
         affine_map *const script = &work->carriers.script[i];
@@ -72,7 +72,7 @@ void step_compute_carriers(const step_model *model, motion_state *state, step_wo
 
 void step_follow_carriers(const step_model *model, step_work *work) {
     double const share = work->sub.passed / work->sub.time_step;
-    for (size_t i = 0; i < model->obstacles.count && !work->pinch.is_script_frozen; i++) {
+    for (size_t i = 0; i < model->obstacles.count; i++) {
         affine_map *const map = &work->carriers.progress[i], *const whole =
                                                                  &work->carriers.script[i];
         for (size_t k = 0; k < 9; k++)

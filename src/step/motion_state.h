@@ -30,22 +30,15 @@ typedef struct cloth_rest {
     double slept_from; /* [s] start of the step in which it fell asleep; 0 while awake */
 } cloth_rest;
 
-/* What on_pinch: slow holds back (holds.h). Plain data without padding: saved and hashed as bytes.
- */
-typedef struct world_hold {
-    uint32_t kind;          /* hold_kind */
-    uint32_t cloth;         /* surface that was pinched */
-    uint32_t obstacles[2];  /* the second may be TULLE_NONE: something fixed */
-    uint32_t points[2][4];  /* vertices of each obstacle; their weighted mean is the point at which
-                               it is held apart from the other */
-    double weights[2][4];   /* of these vertices in the mean */
-    double normal[3];       /* unit, from the first obstacle to the second */
-    double gap, wanted_gap; /* [m] of the points along the normal that they keep: now, at last */
-    double share;           /* share of the forbidden motion that the first holds back */
-    double lag; /* [m] farthest vertex from its place in the script, while catching up */
-    uint32_t wait, waiting; /* steps until it is tried again: in all, and still to go */
-} world_hold;
-enum { HOLDS_MAX = 16 };
+/* A place at which a step was pinched; what follows a script around it waits (lag.h). Plain data
+ * without padding: saved and hashed as bytes. */
+typedef struct still_place {
+    double position[3]; /* [m] */
+    double radius;      /* [m] may be infinite */
+    int32_t wait;       /* steps for which it stands still in all */
+    int32_t waiting;    /* that are left; below 0: it is remembered */
+} still_place;
+enum { STILL_PLACES = 16 };
 
 /* A vertex of cloth that an attachment holds (ties.h). Plain data without padding: saved and hashed
  * as bytes. It describes what holds the vertex: a place over the triangle of `corners`, or, if
@@ -90,8 +83,8 @@ typedef struct motion_state {
     cloth_rest *cloth_rests;     /* cloth_rest_count */
     double *drive_forces;        /* [N], [N m] 6 per body: of the last substep; not saved */
     motion_pose *poses;          /* of pose_count obstacles that are driven as a whole */
-    world_hold holds[HOLDS_MAX];
-    size_t hold_count;
+    still_place still[STILL_PLACES];
+    size_t still_count;
     double *lags;              /* [m] of lag_vertex_count vertices, see lag.h */
     double *largest_lags;      /* [m] per obstacle; 0: its lags are zero. Not saved */
     ARRAY(world_tie) ties;     /* by number of attachment, then order */

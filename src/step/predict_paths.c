@@ -8,7 +8,6 @@
 #include "step/bodies/bodies.h"
 #include "step/bodies/bodies_sleep.h"
 #include "step/lag/lag.h"
-#include "step/pinch/holds.h"
 #include "step/script.h"
 #include "step/search.h"
 #include "step/sleep/cloth_sleep.h"
@@ -84,17 +83,13 @@ tulle_status step_predict_paths(step_context *context) {
     motion_state *const state = context->state;
     if (!allocate_arrays(context))
         return step_end_stage(context, STAGE_PREDICT_PATHS, TULLE_ERROR_OUT_OF_MEMORY);
-    /* where the script has its vertices at the end of the substep, as far as holds let them go */
-    double const advance = context->work->pinch.is_script_frozen ? 0.0 : context->sub->time_step;
-    tulle_status status = step_script_targets(context->model, context->work, state->time,
-                                              state->time + advance, context->work->error);
+    /* where the script has its vertices at the end of the substep, as far as lags let them go */
+    tulle_status status =
+        step_script_targets(context->model, context->work, state->time,
+                            state->time + context->sub->time_step, context->work->error);
     if (status != TULLE_OK) return status;
     step_lead_lag(context->model, context->state, context->work);
-    step_hold_targets(context->model, context->state, context->work);
     step_lead_ties(context->model, context->state, context->work);
-    if (context->work->pinch.is_script_frozen)
-        memcpy(context->work->targets, state->positions,
-               3 * context->model->vertex_count * sizeof(double));
     status = step_wake_near_script(context->model, context->state, context->work);
     if (status != TULLE_OK) return step_end_stage(context, STAGE_PREDICT_PATHS, status);
     step_hold_sleepers(context->model, context->state, context->work);

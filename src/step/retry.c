@@ -1,45 +1,13 @@
 /* step/retry.c - all that is tried again when a step does not come out at once.
  *
- * A stage says what happened; this file decides what follows. The files of the stages tell of loops
- * within a stage: rounds of impacts, the rescue of commit_safely, searches for other paths.
- *
- *   what happened                      | what is tried                       | how often
- *   -----------------------------------|-------------------------------------|------------------
- *   in a solve (stages 7 and 8)        |                                     |
- *   springs take more than was linear  | linearise about the solution, solve | 3 a balance
- *   they do so again                   | the same about a part of the way    | these count, too
- *   they take far more than there is   | the same, never above what there is | 12 a balance
- *   the solve was rough                | solve to the tolerance              | 1 a linearisation
- *   energy is gained, bodies make room | the same with less room for bodies  | 2
- *   energy is gained                   | linearise, solve with more rounds   | 3, while it halves,
- *                                      |                                     | down to a tenth
- *                                      |                                     |
- *   in a substep                       |                                     |
- *   its contacts wake bodies or cloth  | the substep with them awake         | once for each
- *   a contact makes a body turn too far| as long as the turn allows          | until it fits
- *   too much comes near to its paths   | half the length                     | to 1/4,096 of step
- *   cloth grows by too much, or by far | half the length                     | while over 1/4 step;
- *   more in the first solve; energy is |                                     | short edges: 1/64
- *   gained, or far too much of it left |                                     |
- *   a part of the time passed          | the rest as another substep         | 48 a go at the step
- *   stuck while a script moves         | substeps shorter by 4, half reserve | 3
- *   stuck with nothing on a script     | cloth and bodies stand still        | to its end
- *                                      |                                     |
- *   in a step                          |                                     |
- *   it is pinched, or tears cloth      | undo; what on_pinch says, anew      | see below
- *
- * A step is stuck when a substep is blocked, when four substeps in a row pass next to no time, or
- * when it took 48 substeps (768 with short edges). Refused substeps count too; shorter substeps and
- * turns raise the limit. A step is pinched when it is stuck after the last of the shorter substeps,
- * or at once where what blocks it may lag behind its frames: then it lags more (lag.c), 24 times.
- * Else on_pinch decides: `stop` fails the step. `slow` holds back more each time, at last all that
- * follows a script (pinch.c); while anything is held back, a gain of energy refuses no substep. A
- * body that turns too fast for 4,096 substeps fails the step. */
+ * A stage says what happened; this file decides what follows. The table of what is tried, and how
+ * often, is in docs/method/index.md, "When something does not succeed". The files of the stages
+ * tell of loops within a stage. */
 #include "step/bodies/bodies_room.h"
 #include "step/bodies/bodies_sleep.h"
 #include "step/bodies/bodies_turn.h"
 #include "step/lag/lag.h"
-#include "step/pinch/pinch.h"
+#include "step/lag/pinch.h"
 #include "step/step_context.h"
 #include "step/undo.h"
 
@@ -53,8 +21,6 @@ enum { BALANCES_MAX = 3, ROOM_LEVELS_MAX = 2 };
  * left. */
 static const double BALANCE_FALL = 0.5, BALANCE_ENOUGH = 0.1;
 
-/* A rest of the step under this share of it is rounding, and no substep follows. */
-static const double REMAINDER_SHARE = 1e-9;
 /* A substep of this share of the step is taken even if it stretches cloth too much. A power of two.
  * With low triangles it is less: the ends of short edges move apart by many of their lengths in a
  * step, and the linear system knows little of that. */
@@ -186,10 +152,11 @@ bool step_may_halve(const step_context *context) {
     return context->sub->time_step > context->retry.shortest;
 }
 
-/* What is held back presses the cloth between it in substeps of any length. So while anything is
- * held, a gain refuses nothing. */
+/* What lags presses the cloth between it in substeps of any length. So while anything does, a gain
+ * refuses nothing. */
 bool step_may_refuse_gain(const step_context *context) {
-    return step_may_halve(context) && context->state->hold_count == 0;
+    return step_may_halve(context) && context->work->lag.level == 0 &&
+           !step_has_lags(context->model, context->state);
 }
 
 tulle_status step_choose_substep(step_context *context) {
@@ -243,7 +210,7 @@ void step_retry_substep(step_context *context, tulle_status *status) {
         step_stand_still(context->model, context->state);
         retry->remaining = 0.0;
     } else if (retry->shorter_count == SHORTER_MAX ||
-               step_may_feel(context->model, context->state, context->work)) {
+               step_waits_at_once(context->model, context->state, context->work)) {
         context->outcome = SUBSTEP_PINCHED;
     } else {
         /* What turns fast leaves its circle less in shorter substeps, and cloth that rides on it
@@ -265,16 +232,9 @@ bool step_retry_whole(step_context *context, tulle_status *status) {
     *status = step_handle_pinch(context->model, state, context->work, is_torn);
     if (*status != TULLE_OK) return false;
 
-    /* undo the step, but for the holds that it has come to */
-    world_hold holds[HOLDS_MAX];
-    size_t const hold_count = state->hold_count;
-    memcpy(holds, state->holds, sizeof holds);
     context->work->broken = (step_finding){0};
     step_undo(context->model, context->work);
     bool has_appeared; /* was judged before the first try */
     *status = step_copy_start(context->model, state, context->work, &has_appeared);
-    if (*status != TULLE_OK) return false;
-    memcpy(state->holds, holds, sizeof holds);
-    state->hold_count = hold_count;
-    return true;
+    return *status == TULLE_OK;
 }

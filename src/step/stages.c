@@ -249,7 +249,7 @@ tulle_status step_commit_safely(step_context *context) {
     report->tested_pairs += commit->tested_pairs;
     report->turning_pairs += commit->turning_pairs;
     if (status == TULLE_OK) {
-        if (commit->has_blocking) context->work->pinch.blocked = *commit;
+        if (commit->has_blocking) context->work->lag.blocked = *commit;
         context->sub->passed = commit->fraction * context->sub->time_step;
         context->outcome = outcomes[commit->outcome];
         /* a rescue knows nothing of springs: cloth that it moved may have far too much energy

@@ -16,13 +16,13 @@
 #include "step/bodies/bodies_turn.h"
 #include "step/energy_balance.h"
 #include "step/lag/lag.h"
-#include "step/pinch/holds.h"
-#include "step/pinch/pinch.h"
+#include "step/lag/pinch.h"
 #include "step/sleep/cloth_sleep.h"
 #include "step/step_context.h"
 #include "step/stretch.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Looks at the motion of stages 7 and 8 before it is committed; may end the substep. No stage of
  * its own: its time counts as that of stage 7. */
@@ -132,16 +132,15 @@ tulle_status step_run(const step_model *model, motion_state *state, step_work *w
     double const end_time = state->time + work->whole_step;
     bool is_again = false;
     work->failure = work->broken = (step_finding){0};
-    work->lag = (lag_work){.places = work->lag.places};
-    work->pinch = (pinch_work){0};
+    work->lag = (lag_work){.places = work->lag.places, .still_count = work->start->still_count};
+    memcpy(work->lag.still, work->start->still, sizeof work->lag.still);
     work->sub = (substep){0};
-    work->pinch.is_near = ARENA_NEW_ZEROED(&work->scratch, uint8_t, model->obstacles.count + 1);
-    work->pinch.is_freed = ARENA_NEW_ZEROED(&work->scratch, uint8_t, model->obstacles.count + 1);
-    if (!work->pinch.is_near || !work->pinch.is_freed) return TULLE_ERROR_OUT_OF_MEMORY;
+    work->lag.is_near = ARENA_NEW_ZEROED(&work->scratch, uint8_t, model->obstacles.count + 1);
+    work->lag.is_freed = ARENA_NEW_ZEROED(&work->scratch, uint8_t, model->obstacles.count + 1);
+    if (!work->lag.is_near || !work->lag.is_freed) return TULLE_ERROR_OUT_OF_MEMORY;
     do {
         arena_mark const mark = arena_get_mark(&work->scratch);
         context->outcome = SUBSTEP_RUNS;
-        if (status == TULLE_OK) step_begin_holds(state, work);
         if (status == TULLE_OK) status = step_begin_lag(model, work);
         if (status == TULLE_OK) status = step_begin_carriers(model, work);
         step_begin_retries(context);
@@ -159,10 +158,10 @@ tulle_status step_run(const step_model *model, motion_state *state, step_work *w
         }
         if (status == TULLE_OK && context->outcome != SUBSTEP_PINCHED) {
             state->time = end_time;
+            step_end_lag(model, state, work);
             status = step_settle_bodies(model, state, work);
             if (status == TULLE_OK)
                 status = step_settle_cloths(model, state, work, context->outcome == SUBSTEP_WHOLE);
-            step_end_lag(model, state, work);
             if (status == TULLE_OK) status = report_energies(context);
             if (status == TULLE_OK) status = check_overstretch(context);
             if (status == TULLE_OK && step_tears_squeezed(model, state, work))

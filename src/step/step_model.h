@@ -132,7 +132,7 @@ typedef struct step_model {
     uint32_t cloth_edge_count; /* edges of all cloths come first */
     size_t plastic_count;      /* of sliders; 0 where no cloth has hysteresis */
     size_t pose_count;         /* all obstacles where one is driven as a whole, else 0 */
-    size_t lag_vertex_count;   /* of obstacles that may lag (lag.h) */
+    size_t lag_vertex_count;   /* of all obstacles where one may lag (lag.h), else 0 */
     topology topo;
     size_t surface_count;
     uint32_t *vertex_surface; /* surface of each vertex */

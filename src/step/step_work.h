@@ -18,9 +18,11 @@
 #include "step/findings.h"
 #include "step/lag/lag_work.h"
 #include "step/motion_state.h"
-#include "step/pinch/pinch_work.h"
 #include "step/step_model.h"
 #include "tulle/world.h"
+
+/* A rest of the step under this share of it is rounding, and no substep follows. */
+static const double REMAINDER_SHARE = 1e-9;
 
 /* The substep that runs, or ran last. Its arrays lie in the scratch arena. */
 typedef struct substep {
@@ -101,7 +103,6 @@ typedef struct step_work {
     ARRAY(unsigned char) kept_patch_bytes; /* the patches at its start */
     carrier_work carriers;
     lag_work lag;
-    pinch_work pinch;
 
     /* of the substep that runs, or ran last */
     substep sub;

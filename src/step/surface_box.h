@@ -33,4 +33,14 @@ static inline bool surface_box_holds(const surface_box *box, const double *point
     return is_inside;
 }
 
+/* [m] From a point to the box; 0 within it. */
+static inline double surface_box_distance(const surface_box *box, const double *point) {
+    double sum = 0.0;
+    for (size_t c = 0; c < 3; c++) {
+        double const away = fmax(box->low[c] - point[c], point[c] - box->high[c]);
+        sum += away > 0.0 ? away * away : 0.0;
+    }
+    return sqrt(sum);
+}
+
 #endif

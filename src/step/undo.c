@@ -96,8 +96,8 @@ tulle_status step_copy_start(const step_model *model, motion_state *target, step
     target->previous_time_step = source->previous_time_step;
     target->lost_energy = source->lost_energy;
     target->elastic = source->elastic;
-    memcpy(target->holds, source->holds, source->hold_count * sizeof *source->holds);
-    target->hold_count = source->hold_count;
+    memcpy(target->still, source->still, sizeof source->still);
+    target->still_count = source->still_count;
     if (source->ties.count > 0) /* there is room: tulle_world_attach */
         memcpy(target->ties.data, source->ties.data, source->ties.count * sizeof(world_tie));
     target->ties.count = source->ties.count;

@@ -6,7 +6,7 @@
  * step is accepted, so that a failure leaves the world as it was. */
 #include "base/error.h"
 #include "base/sort.h"
-#include "step/pinch/holds.h"
+#include "step/lag/lag.h"
 #include "world/change/change.h"
 #include "world/fields/fields.h"
 #include "world/record/record.h"

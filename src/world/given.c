@@ -206,7 +206,8 @@ tulle_status tulle_world_place(tulle_world *world, const double *positions, size
         vec3_store(next->velocities, to, vec3_make(0.0, 0.0, 0.0));
     }
     memset(next->lags, 0, 3 * world->model.lag_vertex_count * sizeof(double));
-    step_measure_lags(&world->model, next, &world->work);
+    step_measure_lags(&world->model, next);
+    next->still_count = 0;
     next->previous_time_step = 0.0;
     next->elastic.is_known = false;
     next->contacts.contacts.count = 0;

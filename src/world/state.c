@@ -12,7 +12,6 @@
 #include "base/hash.h"
 #include "step/bodies/bodies.h"
 #include "step/lag/lag.h"
-#include "step/pinch/holds.h"
 #include "step/undo.h"
 #include "tulle/live.h"
 #include "world/record/record.h"
@@ -21,14 +20,14 @@
 #include <string.h>
 
 /* E: version. */
-static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'E'};
+static const char STATE_MAGIC[8] = {'T', 'U', 'L', 'L', 'E', 'S', 'T', 'F'};
 
 typedef struct state_header {
     char magic[8];
     uint64_t hash; /* of all bytes behind it */
     uint64_t byte_count, def_hash;
     uint64_t vertex_count, obstacle_count, step_count;
-    uint64_t contact_bytes, patch_bytes, setting_bytes, ignored_count, hold_count;
+    uint64_t contact_bytes, patch_bytes, setting_bytes, ignored_count, still_count;
     uint64_t control_bytes, tie_count, attachment_count, lag_count;
     double time, previous_time_step, lost_energy;
 } state_header;
@@ -115,8 +114,8 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
     if (world->model.cloth_rest_count > 0)
         hash = hash_bytes(hash, now->cloth_rests,
                           world->model.cloth_rest_count * sizeof *now->cloth_rests);
-    if (now->hold_count > 0)
-        hash = hash_bytes(hash, now->holds, now->hold_count * sizeof *now->holds);
+    if (now->still_count > 0)
+        hash = hash_bytes(hash, now->still, now->still_count * sizeof *now->still);
     if (world->model.body_count > 0)
         hash = hash_bytes(hash, &now->lost_energy, sizeof now->lost_energy);
     hash = hash_bytes(hash, world->ignored.data, world->ignored.count * sizeof(tulle_intersection));
@@ -133,7 +132,7 @@ uint64_t tulle_world_get_state_hash(const tulle_world *world) {
 
 /* The variable parts of a state. */
 typedef struct part_sizes {
-    size_t contact_bytes, patch_bytes, ignored_count, hold_count, setting_bytes, control_bytes,
+    size_t contact_bytes, patch_bytes, ignored_count, still_count, setting_bytes, control_bytes,
         tie_count, lag_count;
 } part_sizes;
 
@@ -144,7 +143,7 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
            world->model.plastic_count * sizeof(double) + world->model.obstacles.count +
            world->model.particle_count + world->model.body_count * sizeof(body_rest) +
            world->model.cloth_rest_count * sizeof(cloth_rest) +
-           world->model.pose_count * sizeof(motion_pose) + parts.hold_count * sizeof(world_hold) +
+           world->model.pose_count * sizeof(motion_pose) + parts.still_count * sizeof(still_place) +
            parts.tie_count * sizeof(world_tie) + 3 * parts.lag_count * sizeof(double) +
            parts.contact_bytes + parts.patch_bytes +
            parts.ignored_count * sizeof(tulle_intersection) + parts.control_bytes +
@@ -155,7 +154,7 @@ static size_t state_size(const tulle_world *world, part_sizes parts) {
  */
 static part_sizes read_parts(const state_header *header) {
     return (part_sizes){(size_t)header->contact_bytes, (size_t)header->patch_bytes,
-                        (size_t)header->ignored_count, (size_t)header->hold_count,
+                        (size_t)header->ignored_count, (size_t)header->still_count,
                         (size_t)header->setting_bytes, (size_t)header->control_bytes,
                         (size_t)header->tie_count,     (size_t)header->lag_count};
 }
@@ -165,7 +164,7 @@ static part_sizes measure_parts(const tulle_world *world) {
         .contact_bytes = contact_store_get_size(&world->now.contacts),
         .patch_bytes = world->work.patches ? kept_patches_save(world->work.patches, NULL) : 0,
         .ignored_count = world->ignored.count,
-        .hold_count = world->now.hold_count,
+        .still_count = world->now.still_count,
         .setting_bytes = world_get_settings_size(world),
         .control_bytes = world_get_controls_size(world),
         .tie_count = world->now.ties.count,
@@ -184,7 +183,7 @@ static void put_parts(const tulle_world *world, part_sizes parts, byte_cursor *c
     put(cursor, now->rests, world->model.body_count * sizeof *now->rests);
     put(cursor, now->cloth_rests, world->model.cloth_rest_count * sizeof *now->cloth_rests);
     put(cursor, now->poses, world->model.pose_count * sizeof *now->poses);
-    put(cursor, now->holds, parts.hold_count * sizeof *now->holds);
+    put(cursor, now->still, parts.still_count * sizeof *now->still);
     put(cursor, now->ties.data, parts.tie_count * sizeof *now->ties.data);
     put(cursor, now->lags, 3 * parts.lag_count * sizeof(double));
     put(cursor, world->ignored.data, parts.ignored_count * sizeof(tulle_intersection));
@@ -216,7 +215,7 @@ static void write_state(const tulle_world *world, part_sizes parts, unsigned cha
                            .setting_bytes = parts.setting_bytes,
                            .control_bytes = parts.control_bytes,
                            .ignored_count = parts.ignored_count,
-                           .hold_count = parts.hold_count,
+                           .still_count = parts.still_count,
                            .tie_count = parts.tie_count,
                            .lag_count = parts.lag_count,
                            .attachment_count = world->now.attachment_count,
@@ -291,7 +290,7 @@ static tulle_status check_header(const tulle_world *world, const state_header *h
     uint64_t const left = byte_count / sizeof(tulle_intersection);
     if (header->byte_count != byte_count || header->contact_bytes > byte_count ||
         header->patch_bytes > byte_count || header->ignored_count > left ||
-        header->hold_count > HOLDS_MAX || header->setting_bytes > byte_count ||
+        header->still_count > STILL_PLACES || header->setting_bytes > byte_count ||
         header->control_bytes > byte_count || header->tie_count > byte_count / sizeof(world_tie) ||
         header->attachment_count > UINT32_MAX || header->hash != compute_hash(bytes, byte_count)) {
         return error_set(error, TULLE_ERROR_PARSE, "the saved state is damaged or cut off");
@@ -385,8 +384,8 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->cloth_rests, world->model.cloth_rest_count * sizeof *next->cloth_rests);
     take(&cursor, next->poses, world->model.pose_count * sizeof *next->poses);
     next->elastic.is_known = false;
-    next->hold_count = parts.hold_count;
-    take(&cursor, next->holds, parts.hold_count * sizeof *next->holds);
+    next->still_count = parts.still_count;
+    take(&cursor, next->still, parts.still_count * sizeof *next->still);
     next->ties.count = 0;
     if (!ARRAY_RESERVE(&world->heap, &next->ties, parts.tie_count) ||
         !ARRAY_MATCH(&world->heap, &next->ties, &world->now.ties))
@@ -395,7 +394,7 @@ static tulle_status load_state(tulle_world *world, const void *bytes, size_t byt
     take(&cursor, next->ties.data, parts.tie_count * sizeof *next->ties.data);
     memset(next->lags, 0, 3 * world->model.lag_vertex_count * sizeof(double));
     take(&cursor, next->lags, 3 * parts.lag_count * sizeof(double));
-    step_measure_lags(&world->model, next, &world->work);
+    step_measure_lags(&world->model, next);
     next->attachment_count = (uint32_t)header.attachment_count;
     next->time = header.time;
     next->previous_time_step = header.previous_time_step;

@@ -5,7 +5,7 @@
  * objects that are not there. What passes cannot lead a step outside its arrays. */
 #include "base/error.h"
 #include "step/bodies/bodies.h"
-#include "step/pinch/holds.h"
+#include "step/lag/lag.h"
 #include "step/sleep/cloth_sleep.h"
 #include "step/ties/ties.h"
 #include "world/world_state.h"
@@ -94,9 +94,8 @@ tulle_status world_check_state(const tulle_world *world, const motion_state *sta
         what = "an impossible sleep of cloth";
     else if (!poses_are_valid(world, state->poses))
         what = "obstacles in an impossible pose";
-    else if (!step_holds_are_valid(&world->model, state, &world->work))
-        what = "held obstacles that do not exist";
-    else if (!are_bounded(state->lags, 3 * world->model.lag_vertex_count))
+    else if (!step_lags_are_valid(&world->model, state) ||
+             !are_bounded(state->lags, 3 * world->model.lag_vertex_count))
         what = "obstacles that lag too far behind their frames";
     else if (!step_ties_are_valid(world, state))
         what = "attachments of missing objects";

@@ -72,8 +72,7 @@ static void write_note(const step_model *model, const step_finding *finding, cha
 
 void world_tell_findings(tulle_world *world) {
     const step_work *const work = &world->work;
-    const step_finding *const findings[] = {&work->broken, &work->pinch.finding,
-                                            &work->pinch.freed};
+    const step_finding *const findings[] = {&work->broken, &work->lag.finding, &work->lag.freed};
     bool const has_message = world->message[0] != '\0';
     for (int i = 0; i < 3; i++) {
         size_t const length = strlen(world->message);

@@ -54,7 +54,7 @@ run() { # SCENE CLOTH COARSE_RESOLUTION LEAST_LAG MOST_LAG
     "$TULLE" run "$1.yaml" -o "$1" --progress none "${set[@]}" >stdout 2>stderr || fault "$1: $(cat stderr)"
     grep -q "'body' leaves cloth no room near (.*) m at .* s; there it lags behind its frames (on_pinch: lag)" stderr ||
         fault "$1 does not say where it lags: $(cat stderr)"
-    grep -q "^trouble: cloth was pinched .*; a deforming obstacle lagged behind its frames there, by .* mm at most at " stdout ||
+    grep -q "^trouble: cloth was pinched .*; obstacles lagged behind their path there, by .* mm at most at " stdout ||
         fault "$1 does not say at its end that it lagged: $(cat stdout)"
     "$TULLE" check "$1" >judged || fault "$1: $(grep -v '0 intersections' judged)"
     grep -q "^  apart: body lags behind its frames by .* mm at vertex [0-9]*; as drawn it crosses cloth in [0-9]* pairs$" judged ||

@@ -19,7 +19,7 @@ static const double STEP = 1.0 / 60.0;
 /* Bytes of the header: magic, hash, then numbers of 8 bytes. */
 enum { HASH_AT = 8, HASHED_FROM = 16, HEADER_BYTES = 152 };
 enum { VERTEX_COUNT_AT = 32, CONTACT_BYTES_AT = 56, PATCH_BYTES_AT = 64, IGNORED_COUNT_AT = 80 };
-enum { HOLD_COUNT_AT = 88, ATTACHMENTS_AT = 112, LAG_COUNT_AT = 120 };
+enum { STILL_COUNT_AT = 88, ATTACHMENTS_AT = 112, LAG_COUNT_AT = 120 };
 enum { TIME_AT = 128, TIME_STEP_AT = 136, ENERGY_AT = 144 };
 enum { CONTACT_HEADER_BYTES = 16, PATCH_ANGLE_AT = 40, PATCH_REACH_AT = 48 };
 
@@ -31,8 +31,9 @@ static void add_moving(tulle_world *world, const tulle_mesh *mesh, double way) {
     assert_int_equal(tulle_world_add_obstacle(world, &def, NULL, NULL), TULLE_OK);
 }
 
-/* A sheet between two plates that close to nothing and are held back; two sheets that cross from
- * the start and are ignored; with is_paper a vertex-by-vertex response, else a box on a ground. */
+/* A sheet between two plates that close to nothing; two sheets that cross from the start and are
+ * ignored; with is_paper a vertex-by-vertex response, else a box on a ground that is pressed, too.
+ */
 static tulle_world *make_world(bool is_paper) {
     tulle_world_def def = tulle_world_def_default();
     if (!is_paper) def.integrator = TULLE_INTEGRATOR_BDF2; /* its states hold most */
@@ -52,6 +53,7 @@ static tulle_world *make_world(bool is_paper) {
                             bodies_make_box(0.5, 0.5, 0.1, (double[]){0, 0, 0.06})};
     tulle_mesh ground = bodies_make_box(0.5, 0.5, 0.1, (double[]){3, 0, -0.05});
     tulle_mesh box = bodies_make_box(0.1, 0.1, 0.1, (double[]){3, 0, 0.06});
+    tulle_mesh press = bodies_make_box(0.1, 0.1, 0.1, (double[]){3, 0, 0.19});
     small_add_cloth(world, &sheet);
     small_add_cloth(world, &flat);
     small_add_cloth(world, &upright);
@@ -60,7 +62,9 @@ static tulle_world *make_world(bool is_paper) {
     small_add_obstacle(world, &ground);
     tulle_body const body = {.is_dynamic = 1, .density = 300.0};
     if (!is_paper) bodies_add_obstacle(world, &box, 0.5, &body);
-    tulle_mesh *const meshes[] = {&sheet, &flat, &upright, &plates[0], &plates[1], &ground, &box};
+    if (!is_paper) add_moving(world, &press, -0.06);
+    tulle_mesh *const meshes[] = {&sheet,     &flat,   &upright, &plates[0],
+                                  &plates[1], &ground, &box,     &press};
     for (size_t i = 0; i < sizeof meshes / sizeof meshes[0]; i++) tulle_mesh_destroy(meshes[i]);
     return world;
 }
@@ -244,7 +248,7 @@ static void crafted_values_are_refused(void **state) {
     saved_world made = make_saved(false);
     refuse_header(&made);
     size_t const vertex_count = (size_t)get_u64(made.bytes + VERTEX_COUNT_AT);
-    size_t const obstacle_count = 4, moving_count = count_moving(vertex_count, obstacle_count, 2);
+    size_t const obstacle_count = 5, moving_count = count_moving(vertex_count, obstacle_count, 2);
     size_t const vector_bytes = 3 * moving_count * sizeof(double);
     size_t at = HEADER_BYTES;
     for (int part = 0; part < 4; part++, at += vector_bytes) {
@@ -261,22 +265,21 @@ static void crafted_values_are_refused(void **state) {
         refuse_bad_doubles(&made, "body's rest", at + i);
     at += sizeof(body_rest);
 
-    size_t const hold_count = (size_t)get_u64(made.bytes + HOLD_COUNT_AT);
-    assert_true(hold_count > 0);
-    refuse_u32(&made, "hold's kind", at, 3);
-    refuse_u32(&made, "hold's cloth", at + offsetof(world_hold, cloth), 7);
-    refuse_u32(&made, "hold's obstacle", at + offsetof(world_hold, obstacles), 4);
-    refuse_u32(&made, "hold's point", at + offsetof(world_hold, points), (uint32_t)vertex_count);
-    refuse_u32(&made, "hold's point", at + offsetof(world_hold, points), 0);
-    refuse_u32(&made, "hold's wait", at + offsetof(world_hold, wait), UINT32_MAX);
-    refuse_u32(&made, "hold's wait", at + offsetof(world_hold, waiting), UINT32_MAX);
-    for (size_t i = offsetof(world_hold, weights); i < offsetof(world_hold, wait); i += 8)
-        refuse_bad_doubles(&made, "hold", at + i);
-    /* the lower plate, which is static, has no share */
-    double const shares[] = {-1e-9, 1e-9, 0.5, 1.0};
-    for (size_t i = 0; i < sizeof shares / sizeof shares[0]; i++)
-        refuse_double(&made, "hold's share", at + offsetof(world_hold, share), shares[i]);
-    at += hold_count * sizeof(world_hold);
+    size_t const still_count = (size_t)get_u64(made.bytes + STILL_COUNT_AT);
+    assert_true(still_count > 0);
+    refuse_u32(&made, "place's wait", at + offsetof(still_place, wait), UINT32_MAX);
+    refuse_u32(&made, "place's wait", at + offsetof(still_place, waiting), INT32_MAX);
+    refuse_double(&made, "place's radius", at + offsetof(still_place, radius), 0.0);
+    for (size_t i = 0; i < 3; i++) refuse_bad_doubles(&made, "place", at + 8 * i);
+    at += still_count * sizeof(still_place);
+
+    /* the lower plate, which is static, does not lag */
+    size_t const lag_count = (size_t)get_u64(made.bytes + LAG_COUNT_AT);
+    assert_true(lag_count > 0);
+    refuse_bad_doubles(&made, "lag", at);
+    refuse_double(&made, "lag of a static obstacle", at, 1e-6);
+    refuse_bad_doubles(&made, "last lag", at + 3 * lag_count * sizeof(double) - 8);
+    at += 3 * lag_count * sizeof(double);
 
     size_t const ignored_count = (size_t)get_u64(made.bytes + IGNORED_COUNT_AT);
     assert_true(ignored_count > 0);
@@ -310,7 +313,7 @@ static void crafted_particles_are_refused(void **state) {
     saved_world made = make_saved(true);
     size_t const vertex_count = (size_t)get_u64(made.bytes + VERTEX_COUNT_AT);
     size_t const moving_count = count_moving(vertex_count, 3, 0);
-    size_t const at = HEADER_BYTES + 6 * moving_count * sizeof(double) + 2 * 3;
+    size_t const at = HEADER_BYTES + 6 * moving_count * sizeof(double) + 3;
     refuse_u8(&made, "first particle", at, 3);
     refuse_u8(&made, "last particle", at + 49 + 16 + 16 - 1, 255);
     free_saved(&made);

@@ -139,9 +139,7 @@ void tulle_run_outcome_describe(const tulle_run_outcome *outcome, const char *bo
         add(&into, "cloth was pinched between obstacles in %llu of %llu steps",
             (unsigned long long)outcome->pinched_steps, steps);
         if (outcome->largest_lag > 0.0)
-            add(&into,
-                "; a deforming obstacle lagged behind its frames there, by %.3g mm at most at %.6g "
-                "s",
+            add(&into, "; obstacles lagged behind their path there, by %.3g mm at most at %.6g s",
                 1000.0 * outcome->largest_lag, outcome->largest_lag_time);
     }
     if (into.lines > 0) return;

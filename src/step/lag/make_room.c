@@ -1,9 +1,14 @@
 /* step/lag/make_room.c - see room.h: how lagging surfaces give way at places that lack room. */
+#include "step/lag/lag.h"
 #include "step/lag/room.h"
 
 #include <math.h>
 #include <string.h>
 
+/* [contact distances] A place that lacks less room has it. */
+static const double ROOM_TOLERANCE = 1e-3;
+/* [contact distances] What gives way with a point. */
+static const double GIVING_RADIUS = 40.0;
 /* Sweeps over all places, at most, in which a surface gives way around them; in which it does not.
  */
 enum { WIDE_SWEEPS = 16, NARROW_SWEEPS = 100 };
@@ -17,6 +22,7 @@ typedef struct giving {
     const step_work *work;
     const double *starts; /* [m] all vertices before anything gave way */
     double *ends;         /* [m] all vertices */
+    vec3 *shifts;         /* [m] per surface: of what is rigid, which is not in `ends` yet */
     double radius;        /* [m] */
     double *lengths;    /* [m] along edges to the point; INFINITY, but while one is looked around */
     uint32_t *queue;    /* ring of vertices whose neighbours are next */
@@ -87,11 +93,23 @@ static double look_around(giving *self, const room_side *side, const room_side *
     return answer;
 }
 
+/* [m] */
+static vec3 get_end(const giving *self, const room_side *side) {
+    return vec3_add(get_side_point(side, self->ends),
+                    self->shifts[self->model->vertex_surface[side->vertices[0]]]);
+}
+
 /* Takes a side `missing` [m] farther along a direction. What is around it follows by its part, but
  * not where it has gone so far already: what many sides take along goes no farther than the one
  * that takes it farthest. */
 static void take_along(giving *self, const room_side *side, const room_side *other, vec3 direction,
                        double missing) {
+    size_t const surface = self->model->vertex_surface[side->vertices[0]];
+    vec3 *const shift = &self->shifts[surface];
+    if (!step_deforms(self->model, surface - self->model->cloths.count)) {
+        *shift = vec3_add_scaled(*shift, direction, missing);
+        return;
+    }
     double const answer = look_around(self, side, other);
     vec3 const way = vec3_sub(get_side_point(side, self->ends), get_side_point(side, self->starts));
     double const wanted = fmax(vec3_dot(direction, way), 0.0) + missing;
@@ -110,8 +128,7 @@ static bool sweep_places(giving *self, const room_list *places, double tolerance
     for (size_t i = 0; i < places->count; i++) {
         const room_place *const place = &places->data[i];
         const room_side *const first = &place->sides[0], *const second = &place->sides[1];
-        vec3 const between =
-            vec3_sub(get_side_point(second, self->ends), get_side_point(first, self->ends));
+        vec3 const between = vec3_sub(get_end(self, second), get_end(self, first));
         double const missing = place->room - vec3_dot(place->normal, between);
         if (!(missing > tolerance)) continue;
         has_given = true;
@@ -123,24 +140,27 @@ static bool sweep_places(giving *self, const room_list *places, double tolerance
     return has_given;
 }
 
-bool step_make_room(const step_model *model, step_work *work, const room_list *places,
-                    double radius, double tolerance, double *ends) {
+tulle_status step_make_room(const step_model *model, step_work *work, const room_list *places,
+                            double *ends) {
     size_t const n = model->vertex_count;
     arena *const scratch = &work->scratch;
-    if (places->count == 0) return true;
+    double const tolerance = ROOM_TOLERANCE * model->contact_distance;
+    if (places->count == 0) return TULLE_OK;
     double *const starts = ARENA_NEW(scratch, double, 3 * n);
     giving self = {.model = model,
                    .work = work,
                    .starts = starts,
                    .ends = ends,
-                   .radius = radius,
+                   .shifts = ARENA_NEW_ZEROED(scratch, vec3, model->surface_count),
+                   .radius = GIVING_RADIUS * model->contact_distance,
                    .lengths = ARENA_NEW(scratch, double, n),
                    .queue = ARENA_NEW(scratch, uint32_t, n),
                    .waits = ARENA_NEW_ZEROED(scratch, uint8_t, n),
                    .vertices = ARENA_NEW(scratch, uint32_t, n),
                    .parts = ARENA_NEW(scratch, double, n)};
-    if (!starts || !self.lengths || !self.queue || !self.waits || !self.vertices || !self.parts)
-        return false;
+    if (!starts || !self.shifts || !self.lengths || !self.queue || !self.waits || !self.vertices ||
+        !self.parts)
+        return TULLE_ERROR_OUT_OF_MEMORY;
     memcpy(starts, ends, 3 * n * sizeof(double));
     for (size_t v = 0; v < n; v++) self.lengths[v] = (double)INFINITY;
     int sweep = 0;
@@ -148,5 +168,9 @@ bool step_make_room(const step_model *model, step_work *work, const room_list *p
     self.radius = 0.0; /* what the wide sweeps leave lacking takes nothing along */
     sweep = 0;
     while (sweep++ < NARROW_SWEEPS && sweep_places(&self, places, tolerance)) {}
-    return true;
+    for (size_t v = model->cloth_vertex_count + 2 * model->body_count; v < n; v++) {
+        vec3 const shift = self.shifts[model->vertex_surface[v]];
+        if (vec3_norm2(shift) > 0.0) vec3_store(ends, v, vec3_add(vec3_load(ends, v), shift));
+    }
+    return TULLE_OK;
 }

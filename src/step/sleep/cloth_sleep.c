@@ -235,10 +235,9 @@ tulle_status step_settle_cloths(const step_model *model, motion_state *state, st
     uint32_t *const parents = ARENA_NEW(&work->scratch, uint32_t, count);
     bool *const is_restless = ARENA_NEW_ZEROED(&work->scratch, bool, count);
     if (!parents || !is_restless) return TULLE_ERROR_OUT_OF_MEMORY;
-    /* A stuck step says nothing about the motion of cloth, and an obstacle that is held back will
-     * move on. */
-    bool const may_sleep =
-        is_whole && !has_gusts(model) && state->hold_count == 0 && !step_has_lags(model, state);
+    /* A stuck step says nothing about the motion of cloth, and an obstacle that lags will move on.
+     */
+    bool const may_sleep = is_whole && !has_gusts(model) && !step_has_lags(model, state);
     for (uint32_t c = 0; c < count; c++) {
         cloth_rest *const rest = &state->cloth_rests[c];
         parents[c] = c;

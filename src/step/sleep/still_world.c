@@ -64,7 +64,7 @@ static bool cloth_is_still(const step_model *model, const step_work *work, size_
 bool step_stands_still(const step_model *model, const step_work *work) {
     const motion_state *const now = work->start;
     double const end = now->time + work->whole_step;
-    if (model->cloth_rest_count == 0 || now->hold_count > 0) return false;
+    if (model->cloth_rest_count == 0 || now->still_count > 0) return false;
     for (size_t c = 0; c < model->cloth_rest_count; c++)
         if (!cloth_is_still(model, work, c, end)) return false;
     for (size_t i = 0; i < model->obstacles.count; i++)

@@ -28,7 +28,7 @@ static bool is_led(const step_model *model, const step_work *work, const world_t
 
 void step_lead_ties(const step_model *model, motion_state *state, step_work *work) {
     size_t const cloth_count = model->cloths.count;
-    double const end = state->time + (work->pinch.is_script_frozen ? 0.0 : work->sub.time_step);
+    double const end = state->time + work->sub.time_step;
     double const length = work->step_end - work->start->time;
     double const left = 1.0 - (end - work->start->time) / length; /* of the step, as a share */
     size_t kept = 0;

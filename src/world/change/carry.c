@@ -7,7 +7,6 @@
 #include "dynamics/hysteresis.h"
 #include "step/bodies/bodies.h"
 #include "step/bodies/bodies_sleep.h"
-#include "step/lag/lag.h"
 #include "step/sleep/cloth_sleep.h"
 
 #include <math.h>
@@ -15,7 +14,7 @@
 
 /* What is new in it is carried over below, too. */
 #if UINTPTR_MAX == UINT64_MAX
-_Static_assert(sizeof(motion_state) == 3064, "carry over all of motion_state");
+_Static_assert(sizeof(motion_state) == 888, "carry over all of motion_state");
 #endif
 
 /* ---- numbers ---- */
@@ -101,27 +100,24 @@ static void carry_surface(tulle_world *world, size_t surface, size_t source) {
         now->poses[obstacle] = before->now.poses[old];
 }
 
-/* How far lagging surfaces lag. They are numbered by obstacle, among those that may. */
+/* How far lagging surfaces lag. */
 static void carry_lags(tulle_world *world) {
     const world_change *const change = world->change;
     const tulle_world *const before = change->before;
-    size_t to = 0;
-    for (size_t i = 0; i < world->model.obstacles.count; i++) {
+    for (size_t i = 0; i < world->model.obstacles.count && before->model.lag_vertex_count; i++) {
+        const world_obstacle *const obstacle = &world->model.obstacles.data[i];
         uint32_t const source = change->sources[world->model.cloths.count + i];
-        size_t const count = world->model.obstacles.data[i].mesh.vertex_count;
-        if (!step_may_lag(&world->model, i)) continue;
-        size_t from = 0;
-        for (size_t k = 0; source != TULLE_NONE && k < source - before->model.cloths.count; k++)
-            if (step_may_lag(&before->model, k))
-                from += before->model.obstacles.data[k].mesh.vertex_count;
-        if (source != TULLE_NONE) {
-            memcpy(world->now.lags + 3 * to, before->now.lags + 3 * from,
-                   3 * count * sizeof(double));
-            world->now.largest_lags[i] =
-                before->now.largest_lags[source - before->model.cloths.count];
-        }
-        to += count;
+        if (source == TULLE_NONE || world->model.lag_vertex_count == 0) continue;
+        size_t const old = source - before->model.cloths.count;
+        size_t const from = before->model.obstacles.data[old].vertex_begin -
+                            before->model.obstacles.data[0].vertex_begin;
+        size_t const to = obstacle->vertex_begin - world->model.obstacles.data[0].vertex_begin;
+        memcpy(world->now.lags + 3 * to, before->now.lags + 3 * from,
+               3 * obstacle->mesh.vertex_count * sizeof(double));
+        world->now.largest_lags[i] = before->now.largest_lags[old];
     }
+    memcpy(world->now.still, before->now.still, sizeof world->now.still);
+    world->now.still_count = before->now.still_count;
 }
 
 /* Cloth or a body that is new has moved as it moves now; without a step before there is no history.
@@ -252,24 +248,6 @@ static void carry_ties(tulle_world *world) {
     }
 }
 
-/* What was held back because of something that has gone is free again. */
-static void carry_holds(tulle_world *world) {
-    const motion_state *const old = &world->change->before->now;
-    for (size_t i = 0; i < old->hold_count; i++) {
-        world_hold hold = old->holds[i];
-        bool stays = true;
-        hold.cloth = world->change->targets[hold.cloth];
-        for (int side = 0; side < 2; side++) {
-            if (hold.obstacles[side] == TULLE_NONE) continue;
-            hold.obstacles[side] = map_obstacle(world, hold.obstacles[side]);
-            stays = stays && hold.obstacles[side] != TULLE_NONE;
-            for (int k = 0; k < 4; k++)
-                hold.points[side][k] = map_vertex(world, hold.points[side][k]);
-        }
-        if (stays && hold.cloth != TULLE_NONE) world->now.holds[world->now.hold_count++] = hold;
-    }
-}
-
 /* The body that stays of a surface before, or TULLE_NONE. */
 static uint32_t map_body(const tulle_world *world, uint32_t source) {
     uint32_t const target = world->change->targets[source];
@@ -324,7 +302,6 @@ tulle_status world_carry_contacts(tulle_world *world, tulle_error *error) {
         return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "no memory left for contacts");
     carry_store(world);
     carry_ties(world);
-    carry_holds(world);
     wake_left(world);
     return TULLE_OK;
 }

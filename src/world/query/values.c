@@ -135,7 +135,7 @@ tulle_status tulle_object_copy_values(const tulle_world *world, tulle_object_id 
             value = compute_strain(world, begin + i);
         else if (values == TULLE_VALUES_DRAWN_POSITIONS)
             value = vec3_sub(vec3_load(world->now.positions, begin + i),
-                             step_get_lag(&world->model, &world->work, begin + i));
+                             step_get_lag(&world->model, &world->now, begin + i));
         put(target, stride, i, value);
     }
     if (values == TULLE_VALUES_CONTACT_FORCES) add_contact_forces(world, range, target, stride);

@@ -9,7 +9,6 @@
 #include "dynamics/hysteresis.h"
 #include "geom/union_find.h"
 #include "step/bodies/bodies.h"
-#include "step/lag/lag.h"
 #include "step/script.h"
 #include "world/record/record.h"
 #include "world/start/inside.h"
@@ -53,6 +52,7 @@ tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
     world->model.cloth_rest_count =
         world->model.def.sleep_speed > 0.0 ? world->model.cloths.count : 0;
     world->model.has_sleep |= world->model.cloth_rest_count > 0;
+    bool may_lag = false;
     for (size_t s = 0; s < surface_count; s++) {
         const world_mesh *const mesh = world_surface_mesh(&world->model, s);
         if (s == world->model.cloths.count)
@@ -80,13 +80,15 @@ tulle_status world_join_surfaces(tulle_world *world, tulle_error *error) {
                 &world->model.obstacles.data[s - world->model.cloths.count];
             obstacle->vertex_begin = range->vertex_begin;
             range->is_static = obstacle->is_static;
-            if (step_may_lag(&world->model, s - world->model.cloths.count))
-                world->model.lag_vertex_count += mesh->vertex_count;
+            may_lag |= !obstacle->is_static && !obstacle->body.is_dynamic;
             if (obstacle->drive == TULLE_DRIVE_RIGID)
                 world->model.pose_count = world->model.obstacles.count;
         }
     }
     world->model.vertex_count = vertex_count;
+    if (may_lag && world->model.def.on_pinch != TULLE_ON_PINCH_STOP)
+        world->model.lag_vertex_count =
+            vertex_count - world->model.cloth_vertex_count - 2 * world->model.body_count;
     world->model.particle_count = contact_responses[world->model.paper.response]->keeps_particles
                                       ? world->model.cloth_vertex_count
                                       : 0;

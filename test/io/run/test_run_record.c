@@ -125,10 +125,8 @@ static void steps_are_described(void **state) {
          "most\n"
          "2 of 4 steps were cut, into 4 substeps at most\n"
          "impacts needed 6 rescues\n"
-         "cloth was pinched between obstacles in 1 of 4 steps; a deforming obstacle lagged behind "
-         "its "
-         "frames "
-         "there, by 31.2 mm at most at 0.5 s"},
+         "cloth was pinched between obstacles in 1 of 4 steps; obstacles lagged behind their "
+         "path there, by 31.2 mm at most at 0.5 s"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char text[1024], shorter[30];
