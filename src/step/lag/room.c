@@ -7,7 +7,6 @@
 
 #include "detect/queries/surface_queries.h"
 #include "step/lag/lag.h"
-#include "step/surface_box.h"
 
 #include <math.h>
 #include <string.h>
@@ -270,23 +269,6 @@ static tulle_status add_pin(const room_search *search, uint32_t vertex) {
     return TULLE_OK;
 }
 
-/* Pinned vertices matter in the box around the ways of all that lags. */
-static surface_box measure_lag_box(const room_search *search) {
-    const step_work *const work = search->work;
-    double const most = (double)INFINITY;
-    surface_box box = {{most, most, most}, {-most, -most, -most}};
-    for (size_t i = 0; i < search->model->obstacles.count; i++) {
-        const surface_range *const range = &work->surfaces[search->model->cloths.count + i];
-        if (!step_lags_now(search->model, work, i) || !range->is_present) continue;
-        surface_box const own = measure_surface_box(range, work->start->positions, search->ends);
-        for (int k = 0; k < 3; k++) {
-            box.low[k] = fmin(box.low[k], own.low[k] - search->reach);
-            box.high[k] = fmax(box.high[k], own.high[k] + search->reach);
-        }
-    }
-    return box;
-}
-
 tulle_status step_find_room(const step_model *model, step_work *work, const double *ends,
                             double reach, room_list *places) {
     room_search const search = {model, work, ends, reach, places};
@@ -311,9 +293,7 @@ tulle_status step_find_room(const step_model *model, step_work *work, const doub
                           (double[4]){1.0, tie->weights[0], tie->weights[1], tie->weights[2]},
                           fabs(tie->height));
     }
-    surface_box const box = measure_lag_box(&search);
     for (uint32_t v = 0; v < model->cloth_vertex_count && status == TULLE_OK; v++)
-        if (work->is_fixed[v] && surface_box_holds(&box, start->positions + 3 * (size_t)v))
-            status = add_pin(&search, v);
+        if (work->is_fixed[v]) status = add_pin(&search, v);
     return status;
 }
