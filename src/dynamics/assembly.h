@@ -45,7 +45,7 @@ typedef struct assembly {
     double *guessed_positions; /* x0 + h guess, 3 a vertex; null where nothing needs it */
     padded_vertices padded;
     force_terms terms; /* those of the state, or slots of this stage alone */
-    /* Slots of patches (kernels/patch_kernel.c), by 3 * triangle + corner or edge; null without
+    /* Slots of patches (kernels/drag_kernel.c), by 3 * triangle + corner or edge; null without
      * wind and damping of bending, and without the latter. */
     vec3 *corner_sources, *far_sources;
     vec3 *hinge_forces; /* [N] 4 a hinge; null where all are flat at rest, or nothing bends */

@@ -5,7 +5,7 @@
  * r n follows the hinge, as in Garg, Grinspun, Wardetzky, Zorin, Cubic shells, 2007; the force is
  * the exact gradient of the energy, so it keeps both momenta.
  * Where all is flat at rest, the force comes from the matrix instead: kernels/row_kernel.c.
- * Damping: kernels/patch_kernel.c. */
+ * Damping: kernels/drag_kernel.c. */
 #include "dynamics/assembly.h"
 
 #include "base/parallel.h"

@@ -2,7 +2,7 @@
  *
  * The forces of cloth, one a file:
  *     kernels/row_kernel.c     gravity, drag of the air on vertices, bending that is flat at rest
- *     kernels/patch_kernel.c   wind and gusts on triangles (wind.c), damping of bending
+ *     kernels/drag_kernel.c   wind and gusts on triangles (wind.c), damping of bending
  *     bending.c                bending from a curved rest shape
  *     membrane.c, or spring.c  the membrane, with its damping
  *     hysteresis_forces.c      sliders of hysteresis
@@ -37,7 +37,7 @@
  *   - drag keeps its part along the normal;
  *   - the rest-curvature term of bending is taken as constant;
  *   - bending damping uses the constant matrix, which with M / h is at least half the true one
- *     (kernels/patch_kernel.c);
+ *     (kernels/drag_kernel.c);
  *   - derivatives of damping with respect to positions are dropped.
  * Every integrator stays consistent with f0, but steps in which one of these acts are of first
  * order.
@@ -51,7 +51,7 @@
  * Based on: Baraff, Witkin, Large steps in cloth simulation, 1998; Choi, Ko, Stable but responsive
  * cloth, 2002; Wong, Baciu, Dynamic interaction between deformable surfaces and nonsmooth objects,
  * 2005, section 5.1. */
-#include "dynamics/patch_kernel.h"
+#include "dynamics/drag_kernel.h"
 #include "dynamics/row_kernel.h"
 
 #include "base/parallel.h"
@@ -116,7 +116,7 @@ static bool fill_terms(assembly *work) {
         if (model->patches) work->far_sources = ARENA_NEW(work->scratch, vec3, places + 1);
         if (!work->corner_sources || (model->patches && !work->far_sources)) return false;
         parallel_for_busy(model->idle_triangles, model->triangle_count, PATCHES_PER_CHUNK,
-                          work->threads, TULLE_PICK_KERNEL(fill_patches), work);
+                          work->threads, TULLE_PICK_KERNEL(fill_drag), work);
     }
     if (!fill_bending(work)) return false;
     parallel_for_busy(model->idle_vertices, model->vertex_count, VERTICES_PER_CHUNK, work->threads,

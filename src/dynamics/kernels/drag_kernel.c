@@ -1,4 +1,4 @@
-/* dynamics/kernels/patch_kernel.c - the drag of the wind on a triangle, and damping of the rates at
+/* dynamics/kernels/drag_kernel.c - the drag of the wind on a triangle, and damping of the rates at
  * which its hinges fold, in some triangles at a time.
  *
  * Wind: wind_evaluate says it. A third of the force acts on each corner.
@@ -21,7 +21,7 @@
  *
  * So the part of e must stay below M / h. Where sharp folds, fine meshes or strong damping exceed
  * that, the damping of the triangle is scaled down; this effect vanishes with the time step. */
-#include "dynamics/patch_kernel.h"
+#include "dynamics/drag_kernel.h"
 #include "math/vertex_lanes.h"
 
 /* A triangle with less than this part of its rest area has no usable normal. */
@@ -280,7 +280,7 @@ SIMD_INLINE void fill_batch(const assembly *work, size_t begin, bool has_wind, b
 }
 
 /* What is known when this is compiled saves time. */
-void TULLE_KERNEL(fill_patches)(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+void TULLE_KERNEL(fill_drag)(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)chunk, (void)worker;
     const assembly *const work = context;
     for (; begin < end; begin += WIDE_LANES) {
