@@ -19,16 +19,17 @@ from mutation_operators import apply_mutant
 
 # Of 300 mutants, how many fall on a folder; and which tests of others judge it, too.
 FOLDERS = {
-    "contact": (80, r"world\."),
+    "contact": (80, r"(step|world)\."),
     "detect": (70, r"api\.arguments|world\.(queries|query_state|filters|values)"),
-    "world": (80, r"api\.(world|query|live|objects|bodies|events|attach)_arguments|scene\.build_world"),
-    "dynamics": (30, r"world\."),
+    "step": (50, r"world\."),
+    "world": (30, r"step\.|api\.(world|query|live|objects|bodies|events|attach)_arguments|scene\.build_world"),
+    "dynamics": (30, r"(step|world)\."),
     "io": (40, r"api\.(io|run|record|animation)_arguments|e2e\.run_(far_away|left|without_cloth|input|messages|damage|trouble|interrupted_start|locked)"),
 }
 # Whole steps judge all but io.
 WHOLE_STEPS = ("world.golden", "world.scratch_failures")
 # Tests of what a step costs depend on what else the machine does.
-NO_JUDGES = ("world.bodies_cost", "world.soak")
+NO_JUDGES = ("step.bodies_cost", "world.soak")
 # A test that takes more seconds of processor time does not judge what is in another folder, another room, its own room.
 OTHER_FOLDER_SECONDS, OTHER_ROOM_SECONDS, OWN_ROOM_SECONDS = 1.0, 1.5, 10.0
 SKIPPED = 77
