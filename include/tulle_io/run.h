@@ -262,7 +262,6 @@ typedef struct tulle_run_info {
     int has_debug;                          /* 1: the run records tulle_run_debug of its frames */
     int has_velocities;        /* 1: the run records velocities, alone or with the rest */
     uint64_t debug_byte_count; /* [bytes] of debug.bin; 0 without */
-    int has_checksums;         /* 0: of an older version, so nothing can be verified */
 } tulle_run_info;
 
 /* A run directory that is read. Made by tulle_run_reader_open, released by tulle_run_reader_close.
@@ -286,9 +285,9 @@ typedef struct tulle_run_damage {
     const char *message; /* what is wrong; names the frame */
 } tulle_run_damage;
 /* Compares every file of the run with its checksums, and gives `*count` damages, one for each file
- * that has some. They live until the reader is closed. A run of an older version has no checksums:
- * none is found then. Reads all of the run. Errors: TULLE_ERROR_INVALID_ARGUMENT, TULLE_ERROR_IO
- * (another process changed the run), TULLE_ERROR_OUT_OF_MEMORY. */
+ * that has some. They live until the reader is closed. Reads all of the run. Errors:
+ * TULLE_ERROR_INVALID_ARGUMENT, TULLE_ERROR_IO (another process changed the run),
+ * TULLE_ERROR_OUT_OF_MEMORY. */
 TULLE_API tulle_status tulle_run_reader_find_damage(tulle_run_reader *reader,
                                                     const tulle_run_damage **damages, size_t *count,
                                                     tulle_error *error);
@@ -311,8 +310,8 @@ TULLE_API tulle_status tulle_run_reader_get_frame(const tulle_run_reader *reader
 TULLE_API int tulle_run_reader_is_present(const tulle_run_reader *reader, uint32_t frame,
                                           size_t body);
 /* Gives the obstacles that lag in frame number `frame`: `*count` of them in `*lags`, by ascending
- * body, which live as long as the reader. None in runs of older versions. Error:
- * TULLE_ERROR_INVALID_ARGUMENT (null, no such frame). */
+ * body, which live as long as the reader. Error: TULLE_ERROR_INVALID_ARGUMENT (null, no
+ * such frame). */
 TULLE_API tulle_status tulle_run_reader_get_lags(const tulle_run_reader *reader, uint32_t frame,
                                                  const tulle_run_lag **lags, size_t *count);
 /* Fills `positions`, 3 * vertex_count [m], of body number `body` at frame number `frame`: from its
@@ -322,8 +321,8 @@ TULLE_API tulle_status tulle_run_reader_read_positions(tulle_run_reader *reader,
                                                        size_t body, double *positions,
                                                        tulle_error *error);
 /* Fills `transforms`, one for each body that is_dynamic in the order of bodies, at frame number
- * `frame`; `inertia` is zero, because runs do not keep it. Errors: TULLE_ERROR_UNSUPPORTED (a run
- * of an older version, which does not have them), and as of tulle_run_reader_get_mesh. */
+ * `frame`; `inertia` is zero, because runs do not keep it. Errors: TULLE_ERROR_UNSUPPORTED (the
+ * run does not have them), and as of tulle_run_reader_get_mesh. */
 TULLE_API tulle_status tulle_run_reader_read_transforms(tulle_run_reader *reader, uint32_t frame,
                                                         tulle_transform *transforms,
                                                         tulle_error *error);

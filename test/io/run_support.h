@@ -61,19 +61,6 @@ static inline void seal_record(char *text) {
     snprintf(seal, 40, ",\n  \"checksum\": \"%016llx\"\n}\n", (unsigned long long)hash);
 }
 
-/* Makes the run.json one of an older format version, without checksums. More than once, too. */
-static inline void make_record_older(const char *path, char version) {
-    size_t size;
-    char *const text = get_file(path, &size);
-    char *const place = strstr(text, "\"format_version\": ");
-    assert_non_null(place);
-    place[strlen("\"format_version\": ")] = version;
-    char *const seal = find_seal(text);
-    if (seal) memcpy(seal, "\n}\n", 4); /* with its zero */
-    put_file(path, text, strlen(text));
-    free(text);
-}
-
 static inline void find_positions(uint64_t state, int body, double *positions) {
     uint64_t seed = state + (uint64_t)body;
     size_t const count = 3 * bodies[body].mesh.vertex_count;

@@ -29,7 +29,6 @@ typedef struct check_frame {
 /* Sums over the frames judged so far. */
 typedef struct check_totals {
     uint64_t frame_count, bad_frame_count, intersection_count;
-    uint64_t unverified_count; /* runs without checksums */
 } check_totals;
 
 /* How verdicts are written to standard output. */

@@ -160,9 +160,8 @@ void check_report_frame(const check_report *report, const check_frame *frame,
 void check_report_totals(const check_report *report, const check_totals *totals) {
     if (report->is_json)
         printf("{\"frames\":%" PRIu64 ",\"frames_with_intersections\":%" PRIu64
-               ",\"intersections\":%" PRIu64 ",\"unverified_runs\":%" PRIu64 "}\n",
-               totals->frame_count, totals->bad_frame_count, totals->intersection_count,
-               totals->unverified_count);
+               ",\"intersections\":%" PRIu64 "}\n",
+               totals->frame_count, totals->bad_frame_count, totals->intersection_count);
     else if (totals->intersection_count == 0)
         printf("0 intersections in %" PRIu64 " frames\n", totals->frame_count);
     else

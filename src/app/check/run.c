@@ -109,10 +109,6 @@ tulle_status check_run_directory(const char *directory, check_run_choice choice,
     self.info = tulle_run_reader_get_info(self.reader);
     memory heap = memory_default();
     arena scratch = arena_make(&heap);
-    if (!self.info->has_checksums) {
-        totals->unverified_count++;
-        app_print_message("check", "%s: unverified: the run has no checksums", directory);
-    }
     /* Some frames alone are compared with their checksums as they are read. */
     if (!choice.frames) status = run_damage_report("check", directory, self.reader, error);
     if (status == TULLE_OK) status = open_run(&self, choice.frames, &scratch, error);

@@ -18,9 +18,9 @@ tulle_status pc2_writer_open_unflushed(const char *path, uint32_t vertex_count,
 /* Releases the writer without flushing; null is fine. */
 void pc2_writer_release(tulle_pc2_writer *writer);
 tulle_status pc2_writer_sync(tulle_pc2_writer *writer, tulle_error *error);
-/* As tulle_pc2_open. may_be_cut: a power failure may have kept the count of a frame and lost its
- * bytes; such frames are not counted then. */
-tulle_status pc2_open(const char *path, bool may_be_cut, tulle_pc2 **cache, tulle_pc2_info *info,
+/* As tulle_pc2_open, but a power failure may have kept the count of a frame and lost its bytes;
+ * such frames are not counted. */
+tulle_status pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info *info,
                       tulle_error *error);
 /* What tulle_pc2_read_frame read last, which was `frame`. */
 file_sum pc2_get_sum(const tulle_pc2 *cache, uint32_t frame);

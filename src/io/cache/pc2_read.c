@@ -224,12 +224,11 @@ tulle_status tulle_pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info 
     return status ? status : make_cache(path, &made, cache, info, error);
 }
 
-tulle_status pc2_open(const char *path, bool may_be_cut, tulle_pc2 **cache, tulle_pc2_info *info,
+tulle_status pc2_open(const char *path, tulle_pc2 **cache, tulle_pc2_info *info,
                       tulle_error *error) {
     *cache = NULL;
     tulle_pc2 made = {.file = -1};
-    tulle_status const status =
-        pc2_open_file(path, O_RDONLY, may_be_cut, &made.file, &made.info, error);
+    tulle_status const status = pc2_open_file(path, O_RDONLY, true, &made.file, &made.info, error);
     return status ? status : make_cache(path, &made, cache, info, error);
 }
 

@@ -12,7 +12,6 @@
 #include <unistd.h>
 
 uint32_t run_reader_get_promised_count(const tulle_run_reader *reader) {
-    if (reader->record.is_older_format) return 0;
     if (reader->record.has_end) return reader->sums.frame_count;
     return reader->has_checkpoint ? reader->checkpoint.state.frame_count : 0;
 }
@@ -33,8 +32,7 @@ tulle_status run_reader_read_checksums(tulle_run_reader *reader, tulle_error *er
     const run_record *const record = &reader->record;
     char path[RUN_PATH_SIZE];
     run_join(path, reader->directory, RUN_FILE_CHECKSUMS);
-    if (record->is_older_format || (!is_on_disk(reader) && access(path, F_OK) != 0))
-        return TULLE_OK;
+    if (!is_on_disk(reader) && access(path, F_OK) != 0) return TULLE_OK;
     tulle_status const status = checksums_read(&reader->sums, &reader->heap, reader->directory,
                                                record->has_end ? &record->end : NULL, error);
     reader->sums.is_complete = record->has_end;
@@ -52,8 +50,7 @@ tulle_status run_reader_read_frames(tulle_run_reader *reader, tulle_error *error
     run_join(path, reader->directory, RUN_FILE_FRAMES);
     tulle_status const status =
         run_frames_read(&reader->frames, &reader->heap, path, reader->record.bodies.count, error);
-    if (reader->record.is_older_format || (!is_on_disk(reader) && access(path, F_OK) != 0))
-        return status;
+    if (!is_on_disk(reader) && access(path, F_OK) != 0) return status;
     /* What checksums say of a line that cannot be read is more to the point. */
     size_t const read = reader->frames.lines.count + (status ? 1 : 0);
     uint32_t const known = reader->sums.frame_count;
@@ -145,7 +142,7 @@ tulle_status tulle_run_reader_find_damage(tulle_run_reader *reader,
     arena_release(&reader->damage_texts, (arena_mark){0});
     /* A replacement that failed on its way removed the checkpoints, then the lines of frames. */
     bool const promises_nothing = !is_on_disk(reader) && reader->frames.lines.count == 0;
-    if (!reader->record.is_older_format && !promises_nothing) {
+    if (!promises_nothing) {
         checksums_check_files(&reader->sums, reader->directory,
                               (uint32_t)reader->frames.lines.count, add_damage, reader);
         check_cache_headers(reader);

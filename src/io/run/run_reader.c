@@ -88,8 +88,7 @@ static void describe_run(tulle_run_reader *reader) {
                                     .outcome = record->has_outcome ? &record->outcome : NULL,
                                     .has_debug = record->kept == RUN_KEEPS_DEBUG,
                                     .has_velocities = record->kept != RUN_KEEPS_NOTHING,
-                                    .debug_byte_count = measure_debug(reader),
-                                    .has_checksums = !record->is_older_format};
+                                    .debug_byte_count = measure_debug(reader)};
 }
 
 /* Opens the cache of a moving body and checks that it is of this body. */
@@ -98,7 +97,7 @@ static tulle_status open_cache(const tulle_run_reader *reader, size_t body, tull
     const run_body_record *const record = &reader->record.bodies.data[body];
     char path[RUN_PATH_SIZE];
     run_join(path, reader->directory, run_record_text(&reader->record, record->cache_file));
-    tulle_status const status = pc2_open(path, !reader->record.is_older_format, cache, info, error);
+    tulle_status const status = pc2_open(path, cache, info, error);
     if (status || info->vertex_count == record->vertex_count) return status;
     tulle_pc2_close(*cache);
     return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
@@ -346,7 +345,7 @@ tulle_status tulle_run_reader_read_positions(tulle_run_reader *reader, uint32_t 
             error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                          "frame %u: damaged: the file holds %u frames", frame, info.frame_count);
     if (!status) status = tulle_pc2_read_frame(cache, frame, positions, error);
-    if (!status && !reader->record.is_older_format) {
+    if (!status) {
         file_sum const sum = pc2_get_sum(cache, frame);
         const checksum_line *const line = checksums_find(&reader->sums, name, sum.begin);
         if (!line || line->sum.hash != sum.hash) status = checksum_fail(path, frame, &sum, error);

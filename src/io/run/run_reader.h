@@ -15,7 +15,7 @@ struct tulle_run_reader {
     char directory[RUN_PATH_SIZE];
     run_record record;
     run_frames frames;
-    checksums sums;               /* nothing in runs of older versions */
+    checksums sums;
     bool has_checkpoint;          /* there is a whole one */
     checkpoint_record checkpoint; /* when has_checkpoint; without the state's bytes */
     file_data scene;

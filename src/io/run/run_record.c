@@ -11,7 +11,7 @@
 
 static const char *const format_name = "tulle run";
 /* Version 2 had no checksums: it is read, but not written on. */
-enum { FORMAT_VERSION = 3, FORMAT_VERSION_FIRST = 2 };
+enum { FORMAT_VERSION = 3 };
 static const char *const record_names[] = {"plain", "debug", "velocities"}; /* by run_kept */
 static const size_t record_size_limit = (size_t)1 << 28; /* [bytes] far above RUN_BODY_MAX bodies */
 
@@ -197,8 +197,6 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
         old->steps_per_frame != new->steps_per_frame)
         difference = "it had another time step";
     if (old->bodies.count != new->bodies.count) difference = "it had another number of bodies";
-    if (old->is_older_format)
-        difference = "an older version of tulle began it; its runs can be read but not resumed";
     for (size_t i = 0; i < old->bodies.count && !difference; i++)
         if (!is_same_body(old, new, i)) difference = "its bodies were others";
     if (!difference && old->writes_vtp != new->writes_vtp)
@@ -211,7 +209,7 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
                 : "it keeps no debug records or velocities, and the new options ask for them";
     if (!difference) return TULLE_OK;
     int const length = (int)(strlen(path) - strlen("/" RUN_FILE_RECORD));
-    if (old->scene_hash != new->scene_hash && old->has_scene_text && !old->is_older_format)
+    if (old->scene_hash != new->scene_hash && old->has_scene_text)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
                             "the run here cannot be resumed: %s, or another --set was given; to "
                             "continue with the scene as it was: tulle run '%.*s/" RUN_FILE_SCENE
@@ -338,20 +336,20 @@ static tulle_status read_bodies(run_record *record, const json_document *documen
     return status;
 }
 
-static tulle_status read_format(run_record *record, const json_document *document,
-                                const json_value *root, bool has_seal, tulle_error *error) {
+static tulle_status read_format(const json_document *document, const json_value *root,
+                                bool has_seal, tulle_error *error) {
     const char *name = "";
     uint32_t version = 0;
     tulle_status status = json_take_string(document, root, "format", &name, error);
     if (!status && strcmp(name, format_name) != 0)
         status = json_fail(document, root, error, "\"format\" should be \"%s\"", format_name);
     if (!status) status = json_take_whole(document, root, "format_version", &version, error);
-    if (!status && (version < FORMAT_VERSION_FIRST || version > FORMAT_VERSION))
-        status = json_fail(document, root, error, "format version %u; only %d to %d can be read",
-                           version, FORMAT_VERSION_FIRST, FORMAT_VERSION);
-    record->is_older_format = version < FORMAT_VERSION;
-    bool const should_have_seal = !record->is_older_format || json_find(document, root, "checksum");
-    if (!status && should_have_seal && !has_seal)
+    if (!status && version != FORMAT_VERSION)
+        status = json_fail(document, root, error,
+                           "format version %u, of another version of tulle; only %d can be read: "
+                           "run the scene again",
+                           version, FORMAT_VERSION);
+    if (!status && !has_seal)
         status = json_fail(document, root, error,
                            "damaged: the file does not end with its \"checksum\"");
     return status;
@@ -429,7 +427,7 @@ tulle_status run_record_read(run_record *record, const char *path, tulle_error *
     file_release(record->heap, &data);
     if (status) return status;
     const json_value *const root = json_get_root(&document);
-    status = read_format(record, &document, root, has_seal, error);
+    status = read_format(&document, root, has_seal, error);
     if (!status) status = read_state(record, &document, root, error);
     if (!status) status = read_texts(record, &document, root, error);
     if (!status) status = read_numbers(record, &document, root, error);

@@ -18,9 +18,9 @@
 #define RUN_FILE_REPORT "report.csv"
 #define RUN_FILE_CHECKPOINT "checkpoint.bin"
 #define RUN_FILE_CHECKPOINT_BEFORE "checkpoint.previous.bin"
-#define RUN_FILE_CHECKSUMS "checksums.csv" /* from format version 3 on */
-#define RUN_FILE_DEBUG "debug.bin"         /* of runs that record it */
-#define RUN_FILE_BODIES "bodies.csv"       /* of runs with rigid bodies */
+#define RUN_FILE_CHECKSUMS "checksums.csv"
+#define RUN_FILE_DEBUG "debug.bin"   /* of runs that record it */
+#define RUN_FILE_BODIES "bodies.csv" /* of runs with rigid bodies */
 #define RUN_FOLDER_VTP "vtp"
 
 enum {
@@ -55,7 +55,6 @@ typedef struct run_record {
     uint32_t steps_per_frame, wanted_frame_count, threads;
     int has_scene_text, writes_vtp;
     run_kept kept;            /* in debug.bin */
-    bool is_older_format;     /* as read: can be read, but not gone on with; has no checksums */
     bool has_end;             /* the run was closed in good order */
     checksum_mark end;        /* when has_end: of the whole checksums.csv */
     bool has_checkpoint;      /* when has_end: there is a checkpoint */

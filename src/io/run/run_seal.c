@@ -21,7 +21,7 @@ void run_end_write(json_writer *writer, const run_record *record) {
 tulle_status run_end_read(run_record *record, const json_document *document, const json_value *root,
                           tulle_error *error) {
     const json_value *object = NULL;
-    if (record->is_older_format || !json_find(document, root, "checksums")) return TULLE_OK;
+    if (!json_find(document, root, "checksums")) return TULLE_OK;
     tulle_status status =
         json_take_member(document, root, "checksums", JSON_OBJECT, &object, error);
     if (!status) status = json_take_count(document, object, "bytes", &record->end.size, error);

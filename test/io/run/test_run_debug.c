@@ -76,7 +76,7 @@ static void a_plain_run_has_none(void **state) {
     tulle_run_reader_close(reader);
     records_debug = 1;
     assert_int_equal(resume_run(directory, 4, &error), TULLE_ERROR_INVALID_ARGUMENT);
-    assert_non_null(strstr(error.message, "has no debug records"));
+    assert_non_null(strstr(error.message, "keeps no debug records"));
 }
 
 /* Velocities without contacts and patches; the run is cut, goes on, and knows what it keeps. */
