@@ -8,6 +8,7 @@
 #include "dynamics/hysteresis.h"
 #include "step/bodies/bodies.h"
 #include "step/bodies/bodies_sleep.h"
+#include "step/script.h"
 #include "step/step_context.h"
 #include "step/ties/ties.h"
 

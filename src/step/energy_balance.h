@@ -1,4 +1,4 @@
-/* step/energy_balance.h - the energy that a substep may end with. */
+/* step/energy_balance.h - the energy that a substep may end with, and damping. */
 #ifndef TULLE_STEP_ENERGY_BALANCE_H
 #define TULLE_STEP_ENERGY_BALANCE_H
 
@@ -40,5 +40,22 @@ tulle_status step_measure_cloths(const step_model *model, motion_state *state, s
 /* Sets `gain`: the energy by which the substep, ending with u at `end`, exceeds its limit and a
  * small slack; 0 if no balance is kept. */
 tulle_status step_measure_gain(const step_model *model, motion_state *state, step_work *work);
+
+/* Bodies that are too near make room. Called before the first solve of a substep: limits the speeds
+ * that rows ask for to a share of the
+ * energy that the last substep lost. */
+void step_share_room(motion_state *state, step_work *work);
+/* Called after a solve that gained energy: rows ask for less. With `level` 0 they keep their
+ * present room, with 1 they ask for no speed apart. False when no such row carries load and asked
+ * for more. */
+bool step_ask_less_room(step_work *work, int level);
+/* Called after the last solve, when its gain is known: notes the energy that this substep loses
+ * without making room. */
+void step_note_loss(step_work *work);
+
+/* The damping of the integrator in this step, see force_options. */
+double step_choose_damping(const step_model *model, step_work *work);
+/* The damping ratio of free motion with this period [s] under an integrator. */
+double measure_numerical_damping(tulle_integrator integrator, double time_step, double period);
 
 #endif

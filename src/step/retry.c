@@ -3,13 +3,13 @@
  * A stage says what happened; this file decides what follows. The table of what is tried, and how
  * often, is in docs/method/index.md, "When something does not succeed". The files of the stages
  * tell of loops within a stage. */
-#include "step/bodies/bodies_room.h"
+#include "step/bodies/bodies.h"
 #include "step/bodies/bodies_sleep.h"
-#include "step/bodies/bodies_turn.h"
+#include "step/energy_balance.h"
 #include "step/lag/lag.h"
 #include "step/lag/pinch.h"
+#include "step/step.h"
 #include "step/step_context.h"
-#include "step/undo.h"
 
 #include <math.h>
 #include <string.h>

@@ -65,7 +65,7 @@ typedef struct retry_state {
 } retry_state;
 
 /* The data that these files of a step carry from stage to stage: step.c, stages.c, search.c,
- * predict_paths.c, retry.c. */
+ * accept_state.c, retry.c. */
 typedef struct step_context {
     const step_model *model;
     motion_state *state; /* a copy of the state of the world; accept_state advances it */
@@ -91,7 +91,7 @@ typedef struct step_context {
 
 /* ---- the stages, each a call of run_substep in step.c ---- */
 
-/* predict_paths.c: all that the stages read, and stage 1: where cloth goes without contact and
+/* stages.c: all that the stages read, and stage 1: where cloth goes without contact and
  * inner forces, x0 + h v0 + h^2 g, into `predicted`. */
 tulle_status step_predict_paths(step_context *context);
 /* The substep as contact sees it, without bodies. */
@@ -101,6 +101,8 @@ contact_scene step_make_scene(step_context *context);
 tulle_status step_update_patches(step_context *context, const double *x1);
 tulle_status step_build_trees(step_context *context, const double *bounds);
 tulle_status step_find_pairs(step_context *context, const double *bounds);
+/* Source of the candidates of a substep; context->bounds and context->certified_end have room. */
+pair_source step_make_pair_source(step_context *context);
 
 /* stages.c: stages 5 to 9. compute_forces linearises about x0, or about `guess` if that is set. */
 tulle_status step_gather_rows(step_context *context);

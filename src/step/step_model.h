@@ -179,4 +179,8 @@ static inline world_label *world_get_label(const step_model *model, size_t surfa
                                  : &model->obstacles.data[surface - cloth_count].label;
 }
 
+/* The most candidates that a search lists. If there are more, paths are too long for a substep, or
+ * meshes too fine. */
+#define MOST_CANDIDATES(model) (256 * (uint64_t)(model)->vertex_count + (1 << 20))
+
 #endif

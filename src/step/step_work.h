@@ -14,7 +14,6 @@
 #include "detect/trees/broad_phase.h"
 #include "dynamics/compute_forces.h"
 #include "math/nested_aggregates.h"
-#include "step/carriers.h"
 #include "step/findings.h"
 #include "step/lag/lag_work.h"
 #include "step/motion_state.h"
@@ -23,6 +22,14 @@
 
 /* A rest of the step under this share of it is rounding, and no substep follows. */
 static const double REMAINDER_SHARE = 1e-9;
+
+/* The motion of scripted obstacles as affine maps. */
+typedef struct carrier_work {
+    affine_map *maps;        /* per surface, of this substep */
+    const affine_map **used; /* per surface; null: it has none */
+    affine_map *progress;    /* per obstacle, from the start of the step to where it is */
+    affine_map *script;      /* per obstacle, from there to the end of the substep */
+} carrier_work;
 
 /* The substep that runs, or ran last. Its arrays lie in the scratch arena. */
 typedef struct substep {

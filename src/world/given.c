@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "step/lag/lag.h"
 #include "step/sleep/cloth_sleep.h"
-#include "step/undo.h"
+#include "step/step.h"
 #include "world/record/record.h"
 
 #include <math.h>

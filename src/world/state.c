@@ -12,7 +12,7 @@
 #include "base/hash.h"
 #include "step/bodies/bodies.h"
 #include "step/lag/lag.h"
-#include "step/undo.h"
+#include "step/step.h"
 #include "tulle/live.h"
 #include "world/record/record.h"
 

@@ -4,7 +4,6 @@
 #include "base/timer.h"
 #include "step/sleep/cloth_sleep.h"
 #include "step/step.h"
-#include "step/undo.h"
 #include "world/record/record.h"
 
 #include <math.h>

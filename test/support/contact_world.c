@@ -5,7 +5,6 @@
 
 #include "base/hash.h"
 #include "step/script.h"
-#include "step/search.h"
 #include "support/test_support.h"
 #include "tulle/check.h"
 

@@ -6,10 +6,88 @@
 #include "contact/solve/body_drives.h"
 #include "contact/solve/solve_bodies.h"
 #include "geom/mass_properties.h"
-#include "step/bodies/body_drive.h"
 
 #include <math.h>
 #include <string.h>
+
+/* Stops a body along its locked axes. */
+static void stop_locked(const step_model *model, size_t body, double *velocities) {
+    double *const axes = velocities + 3 * get_first_slot(model, body);
+    for (int k = 0; k < BODY_AXES; k++)
+        if (model->controls[body].locks >> k & 1u) axes[k] = 0.0;
+}
+
+/* If the body has locks or a drive, gives the scene's body a drive in the scratch arena and stops
+ * motion along locked axes. False: no memory. */
+static bool prepare_drive(const step_model *model, motion_state *state, step_work *work,
+                          size_t body) {
+    const body_control *const control = &model->controls[body];
+    if (control->locks == 0 && !control->is_driven) return true;
+    body_drive *const drive = ARENA_NEW_ZEROED(&work->scratch, body_drive, 1);
+    if (!drive) return false;
+    for (int k = 0; k < BODY_AXES; k++) drive->is_locked[k] = control->locks >> k & 1u;
+    stop_locked(model, body, state->velocities);
+    work->sub.scene.bodies[body].drive = drive;
+    return true;
+}
+
+/* Gains, pushes and limits of a drive for the time [s] that forces act on u. */
+static void load_drive(const step_model *model, step_work *work, size_t body, double force_time) {
+    contact_body *const moved = &work->sub.scene.bodies[body];
+    const body_control *const control = &model->controls[body];
+    if (!moved->drive) return;
+    if (!control->is_driven) return;
+    const tulle_body_drive *const given = &control->drive;
+    quaternion const target = quaternion_multiply(
+        quaternion_normalize(quaternion_load(given->rotation)), get_body(model, body)->axes);
+    double ways[BODY_AXES];
+    vec3_store(ways, 0, vec3_sub(vec3_load(given->position, 0), moved->start.position));
+    vec3_store(ways, 1, quaternion_find_turn(moved->start.orientation, target));
+    for (int k = 0; k < BODY_AXES; k++) {
+        bool const turns = k >= 3;
+        int const axis = k % 3;
+        double const stiffness = (turns ? given->angular_stiffness : given->stiffness)[axis];
+        double const damping = (turns ? given->angular_damping : given->damping)[axis];
+        double const speed = (turns ? given->angular_velocity : given->velocity)[axis];
+        double const limit = (turns ? given->torque_limit : given->force_limit)[axis];
+        if (moved->drive->is_locked[k]) continue;
+        moved->drive->gains[k] = force_time * (damping + work->sub.time_step * stiffness);
+        moved->drive->pushes[k] = force_time * (stiffness * ways[k] + damping * speed);
+        moved->drive->limits[k] = force_time * limit;
+    }
+}
+
+/* Notes in state the force and torque of the drive in the substep. */
+static void note_drive(const step_model *model, motion_state *state, step_work *work, size_t body) {
+    const body_control *const control = &model->controls[body];
+    const body_drive *const drive = work->sub.scene.bodies[body].drive;
+    double *const forces = state->drive_forces + BODY_AXES * body;
+    memset(forces, 0, BODY_AXES * sizeof *forces);
+    double const time = work->system.force_time;
+    for (int k = 0; drive && control->is_driven && k < BODY_AXES; k++) {
+        double const limit =
+            k < 3 ? control->drive.force_limit[k] : control->drive.torque_limit[k - 3];
+        forces[k] = fmax(-limit, fmin(limit, drive->impulses[k] / time));
+    }
+}
+
+double step_measure_control_work(const step_model *model, motion_state *state, step_work *work) {
+    double const whole = work->sub.time_step / work->system.force_time;
+    double sum = 0.0;
+    for (size_t b = 0; b < model->body_count; b++) {
+        const world_obstacle *const obstacle = get_body(model, b);
+        size_t const slot = get_first_slot(model, b);
+        const double *const u = work->sub.mean_velocity + 3 * slot;
+        const body_drive *const drive = work->sub.scene.bodies[b].drive;
+        if (!work->sub.scene.bodies[b].is_free) continue;
+        for (int k = 0; drive && k < BODY_AXES; k++) sum += whole * drive->impulses[k] * u[k];
+        vec3 const way =
+            vec3_sub(vec3_load(work->sub.end, slot), vec3_load(state->positions, slot));
+        sum += vec3_dot(obstacle->given_force, way) +
+               work->sub.time_step * vec3_dot(obstacle->given_torque, vec3_load(u, 1));
+    }
+    return sum;
+}
 
 void step_compute_script_pose(const world_obstacle *obstacle, double time, vec3 *centre,
                               quaternion *orientation) {
@@ -67,7 +145,7 @@ void step_load_bodies(const step_model *model, step_work *work, double share) {
         body->inertia_factor = 1.0 + alpha * dampings[1];
         body->has_own_answers =
             body->drive || body->mass_factor != 1.0 || body->inertia_factor != 1.0;
-        step_load_drive(model, work, b, gamma);
+        load_drive(model, work, b, gamma);
         update_body_answers(body);
     }
 }
@@ -99,7 +177,7 @@ tulle_status step_prepare_bodies(const step_model *model, motion_state *state, s
         if (!answers) continue;
         memcpy(work->targets + 3 * begin, state->positions + 3 * begin, 3 * count * sizeof(double));
         body->inertia = rigid_compute_inertia(&obstacle->rigid, orientation);
-        if (body->is_free && !step_prepare_drive(model, state, work, b))
+        if (body->is_free && !prepare_drive(model, state, work, b))
             return TULLE_ERROR_OUT_OF_MEMORY;
         update_body_answers(body);
         body->start.velocity = vec3_load(state->velocities, slot);
@@ -159,7 +237,7 @@ void step_finish_bodies(const step_model *model, motion_state *state, step_work 
         size_t const slot = get_body_slot(scene, b);
         if (!body->is_free) {
             memcpy(end + 3 * slot, scene->v0 + 3 * slot, 6 * sizeof(double));
-            step_note_drive(model, state, work, b);
+            note_drive(model, state, work, b);
             if (state->rests[b].state != BODY_SLEEPS) follow_script(model, state, work, b, end);
             if (history[0]) memcpy(history[0] + 3 * slot, end + 3 * slot, 6 * sizeof(double));
             continue;
@@ -175,7 +253,7 @@ void step_finish_bodies(const step_model *model, motion_state *state, step_work 
             vec3 const spin = mat3_multiply_vec3(&body->inertia, vec3_load(turns[i], slot + 1));
             vec3_store(turns[i], slot + 1, mat3_multiply_vec3(&inverse, spin));
         }
-        step_note_drive(model, state, work, b);
+        note_drive(model, state, work, b);
         double const rate = work->sub.passed > 0.0 ? 1.0 / work->sub.passed : 0.0;
         for (size_t i = 3 * (size_t)body->vertex_begin; i < 3 * (size_t)body->vertex_end; i++)
             end[i] = rate * (work->sub.end[i] - scene->x0[i]);

@@ -55,4 +55,18 @@ void step_sum_contact_impulses(const row_list *rows, size_t slot, double impulse
 void step_compute_script_pose(const world_obstacle *obstacle, double time, vec3 *centre,
                               quaternion *orientation);
 
+/* [J] Work of drives and of forces that the host added, in the solved substep. */
+double step_measure_control_work(const step_model *model, motion_state *state, step_work *work);
+
+/* bodies_turn.c: cuts *length [s], the length that the substep would have, into equal parts. In
+ * none of them a body with its present spin, or an obstacle on keyframes, turns too far. Keyframes
+ * come first. An error names the body or the keyframes for which the step would need too many
+ * substeps. */
+tulle_status step_limit_turns(const step_model *model, motion_state *state, step_work *work,
+                              double *length);
+
+/* bodies_turn.c: [s] length of a substep that is short enough for bodies which the solved contacts
+ * spin up too much; infinite if there are none. */
+double step_find_turn_time(const step_model *model, const step_work *work);
+
 #endif

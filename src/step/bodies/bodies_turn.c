@@ -1,5 +1,8 @@
-/* step/bodies/bodies_turn.c - see bodies_turn.h. */
-#include "step/bodies/bodies_turn.h"
+/* step/bodies/bodies_turn.c - how long a substep may be if bodies or obstacles turn in it.
+ *
+ * In a substep vertices move along chords, although they turn on arcs. So the shape that is tested
+ * shrinks in the middle of a turn. No substep turns a body so far that a vertex leaves its chord by
+ * much of the contact distance. Obstacles on keyframes turn by at most an eighth of a turn. */
 
 #include "contact/pairs/body_paths.h"
 #include "step/bodies/bodies.h"

@@ -33,10 +33,10 @@ bool step_wake_loaded(const step_model *model, motion_state *state, step_work *w
 tulle_status step_settle_cloths(const step_model *model, motion_state *state, step_work *work,
                                 bool is_whole);
 
-/* still_world.c: whether everything that may move sleeps, and nothing on a script, given or held
+/* Whether everything that may move sleeps, and nothing on a script, given or held
  * moves in the step or ends before it. */
 bool step_stands_still(const step_model *model, const step_work *work);
-/* still_world.c: makes a step in which only time passes. */
+/* Makes a step in which only time passes. */
 tulle_status step_pass_still(const step_model *model, motion_state *state, step_work *work);
 
 /* Whether the sleep that was read from a saved state fits the cloths of this world. */

@@ -7,22 +7,16 @@
 
 #include "step/step_work.h"
 
-/* [m] Where the tie has its vertex, with its object at `positions`. */
-vec3 step_get_tie_place(const world_tie *tie, const double *positions);
-
-/* How its place turns with the triangle, for ties to cloth. */
-void step_get_tie_tilt(const world_tie *tie, const double *positions, row_tilt *tilt);
-
 /* The surface that holds a tie, or TULLE_NONE. */
 static inline uint32_t get_tie_surface(const step_model *model, const world_tie *tie) {
     return tie->corners[0] == TULLE_NONE ? TULLE_NONE : model->vertex_surface[tie->corners[0]];
 }
 
-/* place_ties.c: fills place and height of a tie of this vertex to the nearest triangle of a surface
+/* Fills place and height of a tie of this vertex to the nearest triangle of a surface
  * that does not own the vertex. False if none is within `distance` [m]. */
 bool step_find_tie_place(const step_model *model, step_work *work, uint32_t vertex,
                          uint32_t surface, double distance, world_tie *tie);
-/* place_ties.c: as above, in a given triangle at `weights`. */
+/* As above, in a given triangle at `weights`. */
 void step_set_tie_place(const step_model *model, step_work *work, uint32_t vertex,
                         uint32_t triangle, const double weights[3], world_tie *tie);
 

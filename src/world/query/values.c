@@ -5,7 +5,7 @@
  * straight into the caller's memory; only forces are gathered beforehand. */
 #include "base/error.h"
 #include "dynamics/hysteresis.h"
-#include "step/choose_damping.h"
+#include "step/energy_balance.h"
 #include "step/lag/lag.h"
 #include "tulle/paper.h"
 #include "world/world_state.h"

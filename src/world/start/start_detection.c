@@ -1,6 +1,5 @@
 /* world/start/start_detection.c - the start of the search: trees, and the rules of patches. */
 #include "detect/impact/time_of_impact.h"
-#include "step/search.h"
 #include "world/start/start.h"
 
 #include <math.h>

@@ -14,7 +14,6 @@
 #include "base/error.h"
 #include "contact/pairs/pair_rules.h"
 #include "detect/trees/broad_phase.h"
-#include "step/search.h"
 #include "world/change/change.h"
 #include "world/start/start.h"
 
