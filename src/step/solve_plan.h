@@ -14,13 +14,9 @@ typedef enum solve_result {
     SOLVE_LOST           /* a solution of the substep took far more than there is */
 } solve_result;
 
-/* Whether the diagonal of the matrix is far larger than the masses, on average: very stiff cloth.
- */
-bool step_is_stiff(const step_model *model, const step_work *work);
-
 /* The plan of the next solve of a substep. A rough solve need only be good enough to linearise
  * springs about it. After `balances` gains of energy solves take more rounds. */
 solve_plan step_make_solve_plan(const step_model *model, const step_work *work, bool is_rough,
-                                int balances, bool is_stiff);
+                                int balances);
 
 #endif

@@ -262,10 +262,9 @@ tulle_status step_solve_motion(step_context *context) {
                3 * context->model->cloth_vertex_count * sizeof(double));
         start_bodies(&context->sub->scene, &context->work->rows, u);
         prescribe_motion(&context->sub->scene, u);
-        retry->history.is_stiff = step_is_stiff(context->model, context->work);
     }
-    solve_plan const plan = step_make_solve_plan(context->model, context->work, retry->is_rough,
-                                                 retry->balances, retry->history.is_stiff);
+    solve_plan const plan =
+        step_make_solve_plan(context->model, context->work, retry->is_rough, retry->balances);
     solve_report solved = {0};
     step_load_bodies(context->model, context->work, context->work->system.share);
     const contact_response *const response = context->sub->scene.response;

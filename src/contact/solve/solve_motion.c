@@ -41,13 +41,6 @@ static const double NET_SHARE = 0.01;
 /* Where a solve of cloth alone may end above its tolerance, it must get below this share. Without
  * it cloth creeps down a slope that holds it. */
 static const double LATE_NET_SHARE = 0.1;
-/* What earlier solves of a substep took leaves later ones of fine cloth less patience, down to a
- * third. With none sliding layers are late by 1.5 %. Rough ones keep it: what springs are
- * linearised about must be good enough, or a ribbon over an edge bears 3 % too much. */
-enum { LATER_PATIENCE = 3 };
-/* Fine cloth has two thirds of the patience from the beginning: with aggregates each iteration goes
- * farther. */
-static const double FINE_PATIENCE = 2.0 / 3.0;
 /* It must also get below this tolerance, however large the given one is. */
 static const double LATE_MOST = 0.01;
 /* A rigid tie pulls so many times as hard as the matrix gives there. With more, conjugate gradients
@@ -382,11 +375,7 @@ static tulle_status bound_by_net(motion_solve *solve, const conjugate_gradients_
 
 /* Iterations before a solve may end late. */
 static int choose_patience(const motion_solve *solve) {
-    bool const is_rough = solve->plan->early_tolerance > 0.0,
-               is_fine = solve->system->aggregates != NULL;
-    int const given = solve->plan->effort->patience;
-    int const most = is_fine ? (int)(FINE_PATIENCE * given) : given, least = most / LATER_PATIENCE;
-    if (is_rough || !is_fine) return most;
+    int const most = solve->plan->patience, least = solve->plan->patience_least;
     uint32_t const spent = solve->system->history->iterations + solve->report->cg_iterations;
     return spent >= (uint32_t)(most - least) ? least : most - (int)spent;
 }
@@ -397,7 +386,7 @@ static tulle_status choose_end(motion_solve *solve, conjugate_gradients_problem 
     bool const has_bodies = !solve->is_cloth_only;
     double *const net = has_bodies ? &solve->net_of_all : &solve->net_of_cloth;
     tulle_status status = TULLE_OK;
-    if (effort->patience > 0 && solve->reference > 0.0) {
+    if (solve->plan->patience > 0 && solve->reference > 0.0) {
         problem->patience = choose_patience(solve);
         problem->late_tolerance = fmin(effort->late_factor * problem->tolerance, LATE_MOST);
         status = bound_by_net(solve, problem, has_bodies ? NET_SHARE : LATE_NET_SHARE, net,
@@ -440,7 +429,7 @@ static tulle_status solve_linear(motion_solve *solve) {
         has_tilts |= solve->hard_rows[i]->frame.tilt != NULL;
     }
     bool const has_aggregates = solve->system->aggregates != NULL;
-    bool const is_single = has_aggregates && !history->is_stiff && !has_tilts &&
+    bool const is_single = has_aggregates && !has_tilts &&
                            !has_tied_bodies(solve->system->springs, solve->system->spring_count);
     if (!has_hard_bodies) { /* no hard row joins bodies to cloth: they are solved by themselves */
         solve->is_cloth_only = true;
@@ -478,7 +467,7 @@ static tulle_status solve_linear(motion_solve *solve) {
     if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     solve_report *const report = solve->report;
     bool const outlasts = problem.patience > 0 && result.iterations >= problem.patience;
-    history->is_costly |= outlasts && solve->system->aggregates; /* of fine cloth alone */
+    history->is_costly |= outlasts && plan->is_fine;
     report->solve_count++;
     report->cg_iterations += (uint32_t)result.iterations;
     if (result.end != CONJUGATE_GRADIENTS_CONVERGED) report->has_converged = false;
@@ -593,8 +582,7 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
     double *const scalars = ARENA_NEW(scratch, double, has_sums ? system->matrix->scalar_count : 0);
     solve.without_rows.scalar_sums = has_sums ? scalars : NULL;
     solve.matrix = solve.without_rows;
-    if (!system->aggregates || system->history->is_stiff ||
-        (scene->body_count > 0 && system->spring_count > 0))
+    if (!system->aggregates || (scene->body_count > 0 && system->spring_count > 0))
         solve.matrix.values =
             ARENA_NEW(scratch, double, BLOCK_NUMBERS * system->matrix->block_count + BLOCK_PADDING);
     bool const has_single = !system->aggregates ||

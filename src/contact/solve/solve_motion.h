@@ -13,7 +13,6 @@ typedef struct solve_history {
     uint32_t iterations; /* of all before */
     bool has_sums;       /* aggregates have sums of this matrix */
     bool is_costly;      /* one of fine cloth outlasted its patience */
-    bool is_stiff;       /* cloth is held by its neighbours as if by far more than its mass */
 } solve_history;
 
 /* The implicit step without contact: A u = b over the cloth vertices. A has entries for all of

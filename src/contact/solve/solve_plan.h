@@ -4,6 +4,8 @@
 
 #include "tulle/world.h"
 
+#include <stdbool.h>
+
 /* How far solves go that cost much. */
 typedef struct solve_effort {
     double late_factor;   /* after its patience a solve ends at so many times the tolerance, but not
@@ -38,6 +40,10 @@ typedef struct solve_plan {
     /* A rough solve, which another one follows, may end at this part of its first residual, but not
      * above that tolerance; 0: it is not rough */
     double early_share, early_tolerance;
+    /* Iterations before a solve may end late. Those of earlier solves of the substep count, down to
+     * the least. 0: it does not end late */
+    int patience, patience_least;
+    bool is_fine; /* once a solve of fine cloth outlasts its patience, all rounds are costly */
     const solve_effort *effort;
 } solve_plan;
 
