@@ -306,6 +306,7 @@ typedef struct near_pair_list {
 typedef struct row_list {
     ARRAY(contact_row) rows;
     size_t gathered_count; /* rows before those of stage 8 */
+    double push_out_cut; /* [m/s] rows of stage 8 ask for so much less push-out than the settings */
     near_pair_list near_pairs;
 } row_list;
 

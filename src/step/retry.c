@@ -112,8 +112,8 @@ bool step_retry_balance(step_context *context, tulle_status *status) {
     if (retry->room_levels < ROOM_LEVELS_MAX &&
         step_ask_less_room(context->work, retry->room_levels)) {
         retry->room_levels++;
-        context->sub->scene.settings.push_out_speed =
-            0.0; /* of impacts that are found from here on */
+        /* impacts that are found from here on ask for no room */
+        context->work->rows.push_out_cut = context->sub->scene.settings.push_out_speed;
         begin_series(context);
         return true;
     }

@@ -68,6 +68,7 @@ static tulle_status append_rows(const contact_scene *scene, const pair_events *e
                                 const double *x1, row_list *list) {
     size_t const first_new = list->rows.count;
     cloth_hit *const hits = ARENA_NEW_ZEROED(scene->scratch, cloth_hit, events->count);
+    double const most_bias = scene->settings.push_out_speed - list->push_out_cut;
     if (!hits || !ARRAY_RESERVE(scene->heap, &list->rows, events->count))
         return TULLE_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < events->count; i++) {
@@ -75,6 +76,7 @@ static tulle_status append_rows(const contact_scene *scene, const pair_events *e
         begin_contact_row(scene, x1, &events->events[i], row);
         if (!finish_contact_row(scene, row)) continue;
         straighten_row(scene, x1, events->events[i].time, true, row);
+        if (!(row->law.bias < most_bias)) row->law.bias = most_bias;
         bool const is_first = row->frame.vertices[0] >= scene->cloth_vertex_count;
         bool const is_second = row->frame.vertices[3] >= scene->cloth_vertex_count;
         cloth_hit *const hit = &hits[list->rows.count++ - first_new];

@@ -179,6 +179,7 @@ tulle_status gather_rows(const contact_scene *scene, const contact_store *store,
         status = choose_rows(scene, store, predicted, &found, list);
     }
     list->gathered_count = list->rows.count;
+    list->push_out_cut = 0.0;
     arena_release(scene->scratch, mark);
     return status;
 }

@@ -182,7 +182,8 @@ bool settle_drives(const contact_scene *scene, contact_row *rows, size_t count, 
 tulle_status project_driven_impulses(const contact_scene *scene, contact_row *rows, size_t count,
                                      double *u) {
     for (int round = 0; round < PROJECTIONS_MAX; round++) {
-        tulle_status const status = project_impulses(scene, rows, count, u);
+        tulle_status const status =
+            project_impulses(scene, scene->settings.impulse_sweeps, rows, count, u);
         if (status != TULLE_OK || !settle_drives(scene, rows, count, u)) return status;
     }
     return TULLE_OK;

@@ -83,7 +83,8 @@ tulle_status end_round(const contact_scene *scene, const solve_effort *effort, r
             if (sticks) sum->held += fabs(weight) * penalty;
         }
     }
-    tulle_status const status = project_impulses(scene, list->rows.data, list->rows.count, u);
+    tulle_status const status = project_impulses(scene, scene->settings.impulse_sweeps,
+                                                 list->rows.data, list->rows.count, u);
     double const violation = sqrt(violation2 / count), misfit = sqrt(misfit2 / count);
     const contact_settings *const settings = &scene->settings;
     double const looseness = effort->looseness;

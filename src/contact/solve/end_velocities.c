@@ -123,10 +123,8 @@ tulle_status end_contacts(const contact_scene *scene, row_list *list, const doub
         }
     }
     if (status == TULLE_OK) {
-        contact_scene end_scene = *scene;
-        end_scene.settings.impulse_sweeps = END_SWEEPS;
         memcpy(before, v1, size * sizeof(double));
-        status = project_impulses(&end_scene, rows, count, v1);
+        status = project_impulses(scene, END_SWEEPS, rows, count, v1);
     }
     if (status == TULLE_OK) {
         for (size_t i = 0; i < count; i++) {

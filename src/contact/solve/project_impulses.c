@@ -80,6 +80,7 @@ typedef struct sweep_row {
  * was stays so until one of its vertices changes: passes skip it until then. */
 typedef struct sweeps {
     const contact_scene *scene;
+    int count; /* most of them, each forward and backward */
     contact_row *rows;
     sweep_row *active;
     size_t active_count;
@@ -119,7 +120,7 @@ static void relax_row(sweeps *all, sweep_row *active, double *largest2) {
 static void run_sweeps(sweeps *all, bool has_bodies_only) {
     const contact_scene *const scene = all->scene;
     int const factor = has_bodies_only ? SWEEPS_OF_BODIES : 1;
-    int const limit = factor * scene->settings.impulse_sweeps;
+    int const limit = factor * all->count;
     double before = (double)INFINITY; /* [m/s] */
     double coordinate = 0.0;          /* [m] the largest; 0: not known yet */
     for (int sweep = 0; sweep < limit && !stop_is_wanted(scene->stop, 0); sweep++) {
@@ -143,8 +144,8 @@ static void run_sweeps(sweeps *all, bool has_bodies_only) {
     }
 }
 
-tulle_status project_impulses(const contact_scene *scene, contact_row *rows, size_t count,
-                              double *u) {
+tulle_status project_impulses(const contact_scene *scene, int sweep_count, contact_row *rows,
+                              size_t count, double *u) {
     arena *const scratch = scene->scratch;
     arena_mark const mark = arena_get_mark(scratch);
     size_t active_count = 0; /* rows in the matrix of the solve do not take part */
@@ -154,6 +155,7 @@ tulle_status project_impulses(const contact_scene *scene, contact_row *rows, siz
         has_bodies |= rows[i].frame.has_body;
     }
     sweeps all = {.scene = scene,
+                  .count = sweep_count,
                   .rows = rows,
                   .active = ARENA_NEW(scratch, sweep_row, active_count),
                   .change_pass = ARENA_NEW_ZEROED(scratch, uint32_t, scene->vertex_count),

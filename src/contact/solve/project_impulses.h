@@ -5,12 +5,12 @@
 
 #include "contact/rows/row_motion.h"
 
-/* Sweeps forward and backward over the rows that are not in the matrix of the solve. Projects total
- * impulses on the Coulomb cone; they may shrink. u of what has mass changes with them, so linear
- * momentum is kept between cloths. Sweeps are serial and in the order of the rows, so the result is
- * fixed. Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
-tulle_status project_impulses(const contact_scene *scene, contact_row *rows, size_t count,
-                              double *u);
+/* Sweeps forward and backward, so often at most, over the rows that are not in the matrix of the
+ * solve. Projects total impulses on the Coulomb cone; they may shrink. u of what has mass changes
+ * with them, so linear momentum is kept between cloths. Sweeps are serial and in the order of the
+ * rows, so the result is fixed. Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
+tulle_status project_impulses(const contact_scene *scene, int sweep_count, contact_row *rows,
+                              size_t count, double *u);
 
 /* The normal speed that a row asks for [m/s]. A row that starts inside the contact distance asks to
  * be pushed out; the more it carries, the less it asks. Else the impulses of rows that cannot all

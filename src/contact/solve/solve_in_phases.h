@@ -21,8 +21,8 @@ tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_pro
                              contact_row *const *hard_rows, size_t hard_count, double *u,
                              conjugate_gradients_result *result);
 
-/* The same in double precision, for very stiff cloth, for ties at a height over cloth, and for
- * those that hold bodies. */
+/* The same in double precision, for small cloth, for ties at a height over cloth, and for those
+ * that hold bodies. */
 tulle_status solve_in_double(phased_solve *phases, const conjugate_gradients_problem *problem,
                              contact_row *const *hard_rows, size_t hard_count, double *u,
                              conjugate_gradients_result *result);

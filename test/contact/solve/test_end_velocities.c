@@ -65,7 +65,8 @@ static void make_world(end_world *world, uint64_t *random, double restitution, d
     world->list.rows.data = world->rows;
     world->list.rows.count = ROW_COUNT;
     memcpy(world->u, world->v0, sizeof world->u);
-    project_impulses(&world->scene, world->rows, ROW_COUNT, world->u);
+    project_impulses(&world->scene, world->scene.settings.impulse_sweeps, world->rows, ROW_COUNT,
+                     world->u);
     memcpy(world->v1, world->u, sizeof world->u);
 }
 
@@ -142,7 +143,7 @@ static void two_bodies_part_as_known(void **state) {
                                       .law.approach = world.v0[2] - world.v0[5]};
         world.list.rows.count = 1;
         memcpy(world.u, world.v0, sizeof world.u);
-        project_impulses(&world.scene, world.rows, 1, world.u);
+        project_impulses(&world.scene, world.scene.settings.impulse_sweeps, world.rows, 1, world.u);
         memcpy(world.v1, world.u, sizeof world.u);
         end_velocities ends = {.kinetic_limit = 10.0};
         assert_int_equal(end_contacts(&world.scene, &world.list, world.u, world.v1, &ends),

@@ -55,7 +55,9 @@ static void end_world(row_world *world) {
 
 /* Projects the impulses of the first rows. */
 static void project(row_world *world, contact_row *rows, size_t count) {
-    assert_int_equal(project_impulses(&world->scene, rows, count, world->u), TULLE_OK);
+    assert_int_equal(project_impulses(&world->scene, world->scene.settings.impulse_sweeps, rows,
+                                      count, world->u),
+                     TULLE_OK);
 }
 
 /* A vertex of mass m meets a resting triangle with velocity v: the normal part of v that approaches
