@@ -4,49 +4,26 @@
 /* In the order of place_up. */
 static const char *const up_names[] = {"z", "y", "x", NULL};
 static const schema_key place_table[] = {
-    {.name = "up",
-     .type = SCHEMA_CHOICE,
-     .choices = up_names,
-     .derived = "z, or as the file says",
-     FIELD(place_keys, up),
-     .meaning = "axis of the mesh that points up; it is turned to z, y about x and x about y. "
-                "glTF, Alembic and USD say it; see [Axes and units](formats.md#axes-and-units)"},
-    {.name = "size",
-     POSITIVE_LENGTH(SCHEMA_ALTERNATIVE),
-     FIELD(place_keys, size),
-     .meaning = "its largest extent along x, y and z"},
-    {.name = "height",
-     POSITIVE_LENGTH(SCHEMA_ALTERNATIVE),
-     FIELD(place_keys, height),
-     .meaning = "its extent along z"},
-    {.name = "center",
-     .type = SCHEMA_BOOL,
-     .fallback = "false",
-     FIELD(place_keys, center),
-     .meaning = "brings the middle of its box to x = y = 0"},
-    {.name = "on",
-     .type = SCHEMA_NUMBER,
-     .unit = UNIT_LENGTH,
-     ANY_SIZE,
-     .word = "ground",
-     .flags = SCHEMA_SECOND_ALTERNATIVE,
-     FIELD(place_keys, on),
-     .meaning = "brings its lowest point to this height; ground: to z = 0"},
-    {.name = "on_top_of",
-     .type = SCHEMA_NAME,
-     .flags = SCHEMA_SECOND_ALTERNATIVE,
-     FIELD(place_keys, on_top_of),
-     .meaning = "brings its lowest point to the height of the highest point of an obstacle, with "
-                "all its copies, at the start. An obstacle can only stand on an obstacle that "
-                "comes before it in the file"},
-    {.name = "as",
-     .type = SCHEMA_NAME,
-     .flags = SCHEMA_OPTIONAL,
-     FIELD(place_keys, as),
-     .derived = "by its own box",
-     .meaning =
-         "moves to the place of an obstacle, without scale, rotate and the other keys of place: "
-         "cloth that was modelled on a body stays on it. A copy has a number: post.002"},
+    KEY(place_keys, up, .type = SCHEMA_CHOICE, .choices = up_names,
+        .derived = "z, or as the file says",
+        .meaning = "axis of the mesh that points up; it is turned to z, y about x and x about y. "
+                   "glTF, Alembic and USD say it; see [Axes and units](formats.md#axes-and-units)"),
+    KEY(place_keys, size, POSITIVE_LENGTH(SCHEMA_ALTERNATIVE),
+        .meaning = "its largest extent along x, y and z"),
+    KEY(place_keys, height, POSITIVE_LENGTH(SCHEMA_ALTERNATIVE), .meaning = "its extent along z"),
+    KEY(place_keys, center, .type = SCHEMA_BOOL, .fallback = "false",
+        .meaning = "brings the middle of its box to x = y = 0"),
+    KEY(place_keys, on, .type = SCHEMA_NUMBER, ANY_SIZE, .unit = UNIT_LENGTH, .word = "ground",
+        .flags = SCHEMA_SECOND_ALTERNATIVE,
+        .meaning = "brings its lowest point to this height; ground: to z = 0"),
+    KEY(place_keys, on_top_of, .type = SCHEMA_NAME, .flags = SCHEMA_SECOND_ALTERNATIVE,
+        .meaning = "brings its lowest point to the height of the highest point of an obstacle, "
+                   "with all its copies, at the start. An obstacle can only stand on an obstacle "
+                   "that comes before it in the file"),
+    KEY(place_keys, as, .type = SCHEMA_NAME, .flags = SCHEMA_OPTIONAL, .derived = "by its own box",
+        .meaning =
+            "moves to the place of an obstacle, without scale, rotate and the other keys of place: "
+            "cloth that was modelled on a body stays on it. A copy has a number: post.002"),
 };
 const schema_map place_map = {
     .title = "Place",
