@@ -121,23 +121,23 @@ struct tulle_world {
     char message[WORLD_MESSAGE_BYTES];
 };
 
-/* slots.c: what an id names, as an index among the cloths or the obstacles; SIZE_MAX: nothing, the
- * world is null or the id is stale. */
+/* objects.c: what an id names, as an index among the cloths or the obstacles; SIZE_MAX: nothing,
+ * the world is null or the id is stale. */
 size_t world_find_cloth(const tulle_world *world, tulle_cloth_id id);
 size_t world_find_obstacle(const tulle_world *world, tulle_obstacle_id id);
 /* settings.c: the cloth, or null with an error: none, or a world that has not started. */
 world_cloth *world_find_started_cloth(tulle_world *world, tulle_cloth_id id, tulle_error *error);
-/* slots.c: the ids of what is there. */
+/* objects.c: the ids of what is there. */
 tulle_cloth_id world_get_cloth_id(const tulle_world *world, size_t cloth);
 tulle_obstacle_id world_get_obstacle_id(const tulle_world *world, size_t obstacle);
-/* slots.c: the slot that the next object gets. Puts an object there, with the next generation;
+/* objects.c: the slot that the next object gets. Puts an object there, with the next generation;
  * there is room for one. Undoes that. */
 uint32_t world_find_free_slot(const slot_list *slots);
 void world_take_slot(slot_list *slots, uint32_t slot, size_t index);
 void world_return_slot(slot_list *slots, uint32_t slot);
-/* slots.c: the id of the next obstacle that is added. */
+/* objects.c: the id of the next obstacle that is added. */
 tulle_obstacle_id world_find_next_obstacle(const tulle_world *world);
-/* slots.c: lets the slots name objects by their places in the arrays, which have changed. */
+/* objects.c: lets the slots name objects by their places in the arrays, which have changed. */
 void world_renumber_slots(tulle_world *world);
 
 /* objects.c: the number among all surfaces, or SIZE_MAX with an error where there is none. */
@@ -151,7 +151,7 @@ const tulle_contact_law *world_find_pair_law(const tulle_world *world, size_t a,
  * room for one. */
 uint32_t world_add_contact_material(tulle_world *world, const char *name);
 
-/* start_bodies.c: mass, inertia and centre of a dynamic obstacle, from its def. */
+/* start_arrays.c: mass, inertia and centre of a dynamic obstacle, from its def. */
 tulle_status world_make_body(tulle_world *world, world_obstacle *obstacle, tulle_error *error);
 
 /* world.c: lets the work of steps point to the insides of this world, which may have been copied
@@ -194,12 +194,16 @@ void world_release_first_settings(tulle_world *world);
 tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tulle_contact_law *law,
                               tulle_error *error);
 
-/* ties/kept_attachments.c: keeps a def until the start; releases all that were kept. */
-tulle_status world_keep_attachment(tulle_world *world, const tulle_attachment_def *def,
-                                   tulle_error *error);
-void world_release_attachments(tulle_world *world);
-/* ties/attach.c: makes those that were kept, at the end of a start. */
+/* ties/attach.c: makes the attachments that were made before the start, at its end; releases them.
+ */
 tulle_status world_begin_attachments(tulle_world *world, tulle_error *error);
+void world_release_attachments(tulle_world *world);
+
+/* body_access.c: number of a body, or TULLE_NONE with an error. */
+uint32_t world_find_body(const tulle_world *world, tulle_obstacle_id id, tulle_error *error);
+/* body_control.c: gives a body of the state other velocities, three of its centre and three of its
+ * turn, zero along what is locked. */
+void world_set_body_velocity(tulle_world *world, size_t body, const double *velocities);
 
 /* body_control.c: the locks and drives of bodies as a state has them where there are any: how many
  * bytes that is; their hash. */
@@ -243,11 +247,6 @@ tulle_status world_check_state(const tulle_world *world, const motion_state *sta
  * failed; returns the status. */
 void world_tell_findings(tulle_world *world);
 tulle_status world_tell_failure(tulle_world *world, tulle_status status, tulle_error *error);
-
-/* presence.c: judges obstacles that have just appeared in a state; all others are clean already.
- * One that appears into cloth is an error or is ignored, as the def says. */
-tulle_status world_judge_appearance(tulle_world *world, const motion_state *state,
-                                    tulle_error *error);
 
 /* judge.c: exact intersections among present surfaces; replaces `list`. */
 tulle_status world_find_intersections(tulle_world *world, const double *positions,

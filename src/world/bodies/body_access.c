@@ -1,5 +1,4 @@
 /* world/bodies/body_access.c - what users read of rigid bodies, and impulses that they give. */
-#include "world/bodies/body_access.h"
 #include "base/error.h"
 #include "contact/pairs/body_paths.h"
 #include "contact/solve/body_drives.h"
@@ -7,6 +6,7 @@
 #include "step/bodies/bodies.h"
 #include "step/bodies/bodies_sleep.h"
 #include "world/record/record.h"
+#include "world/world_state.h"
 
 #include <math.h>
 #include <string.h>

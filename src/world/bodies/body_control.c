@@ -15,9 +15,9 @@
 #include "contact/solve/body_drives.h"
 #include "step/bodies/bodies.h"
 #include "step/bodies/bodies_sleep.h"
-#include "world/bodies/body_access.h"
 #include "world/fields/fields.h"
 #include "world/record/record.h"
+#include "world/world_state.h"
 
 #include <math.h>
 #include <string.h>

@@ -9,7 +9,6 @@
 #include "world/change/change.h"
 #include "world/start/inside.h"
 #include "world/start/start.h"
-#include "world/untangle/untangle.h"
 
 #include <stdio.h>
 #include <string.h>

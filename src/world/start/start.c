@@ -12,7 +12,6 @@
 #include "step/script.h"
 #include "world/record/record.h"
 #include "world/start/inside.h"
-#include "world/untangle/untangle.h"
 
 #include <math.h>
 #include <string.h>

@@ -80,13 +80,11 @@ typedef struct untangling {
     double *set_areas;      /* [m^2] */
 } untangling;
 
-/* untangle_search.c: pairs of triangles in which an edge of one passes through the other. */
+/* untangle_contours.c: pairs of triangles in which an edge of one passes through the other. */
 tulle_status find_crossing_pairs(untangling *work, intersection_list *list);
 /* untangle_motion.c: unit normal of a triangle, unit direction of an edge. */
 vec3 compute_triangle_normal(const untangling *work, uint32_t triangle);
 vec3 compute_edge_direction(const untangling *work, uint32_t edge);
-/* untangle_contours.c */
-bool triangles_cross(const untangling *work, uint32_t first, uint32_t second);
 /* untangle_contours.c: crossings of the pairs, joined to contours. */
 tulle_status make_contours(untangling *work, const intersection_list *pairs);
 /* untangle_contours.c: [m] where the edge passes through the triangle. */
@@ -97,7 +95,7 @@ tulle_status decide_sides(untangling *work);
 void flood_contours(untangling *work, const contour_range *ranges, size_t count, flood *regions);
 /* Marks the regions at the wrong ends of a contour, and all corners at it. */
 void mark_astray(untangling *work, const contour_range *range, const flood *regions);
-/* untangle_joint_sides.c: decides contours with obstacles together, if one of them alone parts
+/* untangle_open_sides.c: decides contours with obstacles together, if one of them alone parts
  * nothing. `regions` are added to those in use. */
 tulle_status decide_joint_contours(untangling *work, contour_range *ranges, size_t count,
                                    flood *regions);
@@ -114,22 +112,10 @@ void orient_short_contour(untangling *work, const contour_range *range);
 tulle_status remember_crossings(untangling *work);
 /* untangle_calm.c: where escalation asks for it, less crumpled cloth around contours. */
 void calm_surroundings(untangling *work);
-/* untangle_depth.c: votes of cloth in an obstacle that reaches from one contour to another. */
-void push_out_of_depth(untangling *work);
-/* untangle_motion.c: votes that move sum w_i x_i by `change`, shared among `count` vertices by
- * mobility. */
-void add_votes(untangling *work, const uint32_t *vertices, const double *weights, int count,
-               vec3 change);
 /* untangle_motion.c: moves two vertices along their line until they are `low` to `high` [m] apart.
  */
 void limit_distance(untangling *work, uint32_t a, uint32_t b, double low, double high);
-double compute_gap(const untangling *work, uint32_t a, uint32_t b); /* [m] to push apart to */
 /* untangle_motion.c: one displacement of all free vertices. */
 tulle_status move_apart(untangling *work);
-/* untangle_report.c: what is left in `positions`, as text. */
-tulle_status describe_left(untangling *work, char *text, size_t size);
-/* untangle_report.c: the error for bodies that intersect: nothing moves them apart. Sorts the
- * world's list of intersections. */
-tulle_status refuse_bodies(tulle_world *world, tulle_error *error);
 
 #endif

@@ -1,7 +1,7 @@
 /* How deep triangles lie in each other: overlaps that are known, and random triangles beside moves
  * in many directions, none of which parts them with less. */
 #include "tulle/check.h"
-#include "world/start/overlap.h"
+#include "world/start/start.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
