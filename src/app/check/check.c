@@ -176,39 +176,32 @@ int app_check(int argc, char **argv) {
     mesh_file_notes notes = {.command = "check"};
     check_options options = {.report = {.list_limit = -1}, .notes = &notes};
     const option_spec specs[] = {
-        {"threads", 't', OPTION_INTEGER, &options.threads, "N",
-         "threads; 0: one for each processor (default)", 0, THREAD_MAX, NULL},
-        {"frames", 'n', OPTION_TEXT, &options.frames, "RANGE",
-         "of runs and animations: " FRAME_RANGE_HELP, 0, 0, NULL},
-        {"mesh", 'm', OPTION_LIST, &options.meshes, "FILE",
-         "the mesh whose points a point cache (.pc2, .mdd) moves; again for the next one", 0, 0,
-         NULL},
-        {"weld", 0, OPTION_FLAG, &options.welds, NULL,
-         "of animations: vertices in the same place in all frames are one, as along seams", 0, 0,
-         NULL},
-        {"json", 0, OPTION_FLAG, &options.report.is_json, NULL,
-         "one JSON object a line instead of text", 0, 0, NULL},
-        {"list", 0, OPTION_INTEGER, &options.report.list_limit, "N",
-         "list at most N pairs a frame; the sums count all (default: 1000, with --json 100000)", 0,
-         LIST_MAX, NULL},
-        {"together", 0, OPTION_FLAG, &options.is_together, NULL,
-         "judge all files as the cloths of one frame", 0, 0, NULL},
-        {"obstacle", 0, OPTION_LIST, &options.obstacles, "FILE",
-         "a file to judge every file against; may be repeated", 0, 0, NULL},
+        INTEGER_OPTION("threads", 't', &options.threads, "N", 0, THREAD_MAX,
+                       "threads; 0: one for each processor (default)"),
+        TEXT_OPTION("frames", 'n', &options.frames, "RANGE",
+                    "of runs and animations: " FRAME_RANGE_HELP),
+        LIST_OPTION(
+            "mesh", 'm', &options.meshes, "FILE",
+            "the mesh whose points a point cache (.pc2, .mdd) moves; again for the next one"),
+        FLAG_OPTION(
+            "weld", 0, &options.welds,
+            "of animations: vertices in the same place in all frames are one, as along seams"),
+        FLAG_OPTION("json", 0, &options.report.is_json, "one JSON object a line instead of text"),
+        INTEGER_OPTION(
+            "list", 0, &options.report.list_limit, "N", 0, LIST_MAX,
+            "list at most N pairs a frame; the sums count all (default: 1000, with --json 100000)"),
+        FLAG_OPTION("together", 0, &options.is_together,
+                    "judge all files as the cloths of one frame"),
+        LIST_OPTION("obstacle", 0, &options.obstacles, "FILE",
+                    "a file to judge every file against; may be repeated"),
     };
-    const command_spec command = {
-        .name = "check",
-        .operands = "FILE|DIR ...",
-        .summary = "Judges with exact arithmetic whether triangles intersect: in mesh files (OBJ, "
-                   "PLY, STL, VTP),\n"
-                   "in every frame of animations (.pc2, .mdd, .glb, .gltf, .usda, .npz, "
-                   "'frame_%04d.obj')\n"
-                   "and of run directories, cloth with cloth, with itself and with obstacles.\n"
-                   "Exit code 0: nowhere, 1: somewhere, 2: input that cannot be judged.",
-        .options = specs,
-        .option_count = sizeof specs / sizeof specs[0],
-        .operand_minimum = 1,
-        .operand_maximum = OPERAND_MAX};
+    const command_spec command = COMMAND(
+        "check", "FILE|DIR ...", specs, 1, OPERAND_MAX,
+        "Judges with exact arithmetic whether triangles intersect: in mesh files (OBJ, PLY, STL, "
+        "VTP),\n"
+        "in every frame of animations (.pc2, .mdd, .glb, .gltf, .usda, .npz, 'frame_%04d.obj')\n"
+        "and of run directories, cloth with cloth, with itself and with obstacles.\n"
+        "Exit code 0: nowhere, 1: somewhere, 2: input that cannot be judged.");
     size_t operand_count = 0;
     options_outcome const outcome = options_parse(&command, argc, argv, &operand_count);
     if (outcome != OPTIONS_READ) return options_exit(outcome);

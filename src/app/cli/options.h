@@ -34,6 +34,17 @@ typedef struct option_spec {
     const char *const *choices; /* OPTION_CHOICE, ends with null */
 } option_spec;
 
+#define FLAG_OPTION(name, letter, value, help)                                                     \
+    { name, letter, OPTION_FLAG, value, NULL, help, 0, 0, NULL }
+#define TEXT_OPTION(name, letter, value, argument, help)                                           \
+    { name, letter, OPTION_TEXT, value, argument, help, 0, 0, NULL }
+#define LIST_OPTION(name, letter, value, argument, help)                                           \
+    { name, letter, OPTION_LIST, value, argument, help, 0, 0, NULL }
+#define CHOICE_OPTION(name, letter, value, argument, choices, help)                                \
+    { name, letter, OPTION_CHOICE, value, argument, help, 0, 0, choices }
+#define INTEGER_OPTION(name, letter, value, argument, minimum, maximum, help)                      \
+    { name, letter, OPTION_INTEGER, value, argument, help, minimum, maximum, NULL }
+
 typedef struct command_spec {
     const char *name;     /* "run" */
     const char *operands; /* "SCENE.yaml" */
@@ -42,6 +53,8 @@ typedef struct command_spec {
     size_t option_count;
     size_t operand_minimum, operand_maximum;
 } command_spec;
+#define COMMAND(name, operands, options, least, most, summary)                                     \
+    { name, operands, summary, options, sizeof options / sizeof options[0], least, most }
 
 typedef enum options_outcome {
     OPTIONS_READ,   /* go on */

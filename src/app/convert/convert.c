@@ -63,69 +63,56 @@ static const char *const interpolation_choices[] = {"linear", "step", NULL};
 
 static options_outcome read_words(int argc, char **argv, convert_words *words) {
     const option_spec options[] = {
-        {"mesh", 'm', OPTION_TEXT, &words->mesh, "FILE",
-         "the mesh whose points a point cache (.pc2) moves", 0, 0, NULL},
-        {"body", 'b', OPTION_TEXT, &words->body, "NAME", "body of a run (default: its only cloth)",
-         0, 0, NULL},
-        {"frame", 0, OPTION_TEXT, &words->frame, "N", "number of the one frame to convert, or last",
-         0, 0, NULL},
-        {"frames", 0, OPTION_TEXT, &words->frames, "RANGE", FRAME_RANGE_HELP, 0, 0, NULL},
-        {"subdivide", 0, OPTION_INTEGER, &words->levels, "N",
-         "smooth by N steps of Loop subdivision; each makes four triangles of one", 0,
-         TULLE_SUBDIVISION_LEVELS_MAX, NULL},
-        {"repair", 0, OPTION_FLAG, &words->repairs, NULL,
-         "make a mesh fit for cloth, and list the repairs: drop triangles without area "
-         "and\nduplicates, join boundaries that meet, cut where an edge has three triangles or "
-         "a\nvertex several fans, turn triangles alike, leave out loose vertices",
-         0, 0, NULL},
-        {"tolerance", 0, OPTION_TEXT, &words->tolerance, "LENGTH",
-         "with --repair: how far apart boundaries may be that meet, as 0.1mm (default: 0)", 0, 0,
-         NULL},
-        {"up", 0, OPTION_CHOICE, &words->up, "y|z",
-         "axis that points up in TO (default: z; of .glb, .gltf and .abc y)", 0, 0,
-         axes_up_choices},
-        {"from-up", 0, OPTION_CHOICE, &words->from_up, "y|z",
-         "axis that points up in FROM (default: z, as Tulle has it; of .glb, .gltf, .abc y; of "
-         ".usda "
-         "as\n"
-         "the file says)",
-         0, 0, axes_up_choices},
-        {"units", 0, OPTION_CHOICE, &words->unit, "m|cm|mm|in|ft",
-         "unit of length of TO (default: m)", 0, 0, axes_unit_choices},
-        {"from-units", 0, OPTION_CHOICE, &words->from_unit, "m|cm|mm|in|ft",
-         "unit of length of FROM (default: m, as Tulle has it; of .usda as the file says)", 0, 0,
-         axes_unit_choices},
-        {"fps", 0, OPTION_TEXT, &words->fps, "N",
-         "frames in a second, where FROM has no times (default: 24)", 0, 0, NULL},
-        {"interpolation", 0, OPTION_CHOICE, &words->interpolation, "linear|step",
-         "what .glb and .gltf show between two frames: a smooth transition (default), or "
-         "the\nfirst of the two",
-         0, 0, interpolation_choices},
-        {"double", 0, OPTION_FLAG, &words->is_double, NULL,
-         "positions of .npz as float64 (default: float32)", 0, 0, NULL},
-        {"progress", 0, OPTION_CHOICE, &words->progress, "auto|json|none",
-         "how progress is shown on standard error (default: auto)", 0, 0, progress_choices},
-        {"pvd", 0, OPTION_TEXT, &words->pvd, "FILE.pvd",
-         "also write a ParaView collection of the numbered VTP files with their times", 0, 0, NULL},
+        TEXT_OPTION("mesh", 'm', &words->mesh, "FILE",
+                    "the mesh whose points a point cache (.pc2) moves"),
+        TEXT_OPTION("body", 'b', &words->body, "NAME", "body of a run (default: its only cloth)"),
+        TEXT_OPTION("frame", 0, &words->frame, "N", "number of the one frame to convert, or last"),
+        TEXT_OPTION("frames", 0, &words->frames, "RANGE", FRAME_RANGE_HELP),
+        INTEGER_OPTION("subdivide", 0, &words->levels, "N", 0, TULLE_SUBDIVISION_LEVELS_MAX,
+                       "smooth by N steps of Loop subdivision; each makes four triangles of one"),
+        FLAG_OPTION(
+            "repair", 0, &words->repairs,
+            "make a mesh fit for cloth, and list the repairs: drop triangles without area "
+            "and\nduplicates, join boundaries that meet, cut where an edge has three triangles or "
+            "a\nvertex several fans, turn triangles alike, leave out loose vertices"),
+        TEXT_OPTION(
+            "tolerance", 0, &words->tolerance, "LENGTH",
+            "with --repair: how far apart boundaries may be that meet, as 0.1mm (default: 0)"),
+        CHOICE_OPTION("up", 0, &words->up, "y|z", axes_up_choices,
+                      "axis that points up in TO (default: z; of .glb, .gltf and .abc y)"),
+        CHOICE_OPTION("from-up", 0, &words->from_up, "y|z", axes_up_choices,
+                      "axis that points up in FROM (default: z, as Tulle has it; of .glb, .gltf, "
+                      ".abc y; of .usda as\n"
+                      "the file says)"),
+        CHOICE_OPTION("units", 0, &words->unit, "m|cm|mm|in|ft", axes_unit_choices,
+                      "unit of length of TO (default: m)"),
+        CHOICE_OPTION(
+            "from-units", 0, &words->from_unit, "m|cm|mm|in|ft", axes_unit_choices,
+            "unit of length of FROM (default: m, as Tulle has it; of .usda as the file says)"),
+        TEXT_OPTION("fps", 0, &words->fps, "N",
+                    "frames in a second, where FROM has no times (default: 24)"),
+        CHOICE_OPTION("interpolation", 0, &words->interpolation, "linear|step",
+                      interpolation_choices,
+                      "what .glb and .gltf show between two frames: a smooth transition (default), "
+                      "or the\nfirst of the two"),
+        FLAG_OPTION("double", 0, &words->is_double,
+                    "positions of .npz as float64 (default: float32)"),
+        CHOICE_OPTION("progress", 0, &words->progress, "auto|json|none", progress_choices,
+                      "how progress is shown on standard error (default: auto)"),
+        TEXT_OPTION("pvd", 0, &words->pvd, "FILE.pvd",
+                    "also write a ParaView collection of the numbered VTP files with their times"),
     };
-    const command_spec command = {
-        .name = "convert",
-        .operands = "FROM TO",
-        .summary =
-            "Converts FROM, a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), an\n"
-            "animation (.glb, .gltf, .usda, .npz, .abc), the directory of a run, or numbered "
-            "meshes\n"
-            "(frame_%04d.obj or 'frame_*.obj'), to TO, a mesh, a point cache, an animation\n"
-            "(.glb, .gltf, .usda, .npz, .abc), or numbered files of meshes (out_%04d.vtp, with "
-            "the\n"
-            "numbers of their frames). A run becomes an animation with all its bodies, or "
-            "with\nthe body of --body.\nReports how frames, axes and units were converted, and any "
-            "losses. A subdivided\nsurface is judged: intersections are reported, and the exit "
-            "code stays 0.",
-        .options = options,
-        .option_count = sizeof options / sizeof options[0],
-        .operand_minimum = 2,
-        .operand_maximum = 2};
+    const command_spec command = COMMAND(
+        "convert", "FROM TO", options, 2, 2,
+        "Converts FROM, a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), an\n"
+        "animation (.glb, .gltf, .usda, .npz, .abc), the directory of a run, or numbered "
+        "meshes\n"
+        "(frame_%04d.obj or 'frame_*.obj'), to TO, a mesh, a point cache, an animation\n"
+        "(.glb, .gltf, .usda, .npz, .abc), or numbered files of meshes (out_%04d.vtp, with the\n"
+        "numbers of their frames). A run becomes an animation with all its bodies, or with\nthe "
+        "body of --body.\nReports how frames, axes and units were converted, and any "
+        "losses. A subdivided\nsurface is judged: intersections are reported, and the exit code "
+        "stays 0.");
     size_t operand_count = 0;
     return options_parse(&command, argc, argv, &operand_count);
 }

@@ -32,89 +32,38 @@ typedef struct detect_words {
 
 static options_outcome read_words(int argc, char **argv, detect_words *words) {
     const option_spec specs[] = {
-        {.name = "method",
-         .letter = 'm',
-         .kind = OPTION_CHOICE,
-         .value = &words->method,
-         .argument = "patches|refit|bvox|paper",
-         .help = "how pairs are found (default: patches)",
-         .choices = method_words},
-        {.name = "cone",
-         .kind = OPTION_CHOICE,
-         .value = &words->cone,
-         .argument = "bernstein|paper",
-         .help = "cones that bound the normals of moving triangles (default: bernstein)",
-         .choices = cone_words},
-        {.name = "alpha-max",
-         .kind = OPTION_TEXT,
-         .value = &words->alpha_max,
-         .argument = "ANGLE",
-         .help = "widest cone in which a patch grows, above 0, below 90deg (default: 60deg)"},
-        {.name = "thickness",
-         .kind = OPTION_TEXT,
-         .value = &words->thickness,
-         .argument = "LENGTH",
-         .help =
-             "features nearer than this collide; in metres or with a unit, as 1mm (default: 0)"},
-        {.name = "minimum-separation",
-         .kind = OPTION_TEXT,
-         .value = &words->minimum_separation,
-         .argument = "LENGTH",
-         .help = "added to the thickness (default: 0)"},
-        {.name = "certificate",
-         .kind = OPTION_CHOICE,
-         .value = &words->certificate,
-         .argument = "on|off",
-         .help =
-             "off: patches are skipped by their cones alone; misses collisions, an exception to "
-             "the promise (default: on)",
-         .choices = switch_names},
-        {.name = "patches",
-         .kind = OPTION_CHOICE,
-         .value = &words->patches,
-         .argument = "keep|grow",
-         .help = "keep patches from call to call, or grow them again (default: keep)",
-         .choices = patches_names},
-        {.name = "threads",
-         .letter = 't',
-         .kind = OPTION_INTEGER,
-         .value = &words->threads,
-         .argument = "N",
-         .help = "threads; 0: one for each processor (default); the events do not depend on it",
-         .maximum = THREAD_MAX},
-        {.name = "repeat",
-         .letter = 'r',
-         .kind = OPTION_INTEGER,
-         .value = &words->repeat,
-         .argument = "N",
-         .help = "search N more times, to measure how long it takes (default: 0)",
-         .maximum = DETECT_REPEAT_MAX},
-        {.name = "list",
-         .letter = 'l',
-         .kind = OPTION_FLAG,
-         .value = &words->has_list,
-         .help = "print each event: kind, features, time, state"},
-        {.name = "earliest",
-         .kind = OPTION_FLAG,
-         .value = &words->is_earliest,
-         .help = "find only the earliest event"},
-        {.name = "json",
-         .kind = OPTION_FLAG,
-         .value = &words->is_json,
-         .help = "one JSON document instead of text"},
+        CHOICE_OPTION("method", 'm', &words->method, "patches|refit|bvox|paper", method_words,
+                      "how pairs are found (default: patches)"),
+        CHOICE_OPTION("cone", 0, &words->cone, "bernstein|paper", cone_words,
+                      "cones that bound the normals of moving triangles (default: bernstein)"),
+        TEXT_OPTION("alpha-max", 0, &words->alpha_max, "ANGLE",
+                    "widest cone in which a patch grows, above 0, below 90deg (default: 60deg)"),
+        TEXT_OPTION(
+            "thickness", 0, &words->thickness, "LENGTH",
+            "features nearer than this collide; in metres or with a unit, as 1mm (default: 0)"),
+        TEXT_OPTION("minimum-separation", 0, &words->minimum_separation, "LENGTH",
+                    "added to the thickness (default: 0)"),
+        CHOICE_OPTION("certificate", 0, &words->certificate, "on|off", switch_names,
+                      "off: patches are skipped by their cones alone; misses collisions, an "
+                      "exception to the promise (default: on)"),
+        CHOICE_OPTION("patches", 0, &words->patches, "keep|grow", patches_names,
+                      "keep patches from call to call, or grow them again (default: keep)"),
+        INTEGER_OPTION(
+            "threads", 't', &words->threads, "N", 0, THREAD_MAX,
+            "threads; 0: one for each processor (default); the events do not depend on it"),
+        INTEGER_OPTION("repeat", 'r', &words->repeat, "N", 0, DETECT_REPEAT_MAX,
+                       "search N more times, to measure how long it takes (default: 0)"),
+        FLAG_OPTION("list", 'l', &words->has_list, "print each event: kind, features, time, state"),
+        FLAG_OPTION("earliest", 0, &words->is_earliest, "find only the earliest event"),
+        FLAG_OPTION("json", 0, &words->is_json, "one JSON document instead of text"),
     };
-    const command_spec command = {
-        .name = "detect",
-        .operands = "START END",
-        .summary = "Finds collisions while the vertices of a surface move in straight lines from "
-                   "START to\nEND (OBJ, PLY, VTP with the same triangles): vertices with triangles "
-                   "and edges with\nedges. Pairs that touch or cross at the start are marked. "
-                   "Prints events, candidates\nat every stage, patches and times. The exit code is "
-                   "0 with events and without.",
-        .options = specs,
-        .option_count = sizeof specs / sizeof specs[0],
-        .operand_minimum = 2,
-        .operand_maximum = 2};
+    const command_spec command =
+        COMMAND("detect", "START END", specs, 2, 2,
+                "Finds collisions while the vertices of a surface move in straight lines from "
+                "START to\nEND (OBJ, PLY, VTP with the same triangles): vertices with triangles "
+                "and edges with\nedges. Pairs that touch or cross at the start are marked. Prints "
+                "events, candidates\nat every stage, patches and times. The exit code is 0 with "
+                "events and without.");
     size_t operand_count = 0;
     return options_parse(&command, argc, argv, &operand_count);
 }

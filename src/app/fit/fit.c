@@ -29,48 +29,39 @@ typedef struct fit_words {
 
 static options_outcome read_words(int argc, char **argv, fit_words *words, size_t *count) {
     const option_spec options[] = {
-        {"drape", 'd', OPTION_TEXT, &words->drape, "PERCENT",
-         "drape coefficient: 300 mm of cloth on a disc of 180 mm", 0, 0, NULL},
-        {"drape-error", 0, OPTION_TEXT, &words->drape_error, "PERCENT",
-         "what it may be off to either side (default: 2)", 0, 0, NULL},
-        {"bending-warp", 0, OPTION_TEXT, &words->warp, "LENGTH",
-         "bending length along the warp: half the overhang at 41.5 degrees, as 19mm", 0, 0, NULL},
-        {"bending-weft", 0, OPTION_TEXT, &words->weft, "LENGTH",
-         "the same along the weft (default: as the start has it to the warp)", 0, 0, NULL},
-        {"bending-error", 0, OPTION_TEXT, &words->length_error, "LENGTH",
-         "what these may be off to either side (default: 0.5mm)", 0, 0, NULL},
-        {"area-density", 0, OPTION_TEXT, &words->density, "DENSITY",
-         "mass per area, as 150gsm (default: the start's)", 0, 0, NULL},
-        {"shear", 0, OPTION_TEXT, &words->shear, "STIFFNESS",
-         "stiffness of shear, as 0.9gf/cm/deg; it is not fitted then", 0, 0, NULL},
-        {"preset", 'p', OPTION_TEXT, &words->preset, "NAME",
-         "fabric to start from (default: cotton)", 0, 0, NULL},
-        {"from", 0, OPTION_TEXT, &words->from, "FILE", "material file to start from, in its place",
-         0, 0, NULL},
-        {"samples", 0, OPTION_INTEGER, &words->samples, "N",
-         "samples that each simulated drape coefficient is the mean of (default: 3)", 1,
-         FIT_SAMPLES_MAX, NULL},
-        {"cell", 0, OPTION_TEXT, &words->cell, "LENGTH",
-         "edges of the samples' meshes (default: 2/7 of the bending length)", 0, 0, NULL},
-        {"threads", 't', OPTION_INTEGER, &words->threads, "N",
-         "threads; the result is the same for any number (default: one per processor)", 1,
-         THREADS_MAX, NULL},
-        {"force", 0, OPTION_FLAG, &words->replaces, NULL, "replace FABRIC.yaml", 0, 0, NULL},
-        {"json", 0, OPTION_FLAG, &words->wants_json, NULL, "one JSON object instead of text", 0, 0,
-         NULL},
+        TEXT_OPTION("drape", 'd', &words->drape, "PERCENT",
+                    "drape coefficient: 300 mm of cloth on a disc of 180 mm"),
+        TEXT_OPTION("drape-error", 0, &words->drape_error, "PERCENT",
+                    "what it may be off to either side (default: 2)"),
+        TEXT_OPTION("bending-warp", 0, &words->warp, "LENGTH",
+                    "bending length along the warp: half the overhang at 41.5 degrees, as 19mm"),
+        TEXT_OPTION("bending-weft", 0, &words->weft, "LENGTH",
+                    "the same along the weft (default: as the start has it to the warp)"),
+        TEXT_OPTION("bending-error", 0, &words->length_error, "LENGTH",
+                    "what these may be off to either side (default: 0.5mm)"),
+        TEXT_OPTION("area-density", 0, &words->density, "DENSITY",
+                    "mass per area, as 150gsm (default: the start's)"),
+        TEXT_OPTION("shear", 0, &words->shear, "STIFFNESS",
+                    "stiffness of shear, as 0.9gf/cm/deg; it is not fitted then"),
+        TEXT_OPTION("preset", 'p', &words->preset, "NAME",
+                    "fabric to start from (default: cotton)"),
+        TEXT_OPTION("from", 0, &words->from, "FILE", "material file to start from, in its place"),
+        INTEGER_OPTION("samples", 0, &words->samples, "N", 1, FIT_SAMPLES_MAX,
+                       "samples that each simulated drape coefficient is the mean of (default: 3)"),
+        TEXT_OPTION("cell", 0, &words->cell, "LENGTH",
+                    "edges of the samples' meshes (default: 2/7 of the bending length)"),
+        INTEGER_OPTION(
+            "threads", 't', &words->threads, "N", 1, THREADS_MAX,
+            "threads; the result is the same for any number (default: one per processor)"),
+        FLAG_OPTION("force", 0, &words->replaces, "replace FABRIC.yaml"),
+        FLAG_OPTION("json", 0, &words->wants_json, "one JSON object instead of text"),
     };
-    const command_spec command = {
-        .name = "fit",
-        .operands = "FABRIC.yaml",
-        .summary =
-            "Writes the material file of a fabric from measurements. Bending\n"
-            "lengths give bending at once. Drape tests are simulated until they give the drape\n"
-            "coefficient: by other shear, or by other bending where no bending length is given.\n"
-            "Says how sure each value is. Takes minutes; Ctrl-C ends it (130).",
-        .options = options,
-        .option_count = sizeof options / sizeof options[0],
-        .operand_minimum = 1,
-        .operand_maximum = 1};
+    const command_spec command = COMMAND(
+        "fit", "FABRIC.yaml", options, 1, 1,
+        "Writes the material file of a fabric from measurements. Bending\n"
+        "lengths give bending at once. Drape tests are simulated until they give the drape\n"
+        "coefficient: by other shear, or by other bending where no bending length is given.\n"
+        "Says how sure each value is. Takes minutes; Ctrl-C ends it (130).");
     return options_parse(&command, argc, argv, count);
 }
 

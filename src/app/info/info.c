@@ -25,27 +25,17 @@ typedef struct info_words {
 
 static options_outcome read_words(int argc, char **argv, info_words *words, size_t *path_count) {
     const option_spec options[] = {
-        {"set", 's', OPTION_LIST, &words->overrides, "PATH=VALUE",
-         "change a key of a scene, as cloth[0].mesh.size=[1, 1]; may be repeated", 0, 0, NULL},
-        {"json", 0, OPTION_FLAG, &words->wants_json, NULL, "a scene as one JSON object a line", 0,
-         0, NULL},
+        LIST_OPTION("set", 's', &words->overrides, "PATH=VALUE",
+                    "change a key of a scene, as cloth[0].mesh.size=[1, 1]; may be repeated"),
+        FLAG_OPTION("json", 0, &words->wants_json, "a scene as one JSON object a line"),
     };
-    const command_spec command = {
-        .name = command_name,
-        .operands = "FILE|DIR ...",
-        .summary = "Prints what a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), an "
-                   "animation\n"
-                   "(.glb, .gltf, .usda, .npz, 'frame_%04d.obj'), a scene (.yaml) or the directory "
-                   "of a run\n"
-                   "holds: sizes, topology, quality of the triangles, and "
-                   "whether it\n"
-                   "can be used as cloth or as an obstacle; frames, bodies and contact distance of "
-                   "a scene,\n"
-                   "whose start is judged; frames, bodies and the end of a run.",
-        .options = options,
-        .option_count = sizeof options / sizeof options[0],
-        .operand_minimum = 1,
-        .operand_maximum = SIZE_MAX};
+    const command_spec command = COMMAND(
+        command_name, "FILE|DIR ...", options, 1, SIZE_MAX,
+        "Prints what a mesh (.obj, .ply, .stl, .vtp), a point cache (.pc2, .mdd), an animation\n"
+        "(.glb, .gltf, .usda, .npz, 'frame_%04d.obj'), a scene (.yaml) or the directory of a run\n"
+        "holds: sizes, topology, quality of the triangles, and whether it\n"
+        "can be used as cloth or as an obstacle; frames, bodies and contact distance of a scene,\n"
+        "whose start is judged; frames, bodies and the end of a run.");
     return options_parse(&command, argc, argv, path_count);
 }
 

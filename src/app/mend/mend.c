@@ -59,78 +59,67 @@ static const char *const pinch_choices[] = {"lag", "stop", NULL};
 
 static options_outcome read_words(int argc, char **argv, mend_words *words) {
     const option_spec options[] = {
-        {"output", 'o', OPTION_TEXT, &words->out, "OUT",
-         "what is written: .pc2, .mdd, .glb, .gltf, .usda, .npz, .abc, or numbered meshes", 0, 0,
-         NULL},
-        {"mesh", 'm', OPTION_TEXT, &words->mesh, "FILE",
-         "the mesh whose points a point cache (.pc2, .mdd) moves", 0, 0, NULL},
-        {"body", 'b', OPTION_LIST, &words->bodies, "FILE",
-         "what the cloth meets and does not change: a mesh, or an animation with as many frames;\n"
-         "may be given several times",
-         0, 0, NULL},
-        {"body-mesh", 0, OPTION_LIST, &words->body_meshes, "FILE",
-         "the mesh of a body that is a point cache; the first belongs to the first of these", 0, 0,
-         NULL},
-        {"bodies-out", 0, OPTION_TEXT, &words->bodies_out, "DIR",
-         "a folder for the bodies as the cloth met them, under their own names: use them in place\n"
-         "of the given bodies if these leave the cloth no room",
-         0, 0, NULL},
-        {"strength", 0, OPTION_TEXT, &words->strength, "S",
-         "how strongly the cloth is drawn to its given places, 0.001 to 1000 (default: 0.5, which\n"
-         "takes more than half of a departure away in a frame)",
-         0, 0, NULL},
-        {"reach", 0, OPTION_TEXT, &words->reach, "EDGES",
-         "over how many edges a departure fades out, 0.5 to 20 (default: 2)", 0, 0, NULL},
-        {"gap", 0, OPTION_TEXT, &words->gap, "LENGTH",
-         "distance that moved cloth keeps (default: a twentieth of a mean edge)", 0, 0, NULL},
-        {"on-pinch", 0, OPTION_CHOICE, &words->on_pinch, "lag|stop",
-         "if bodies leave the cloth no room: let it meet bodies that lag (default),\n"
-         "or stop",
-         0, 0, pinch_choices},
-        {"up", 0, OPTION_CHOICE, &words->up, "y|z",
-         "axis that points up in OUT (default: z; of .glb, .gltf and .abc y)", 0, 0,
-         axes_up_choices},
-        {"from-up", 0, OPTION_CHOICE, &words->from_up, "y|z",
-         "axis that points up in ANIMATION, and in bodies whose files do not say (default: z; of\n"
-         ".glb, .gltf and .abc y; of .usda as the file says)",
-         0, 0, axes_up_choices},
-        {"units", 0, OPTION_CHOICE, &words->unit, "m|cm|mm|in|ft",
-         "unit of OUT and of all printed lengths (default: the unit of ANIMATION; of .glb and\n"
-         ".gltf m)",
-         0, 0, axes_unit_choices},
-        {"from-units", 0, OPTION_CHOICE, &words->from_unit, "m|cm|mm|in|ft",
-         "unit of length of ANIMATION, and of bodies whose files do not say (default: m; of .usda\n"
-         "as the file says)",
-         0, 0, axes_unit_choices},
-        {"fps", 0, OPTION_TEXT, &words->fps, "N",
-         "frames in a second, where ANIMATION has no times (default: 24)", 0, 0, NULL},
-        {"double", 0, OPTION_FLAG, &words->is_double, NULL,
-         "positions of .npz as float64 (default: float32)", 0, 0, NULL},
-        {"report", 0, OPTION_TEXT, &words->report, "FILE.csv", "a table with a line for each frame",
-         0, 0, NULL},
-        {"colors", 0, OPTION_TEXT, &words->colors, "FILE.ply",
-         "the frame with the largest departure, coloured by departures; numbered files\n"
-         "(away_%04d.ply): all frames",
-         0, 0, NULL},
-        {"json", 0, OPTION_FLAG, &words->is_json, NULL,
-         "say it as JSON: a line for each frame as it is done, and one at the end", 0, 0, NULL},
-        {"threads", 't', OPTION_INTEGER, &words->threads, "N",
-         "threads; the result does not depend on it (default: one per processor)", 1, 256, NULL},
+        TEXT_OPTION(
+            "output", 'o', &words->out, "OUT",
+            "what is written: .pc2, .mdd, .glb, .gltf, .usda, .npz, .abc, or numbered meshes"),
+        TEXT_OPTION("mesh", 'm', &words->mesh, "FILE",
+                    "the mesh whose points a point cache (.pc2, .mdd) moves"),
+        LIST_OPTION("body", 'b', &words->bodies, "FILE",
+                    "what the cloth meets and does not change: a mesh, or an animation with as "
+                    "many frames;\n"
+                    "may be given several times"),
+        LIST_OPTION(
+            "body-mesh", 0, &words->body_meshes, "FILE",
+            "the mesh of a body that is a point cache; the first belongs to the first of these"),
+        TEXT_OPTION("bodies-out", 0, &words->bodies_out, "DIR",
+                    "a folder for the bodies as the cloth met them, under their own names: use "
+                    "them in place\n"
+                    "of the given bodies if these leave the cloth no room"),
+        TEXT_OPTION("strength", 0, &words->strength, "S",
+                    "how strongly the cloth is drawn to its given places, 0.001 to 1000 (default: "
+                    "0.5, which\n"
+                    "takes more than half of a departure away in a frame)"),
+        TEXT_OPTION("reach", 0, &words->reach, "EDGES",
+                    "over how many edges a departure fades out, 0.5 to 20 (default: 2)"),
+        TEXT_OPTION("gap", 0, &words->gap, "LENGTH",
+                    "distance that moved cloth keeps (default: a twentieth of a mean edge)"),
+        CHOICE_OPTION("on-pinch", 0, &words->on_pinch, "lag|stop", pinch_choices,
+                      "if bodies leave the cloth no room: let it meet bodies that lag (default),\n"
+                      "or stop"),
+        CHOICE_OPTION("up", 0, &words->up, "y|z", axes_up_choices,
+                      "axis that points up in OUT (default: z; of .glb, .gltf and .abc y)"),
+        CHOICE_OPTION("from-up", 0, &words->from_up, "y|z", axes_up_choices,
+                      "axis that points up in ANIMATION, and in bodies whose files do not say "
+                      "(default: z; of\n"
+                      ".glb, .gltf and .abc y; of .usda as the file says)"),
+        CHOICE_OPTION(
+            "units", 0, &words->unit, "m|cm|mm|in|ft", axes_unit_choices,
+            "unit of OUT and of all printed lengths (default: the unit of ANIMATION; of .glb and\n"
+            ".gltf m)"),
+        CHOICE_OPTION("from-units", 0, &words->from_unit, "m|cm|mm|in|ft", axes_unit_choices,
+                      "unit of length of ANIMATION, and of bodies whose files do not say (default: "
+                      "m; of .usda\n"
+                      "as the file says)"),
+        TEXT_OPTION("fps", 0, &words->fps, "N",
+                    "frames in a second, where ANIMATION has no times (default: 24)"),
+        FLAG_OPTION("double", 0, &words->is_double,
+                    "positions of .npz as float64 (default: float32)"),
+        TEXT_OPTION("report", 0, &words->report, "FILE.csv", "a table with a line for each frame"),
+        TEXT_OPTION("colors", 0, &words->colors, "FILE.ply",
+                    "the frame with the largest departure, coloured by departures; numbered files\n"
+                    "(away_%04d.ply): all frames"),
+        FLAG_OPTION("json", 0, &words->is_json,
+                    "say it as JSON: a line for each frame as it is done, and one at the end"),
+        INTEGER_OPTION("threads", 't', &words->threads, "N", 1, 256,
+                       "threads; the result does not depend on it (default: one per processor)"),
     };
-    const command_spec command = {
-        .name = "mend",
-        .operands = "ANIMATION",
-        .summary =
-            "Makes of ANIMATION, of cloth, the nearest one in which nothing intersects, neither "
-            "in\n"
-            "frames nor on the straight paths between them: a point cache (.pc2, .mdd) with its\n"
-            "mesh, an animation (.glb, .gltf, .usda, .npz), numbered meshes (frame_%04d.obj or\n"
-            "'frame_*.obj'), or a run. Clean frames come back bit for bit.\n"
-            "Exit code 1: something still intersects, because bodies leave no room.",
-        .options = options,
-        .option_count = sizeof options / sizeof options[0],
-        .operand_minimum = 1,
-        .operand_maximum = 1};
+    const command_spec command = COMMAND(
+        "mend", "ANIMATION", options, 1, 1,
+        "Makes of ANIMATION, of cloth, the nearest one in which nothing intersects, neither in\n"
+        "frames nor on the straight paths between them: a point cache (.pc2, .mdd) with its\n"
+        "mesh, an animation (.glb, .gltf, .usda, .npz), numbered meshes (frame_%04d.obj or\n"
+        "'frame_*.obj'), or a run. Clean frames come back bit for bit.\n"
+        "Exit code 1: something still intersects, because bodies leave no room.");
     size_t operand_count = 0;
     return options_parse(&command, argc, argv, &operand_count);
 }

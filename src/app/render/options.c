@@ -112,50 +112,39 @@ options_outcome picture_options_read(int argc, char **argv, picture_options *opt
         (picture_options){.progress = "auto", .width = DEFAULT_WIDTH, .height = DEFAULT_HEIGHT};
     render_words words = {.color = "material", .samples = DEFAULT_SAMPLES};
     const option_spec specs[] = {
-        {"output", 'o', OPTION_TEXT, &options->output, "FILE",
-         "a picture (.png), one a frame (name_%04d.png), or a film (.mp4, .webm, .gif); "
-         "default: RUN.png or RUN.mp4 in this directory",
-         0, 0, NULL},
-        {"frame", 'f', OPTION_TEXT, &options->frame, "N", "the frame to show (default: the last)",
-         0, 0, NULL},
-        {"frames", 'n', OPTION_TEXT, &options->frames, "A:B[:STEP]", FRAME_RANGE_HELP, 0, 0, NULL},
-        {"size", 0, OPTION_TEXT, &words.size, "WxH", "pixels (default: 640x360)", 0, 0, NULL},
-        {"samples", 0, OPTION_INTEGER, &words.samples, "N",
-         "rays of a pixel; four times as many halve the noise (default: 32)", 1, SAMPLES_MAX, NULL},
-        {"camera", 0, OPTION_TEXT, &words.camera, "KEY=VALUE,...",
-         "position=X,Y,Z or orbit=AZIMUTH,ELEVATION[,DISTANCE]; target=X,Y,Z; fov=ANGLE; "
-         "turn=ANGLE, over a film. Metres; angles as 40deg. Default: the scene's, else all in view",
-         0, 0, NULL},
-        {"subdivide", 0, OPTION_INTEGER, &words.levels, "N",
-         "smooth the cloth: each level makes four triangles of one", 0,
-         TULLE_SUBDIVISION_LEVELS_MAX, NULL},
-        {"wire", 0, OPTION_FLAG, &words.has_wire, NULL, "draw the edges of the triangles", 0, 0,
-         NULL},
-        {"color", 0, OPTION_CHOICE, &words.color, "WHAT",
-         "material, patches, contacts, gap (to the nearest surface), velocity or strain", 0, 0,
-         color_names},
-        {"hide", 0, OPTION_LIST, &options->hidden, "NAME",
-         "leave out a body, or all copies of an obstacle; may be repeated", 0, 0, NULL},
-        {"fps", 0, OPTION_TEXT, &words.rate, "RATE",
-         "frames of a film a second (default: as many as run in real time)", 0, 0, NULL},
-        {"threads", 't', OPTION_INTEGER, &words.threads, "N",
-         "threads; the pictures do not depend on it (default: one per processor)", 1, THREADS_MAX,
-         NULL},
-        {"progress", 0, OPTION_CHOICE, &options->progress, "auto|json|none",
-         "how progress is shown on standard error (default: auto)", 0, 0, progress_choices},
+        TEXT_OPTION("output", 'o', &options->output, "FILE",
+                    "a picture (.png), one a frame (name_%04d.png), or a film (.mp4, .webm, .gif); "
+                    "default: RUN.png or RUN.mp4 in this directory"),
+        TEXT_OPTION("frame", 'f', &options->frame, "N", "the frame to show (default: the last)"),
+        TEXT_OPTION("frames", 'n', &options->frames, "A:B[:STEP]", FRAME_RANGE_HELP),
+        TEXT_OPTION("size", 0, &words.size, "WxH", "pixels (default: 640x360)"),
+        INTEGER_OPTION("samples", 0, &words.samples, "N", 1, SAMPLES_MAX,
+                       "rays of a pixel; four times as many halve the noise (default: 32)"),
+        TEXT_OPTION("camera", 0, &words.camera, "KEY=VALUE,...",
+                    "position=X,Y,Z or orbit=AZIMUTH,ELEVATION[,DISTANCE]; target=X,Y,Z; "
+                    "fov=ANGLE; turn=ANGLE, over a film. Metres; angles as 40deg. Default: the "
+                    "scene's, else all in view"),
+        INTEGER_OPTION("subdivide", 0, &words.levels, "N", 0, TULLE_SUBDIVISION_LEVELS_MAX,
+                       "smooth the cloth: each level makes four triangles of one"),
+        FLAG_OPTION("wire", 0, &words.has_wire, "draw the edges of the triangles"),
+        CHOICE_OPTION(
+            "color", 0, &words.color, "WHAT", color_names,
+            "material, patches, contacts, gap (to the nearest surface), velocity or strain"),
+        LIST_OPTION("hide", 0, &options->hidden, "NAME",
+                    "leave out a body, or all copies of an obstacle; may be repeated"),
+        TEXT_OPTION("fps", 0, &words.rate, "RATE",
+                    "frames of a film a second (default: as many as run in real time)"),
+        INTEGER_OPTION("threads", 't', &words.threads, "N", 1, THREADS_MAX,
+                       "threads; the pictures do not depend on it (default: one per processor)"),
+        CHOICE_OPTION("progress", 0, &options->progress, "auto|json|none", progress_choices,
+                      "how progress is shown on standard error (default: auto)"),
     };
-    const command_spec command = {
-        .name = "render",
-        .operands = "RUN",
-        .summary =
-            "Makes ray traced pictures and films of a run's frames. A film needs ffmpeg. Its\n"
-            "frames are kept in NAME.frames until the film is whole: if it is interrupted, "
-            "the\nsame command continues. Ctrl-C ends after the present frame, a second Ctrl-C "
-            "at\nonce. --color patches, contacts and velocity need `tulle run --record debug`.",
-        .options = specs,
-        .option_count = sizeof specs / sizeof specs[0],
-        .operand_minimum = 1,
-        .operand_maximum = 1};
+    const command_spec command = COMMAND(
+        "render", "RUN", specs, 1, 1,
+        "Makes ray traced pictures and films of a run's frames. A film needs ffmpeg. Its\n"
+        "frames are kept in NAME.frames until the film is whole: if it is interrupted, "
+        "the\nsame command continues. Ctrl-C ends after the present frame, a second Ctrl-C "
+        "at\nonce. --color patches, contacts and velocity need `tulle run --record debug`.");
     size_t operand_count = 0;
     options_outcome const outcome = options_parse(&command, argc, argv, &operand_count);
     if (outcome != OPTIONS_READ) return outcome;

@@ -103,22 +103,17 @@ static int repeat(replay_session *self) {
 int app_replay(int argc, char **argv) {
     replay_session session = {.until = LONG_MAX};
     const option_spec options[] = {
-        {"until", 'n', OPTION_INTEGER, &session.until, "STEP",
-         "end after so many steps (default: the end of the recording)", 1, LONG_MAX, NULL},
-        {"threads", 't', OPTION_INTEGER, &session.threads, "N",
-         "threads; the result does not depend on it (default: as recorded)", 1, THREAD_MAX, NULL},
+        INTEGER_OPTION("until", 'n', &session.until, "STEP", 1, LONG_MAX,
+                       "end after so many steps (default: the end of the recording)"),
+        INTEGER_OPTION("threads", 't', &session.threads, "N", 1, THREAD_MAX,
+                       "threads; the result does not depend on it (default: as recorded)"),
     };
-    const command_spec command = {
-        .name = command_name,
-        .operands = "FILE",
-        .summary = "Repeats the calls of a host, bit for bit, from a file that tulle_world_record "
-                   "wrote, and\nnames the first call with another status or another state. Exit "
-                   "code 0: there is none,\n1: there is one, 2: the file is not a recording, or is "
-                   "damaged. A recording that is cut\noff is repeated up to its end.",
-        .options = options,
-        .option_count = sizeof options / sizeof options[0],
-        .operand_minimum = 1,
-        .operand_maximum = 1};
+    const command_spec command =
+        COMMAND(command_name, "FILE", options, 1, 1,
+                "Repeats the calls of a host, bit for bit, from a file that tulle_world_record "
+                "wrote, and\nnames the first call with another status or another state. Exit code "
+                "0: there is none,\n1: there is one, 2: the file is not a recording, or is "
+                "damaged. A recording that is cut\noff is repeated up to its end.");
     size_t operand_count = 0;
     options_outcome const outcome = options_parse(&command, argc, argv, &operand_count);
     if (outcome != OPTIONS_READ) return options_exit(outcome);

@@ -67,49 +67,41 @@ static bool name_directory(const char *scene_path, char name[DIRECTORY_SIZE]) {
 
 static options_outcome read_words(int argc, char **argv, run_words *words) {
     const option_spec options[] = {
-        {"output", 'o', OPTION_TEXT, &words->directory, "DIR",
-         "directory for the run (default: SCENE.run in this directory)", 0, 0, NULL},
-        {"frames", 'n', OPTION_INTEGER, &words->frames, "N",
-         "frames to write after the start (default: as many as the scene says)", 1, FRAMES_MAX,
-         NULL},
-        {"threads", 't', OPTION_INTEGER, &words->threads, "N",
-         "threads; the result is the same for any number (default: one per processor)", 1,
-         THREADS_MAX, NULL},
-        {"resume", 0, OPTION_FLAG, &words->resumes, NULL,
-         "continue from the last checkpoint in DIR; start the run if there is none", 0, 0, NULL},
-        {"force", 0, OPTION_FLAG, &words->replaces, NULL, "replace the run in DIR", 0, 0, NULL},
-        {"set", 's', OPTION_LIST, &words->overrides, "PATH=VALUE",
-         "change a key of the scene, as time.frames=10; may be repeated", 0, 0, NULL},
-        {"progress", 0, OPTION_CHOICE, &words->progress, "auto|json|none",
-         "how progress is shown on standard error (default: auto)", 0, 0, progress_choices},
-        {"write", 0, OPTION_CHOICE, &words->write, "vtp",
-         "also write VTP and PVD files, which ParaView reads", 0, 0, write_choices},
-        {"record", 0, OPTION_CHOICE, &words->record, "plain|velocities|debug",
-         "also keep velocities of each frame; debug: contacts and patches, too (default: plain)", 0,
-         0, record_choices},
-        {"from", 0, OPTION_TEXT, &words->from, "RUN[:FRAME]",
-         "begin with the frames of RUN, which keeps velocities, up to FRAME (default: its last), "
-         "and continue from there with the scene as it is now",
-         0, 0, NULL},
-        {"list-left", 0, OPTION_TEXT, &words->left, "FILE",
-         "if the start is refused, list the pairs of triangles that intersect as CSV", 0, 0, NULL},
-        {"checkpoint-every", 0, OPTION_TEXT, &words->checkpoint, "STEPS|SECONDS",
-         "time between checkpoints: 100 steps, or 30s (default: 30s)", 0, 0, NULL},
+        TEXT_OPTION("output", 'o', &words->directory, "DIR",
+                    "directory for the run (default: SCENE.run in this directory)"),
+        INTEGER_OPTION("frames", 'n', &words->frames, "N", 1, FRAMES_MAX,
+                       "frames to write after the start (default: as many as the scene says)"),
+        INTEGER_OPTION(
+            "threads", 't', &words->threads, "N", 1, THREADS_MAX,
+            "threads; the result is the same for any number (default: one per processor)"),
+        FLAG_OPTION("resume", 0, &words->resumes,
+                    "continue from the last checkpoint in DIR; start the run if there is none"),
+        FLAG_OPTION("force", 0, &words->replaces, "replace the run in DIR"),
+        LIST_OPTION("set", 's', &words->overrides, "PATH=VALUE",
+                    "change a key of the scene, as time.frames=10; may be repeated"),
+        CHOICE_OPTION("progress", 0, &words->progress, "auto|json|none", progress_choices,
+                      "how progress is shown on standard error (default: auto)"),
+        CHOICE_OPTION("write", 0, &words->write, "vtp", write_choices,
+                      "also write VTP and PVD files, which ParaView reads"),
+        CHOICE_OPTION("record", 0, &words->record, "plain|velocities|debug", record_choices,
+                      "also keep velocities of each frame; debug: contacts and patches, too "
+                      "(default: plain)"),
+        TEXT_OPTION("from", 0, &words->from, "RUN[:FRAME]",
+                    "begin with the frames of RUN, which keeps velocities, up to FRAME (default: "
+                    "its last), and continue from there with the scene as it is now"),
+        TEXT_OPTION("list-left", 0, &words->left, "FILE",
+                    "if the start is refused, list the pairs of triangles that intersect as CSV"),
+        TEXT_OPTION("checkpoint-every", 0, &words->checkpoint, "STEPS|SECONDS",
+                    "time between checkpoints: 100 steps, or 30s (default: 30s)"),
     };
-    const command_spec command = {
-        .name = "run",
-        .operands = "SCENE.yaml",
-        .summary =
-            "Simulates the scene and writes a directory: the mesh of each body as OBJ, its\n"
-            "frames as PC2 (Blender's Mesh Cache) if it moves, report.csv with a line for each\n"
-            "step, and checkpoints. --resume continues from the last checkpoint.\n"
-            "Ctrl-C undoes the step under way, writes a checkpoint and exits with 130; a\n"
-            "second one ends at once. While the start is untangled, Ctrl-C ends the run before\n"
-            "anything is written.",
-        .options = options,
-        .option_count = sizeof options / sizeof options[0],
-        .operand_minimum = 1,
-        .operand_maximum = 1};
+    const command_spec command = COMMAND(
+        "run", "SCENE.yaml", options, 1, 1,
+        "Simulates the scene and writes a directory: the mesh of each body as OBJ, its\n"
+        "frames as PC2 (Blender's Mesh Cache) if it moves, report.csv with a line for each\n"
+        "step, and checkpoints. --resume continues from the last checkpoint.\n"
+        "Ctrl-C undoes the step under way, writes a checkpoint and exits with 130; a\n"
+        "second one ends at once. While the start is untangled, Ctrl-C ends the run before\n"
+        "anything is written.");
     size_t operand_count = 0;
     return options_parse(&command, argc, argv, &operand_count);
 }

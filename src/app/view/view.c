@@ -28,34 +28,25 @@ int app_view(int argc, char **argv) {
     view_options chosen = {.listen = "127.0.0.1"};
     option_list host_names = {.count = 0};
     const option_spec options[] = {
-        {"port", 'p', OPTION_INTEGER, &port, "N", "port to listen on (default 0: any that is free)",
-         0, PORT_MAX, NULL},
-        {"listen", 'l', OPTION_TEXT, &chosen.listen, "ADDRESS",
-         "address of this machine to listen on (default 127.0.0.1: this machine alone)", 0, 0,
-         NULL},
-        {"host-name", 0, OPTION_LIST, &host_names, "NAME",
-         "with --listen: a name by which browsers may call this machine", 0, 0, NULL},
-        {"no-browser", 'n', OPTION_FLAG, &stays_closed, NULL, "print the address and open nothing",
-         0, 0, NULL},
-        {"replay", 'r', OPTION_TEXT, &chosen.replay, "FILE",
-         "repeat the actions in a scene, as saved to NAME.session", 0, 0, NULL},
-        {"threads", 't', OPTION_INTEGER, &threads, "N",
-         "threads of the simulation; the result does not depend on it (default: one per processor)",
-         1, THREADS_MAX, NULL},
+        INTEGER_OPTION("port", 'p', &port, "N", 0, PORT_MAX,
+                       "port to listen on (default 0: any that is free)"),
+        TEXT_OPTION("listen", 'l', &chosen.listen, "ADDRESS",
+                    "address of this machine to listen on (default 127.0.0.1: this machine alone)"),
+        LIST_OPTION("host-name", 0, &host_names, "NAME",
+                    "with --listen: a name by which browsers may call this machine"),
+        FLAG_OPTION("no-browser", 'n', &stays_closed, "print the address and open nothing"),
+        TEXT_OPTION("replay", 'r', &chosen.replay, "FILE",
+                    "repeat the actions in a scene, as saved to NAME.session"),
+        INTEGER_OPTION("threads", 't', &threads, "N", 1, THREADS_MAX,
+                       "threads of the simulation; the result does not depend on it (default: one "
+                       "per processor)"),
     };
-    const command_spec command = {
-        .name = "view",
-        .operands = "SCENE.yaml|RUN|MESH...",
-        .summary =
-            "Shows a run, meshes, or a scene while it is simulated, in a browser: orbit, play, "
-            "pick,\n"
-            "overlays and plots; a scene can be held, pulled and edited. Serves one page at an "
-            "address\n"
-            "with a token, to this machine alone. Ends with Ctrl-C.",
-        .options = options,
-        .option_count = sizeof options / sizeof options[0],
-        .operand_minimum = 1,
-        .operand_maximum = PATHS_MAX};
+    const command_spec command = COMMAND(
+        "view", "SCENE.yaml|RUN|MESH...", options, 1, PATHS_MAX,
+        "Shows a run, meshes, or a scene while it is simulated, in a browser: orbit, play, pick,\n"
+        "overlays and plots; a scene can be held, pulled and edited. Serves one page at an "
+        "address\n"
+        "with a token, to this machine alone. Ends with Ctrl-C.");
     size_t operand_count = 0;
     options_outcome const outcome = options_parse(&command, argc, argv, &operand_count);
     if (outcome != OPTIONS_READ) return options_exit(outcome);
