@@ -139,14 +139,13 @@ static tulle_status check_closed(const body_survey *survey) {
     for (size_t e = 0; e < topo->edge_count; e++) {
         if (survey->balances[e] == 0) continue;
         bool const is_turned = survey->use_counts[e] % 2 == 0;
-        return error_set(survey->error, TULLE_ERROR_INVALID_MESH,
-                         is_turned ? "%s: the triangles at the edge of vertices %u and %u are "
-                                     "oriented in opposite ways; turn them so that all normals "
-                                     "point outwards"
-                                   : "%s: the mesh is open at the edge of vertices %u and %u; a "
-                                     "body with a density needs a closed mesh. Close it, or give "
-                                     "the mass of its surface",
-                         survey->name, topo->edges[2 * e], topo->edges[2 * e + 1]);
+        return error_set(
+            survey->error, TULLE_ERROR_INVALID_MESH,
+            is_turned ? "%s: the triangles at the edge of vertices %u and %u are oriented in "
+                        "opposite ways; turn them so that all normals point outwards"
+                      : "%s: the mesh is open at the edge of vertices %u and %u; a body with a "
+                        "density needs a closed mesh. Close it, or give the mass of its surface",
+            survey->name, topo->edges[2 * e], topo->edges[2 * e + 1]);
     }
     return TULLE_OK;
 }
@@ -212,11 +211,10 @@ static tulle_status check_piece(const body_survey *survey, uint32_t piece) {
     if (is_inside == is_cavity) return TULLE_OK;
     return error_set(survey->error, TULLE_ERROR_INVALID_MESH,
                      is_cavity
-                         ? "%s: the piece with vertex %u is inside out; turn its triangles "
-                           "so that normals point outwards"
+                         ? "%s: the piece with vertex %u is inside out; turn its triangles so that "
+                           "normals point outwards"
                          : "%s: the piece with vertex %u overlaps another or lies inside it, and "
-                           "would count twice; join them, remove it, or turn it if it is a "
-                           "cavity",
+                           "would count twice; join them, remove it, or turn it if it is a cavity",
                      survey->name, piece);
 }
 
@@ -345,7 +343,7 @@ tulle_status mass_properties_compute(memory *heap, tulle_mesh_view mesh, mass_di
     if (m > 0.0 && isfinite(moments.z) && moments.x > LEAST_MOMENT_SHARE * moments.z)
         return TULLE_OK;
     return error_set(error, TULLE_ERROR_INVALID_MESH,
-                     "%s: its principal moments of inertia are %g, %g and %g for a unit density; "
-                     "a body needs extent in space",
+                     "%s: its principal moments of inertia are %g, %g and %g for a unit density; a "
+                     "body needs extent in space",
                      name, moments.x, moments.y, moments.z);
 }

@@ -203,8 +203,7 @@ tulle_status mesh_get_info(memory *heap, tulle_mesh_view mesh, tulle_mesh_info *
     }
     if (status != TULLE_OK)
         return error_set(error, status,
-                         "no memory to examine a mesh of %zu vertices and %zu "
-                         "triangles",
+                         "no memory to examine a mesh of %zu vertices and %zu triangles",
                          mesh.vertex_count, mesh.triangle_count);
     *info = found;
     return TULLE_OK;

@@ -103,12 +103,11 @@ static tulle_status check_coordinates(const check *c) {
         if (!is_fine) note_defect(&found, v);
     }
     if (found.count == 0) return TULLE_OK;
-    return refuse(
-        c, get_line(c->lines.vertices, found.first),
-        "vertex %s has the coordinates %s, which are not finite numbers below %g m%s; correct "
-        "them or remove the vertex",
-        show_vertex(c, found.first).text, get_place(c->mesh, found.first).text, COORDINATE_MAX,
-        get_rest(found).text);
+    return refuse(c, get_line(c->lines.vertices, found.first),
+                  "vertex %s has the coordinates %s, which are not finite numbers below %g m%s; "
+                  "correct them or remove the vertex",
+                  show_vertex(c, found.first).text, get_place(c->mesh, found.first).text,
+                  COORDINATE_MAX, get_rest(found).text);
 }
 
 static bool has_repeated_corner(const uint32_t *corner) {
@@ -122,12 +121,11 @@ static tulle_status check_repeated_corners(const check *c) {
     if (found.count == 0) return TULLE_OK;
     const uint32_t *const corner = c->mesh.triangles + 3 * found.first;
     uint32_t const twice = corner[0] == corner[1] || corner[0] == corner[2] ? corner[0] : corner[1];
-    return refuse(
-        c, get_line(c->lines.triangles, found.first),
-        "triangle %s (vertices %u, %u, %u) uses vertex %s at %s twice%s; remove degenerate "
-        "triangles",
-        show_triangle(c, found.first).text, corner[0], corner[1], corner[2],
-        show_vertex(c, twice).text, get_place(c->mesh, twice).text, get_rest(found).text);
+    return refuse(c, get_line(c->lines.triangles, found.first),
+                  "triangle %s (vertices %u, %u, %u) uses vertex %s at %s twice%s; remove "
+                  "degenerate triangles",
+                  show_triangle(c, found.first).text, corner[0], corner[1], corner[2],
+                  show_vertex(c, twice).text, get_place(c->mesh, twice).text, get_rest(found).text);
 }
 
 static tulle_status check_heights(const check *c) {
@@ -193,16 +191,15 @@ static tulle_status check_float_heights(const check *c) {
     edge_range const edges = measure_edges(c, found.first);
     const uint32_t *const corner = c->mesh.triangles + 3 * found.first;
     uint32_t const ends[2] = {corner[edges.first], corner[(edges.first + 1) % 3]};
-    return refuse(
-        c, get_line(c->lines.triangles, found.first),
-        "triangle %s is %.3g m high over its longest edge%s; its shortest edge, from "
-        "vertex %s at %s to %s at %s, is %.3g m long. Floats in files hold no cloth lower "
-        "than %.3g m in a mesh that reaches %.3g m from its middle: merge vertices so "
-        "near, or move them away from the edge that they are so near to",
-        show_triangle(c, found.first).text, height, get_rest(found).text,
-        show_vertex(c, ends[0]).text, get_place(c->mesh, ends[0]).text,
-        show_vertex(c, ends[1]).text, get_place(c->mesh, ends[1]).text, edges.shortest,
-        LEAST_HEIGHT * extent, extent);
+    return refuse(c, get_line(c->lines.triangles, found.first),
+                  "triangle %s is %.3g m high over its longest edge%s; its shortest edge, from "
+                  "vertex %s at %s to %s at %s, is %.3g m long. Floats in files hold no cloth "
+                  "lower than %.3g m in a mesh that reaches %.3g m from its middle: merge vertices "
+                  "so near, or move them away from the edge that they are so near to",
+                  show_triangle(c, found.first).text, height, get_rest(found).text,
+                  show_vertex(c, ends[0]).text, get_place(c->mesh, ends[0]).text,
+                  show_vertex(c, ends[1]).text, get_place(c->mesh, ends[1]).text, edges.shortest,
+                  LEAST_HEIGHT * extent, extent);
 }
 
 static tulle_status check_duplicates(const check *c) {
@@ -219,12 +216,12 @@ static tulle_status check_duplicates(const check *c) {
     memory_release(c->heap, originals, count * sizeof *originals);
     if (duplicate_count == 0) return TULLE_OK;
     uint32_t const vertex = c->mesh.triangles[3 * (size_t)first];
-    return refuse(
-        c, get_line(c->lines.triangles, first),
-        "triangle %s has the same three vertices as triangle %s (first vertex %s at %s)%s; remove "
-        "duplicate triangles",
-        show_triangle(c, first).text, show_triangle(c, original).text, show_vertex(c, vertex).text,
-        get_place(c->mesh, vertex).text, get_rest((defect){duplicate_count, first}).text);
+    return refuse(c, get_line(c->lines.triangles, first),
+                  "triangle %s has the same three vertices as triangle %s (first vertex %s at "
+                  "%s)%s; remove duplicate triangles",
+                  show_triangle(c, first).text, show_triangle(c, original).text,
+                  show_vertex(c, vertex).text, get_place(c->mesh, vertex).text,
+                  get_rest((defect){duplicate_count, first}).text);
 }
 
 static tulle_status check_edge_uses(const check *c) {
@@ -262,14 +259,13 @@ static tulle_status check_orientation(const check *c) {
     if (found.count == 0) return TULLE_OK;
     const uint32_t *const sides = c->topo.edge_triangles + 2 * found.first;
     const uint32_t *const ends = c->topo.edges + 2 * found.first;
-    return refuse(
-        c, get_line(c->lines.triangles, sides[0]),
-        "triangles %s and %s, which share the edge between vertices %u at %s and %u at %s, are "
-        "oriented in opposite ways%s; flip triangles until all normals point to one side "
-        "(a one-sided surface cannot be cloth)",
-        show_triangle(c, sides[0]).text, show_triangle(c, sides[1]).text, ends[0],
-        get_place(c->mesh, ends[0]).text, ends[1], get_place(c->mesh, ends[1]).text,
-        get_rest(found).text);
+    return refuse(c, get_line(c->lines.triangles, sides[0]),
+                  "triangles %s and %s, which share the edge between vertices %u at %s and %u at "
+                  "%s, are oriented in opposite ways%s; flip triangles until all normals point to "
+                  "one side (a one-sided surface cannot be cloth)",
+                  show_triangle(c, sides[0]).text, show_triangle(c, sides[1]).text, ends[0],
+                  get_place(c->mesh, ends[0]).text, ends[1], get_place(c->mesh, ends[1]).text,
+                  get_rest(found).text);
 }
 
 /* How many fans the triangles of a vertex form. */
@@ -300,8 +296,8 @@ static tulle_status check_fans(const check *c) {
     memory_release(c->heap, fans, corner_count * sizeof *fans);
     if (found.count == 0) return TULLE_OK;
     return refuse(c, get_line(c->lines.vertices, found.first),
-                  "vertex %s at %s joins %zu separate fans of triangles that share no edge%s "
-                  "(bow tie); give each fan a vertex of its own",
+                  "vertex %s at %s joins %zu separate fans of triangles that share no edge%s (bow "
+                  "tie); give each fan a vertex of its own",
                   show_vertex(c, found.first).text, get_place(c->mesh, found.first).text,
                   first_fan_count, get_rest(found).text);
 }

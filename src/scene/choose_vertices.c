@@ -49,11 +49,10 @@ static bool mark_numbers(const scene_work *work, const tulle_mesh *mesh,
             continue;
         }
         const schema_head *const head = choice->keys;
-        problem_add(work->problems, TULLE_ERROR_INVALID_ARGUMENT,
-                    schema_place(choice->keys, "vertices"),
-                    "%s.vertices: names vertex %u, must be below %zu, the cloth's number of "
-                    "vertices",
-                    head->path, (unsigned)numbers->value[i], mesh->vertex_count);
+        problem_add(
+            work->problems, TULLE_ERROR_INVALID_ARGUMENT, schema_place(choice->keys, "vertices"),
+            "%s.vertices: names vertex %u, must be below %zu, the cloth's number of vertices",
+            head->path, (unsigned)numbers->value[i], mesh->vertex_count);
         return false;
     }
     return true;

@@ -54,14 +54,13 @@ static const schema_key attach_table[] = {
     KEY(attach_keys, release, ANY_TIME, OR_WORD("never", INFINITY),
         .meaning = "time at which the vertices are let go"),
 };
-const schema_map attach_map = {.title = "Attachment",
-                               .meaning =
-                                   "Vertices of a cloth that are attached to the nearest triangle "
-                                   "of an object. They follow the triangle wherever it moves and "
-                                   "however it deforms. Points are in scene coordinates, where "
-                                   "the cloth starts.",
-                               MAP_OF(attach_table, attach_keys),
-                               .needs_alternative = true};
+const schema_map attach_map = {
+    .title = "Attachment",
+    .meaning = "Vertices of a cloth that are attached to the nearest triangle of an object. They "
+               "follow the triangle wherever it moves and however it deforms. Points are in scene "
+               "coordinates, where the cloth starts.",
+    MAP_OF(attach_table, attach_keys),
+    .needs_alternative = true};
 
 static const schema_key crease_table[] = {
     VERTEX_CHOICE(crease_keys, "the edges whose ends lie ",
@@ -73,8 +72,8 @@ static const schema_key crease_table[] = {
 };
 const schema_map crease_map = {.title = "Crease",
                                .meaning =
-                                   "Edges that are folded at rest, whatever `folds` says. "
-                                   "Points are in scene coordinates, where the cloth starts.",
+                                   "Edges that are folded at rest, whatever `folds` says. Points "
+                                   "are in scene coordinates, where the cloth starts.",
                                MAP_OF(crease_table, crease_keys),
                                .needs_alternative = true};
 
@@ -117,9 +116,8 @@ static const schema_key region_table[] = {
             "direction of the warp in these triangles, in the mesh as it starts, of any length"),
 };
 const schema_map region_map = {.title = "Region",
-                               .meaning =
-                                   "Triangles of a cloth that differ from the rest. Points are "
-                                   "in scene coordinates, where the cloth starts.",
+                               .meaning = "Triangles of a cloth that differ from the rest. Points "
+                                          "are in scene coordinates, where the cloth starts.",
                                MAP_OF(region_table, region_keys),
                                .needs_alternative = true};
 

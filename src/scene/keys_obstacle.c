@@ -35,10 +35,10 @@ static const schema_key sequence_table[] = {
 };
 const schema_map sequence_map = {
     .title = "Mesh sequence",
-    .meaning = "Frames of a deforming mesh; vertices move linearly in between. The obstacle's "
-               "scale, rotate and translate apply to every frame. Frames come at the times of the "
-               "file where it has any; [When frames come](formats.md#when-frames-come) says what "
-               "overrules what.",
+    .meaning =
+        "Frames of a deforming mesh; vertices move linearly in between. The obstacle's scale, "
+        "rotate and translate apply to every frame. Frames come at the times of the file where it "
+        "has any; [When frames come](formats.md#when-frames-come) says what overrules what.",
     MAP_OF(sequence_table, sequence_keys),
     .needs_alternative = true};
 
@@ -56,8 +56,8 @@ static const schema_key motion_table[] = {
 };
 const schema_map motion_map = {
     .title = "Motion",
-    .meaning = "How an obstacle moves. Displacements and turns are along the axes of the scene. "
-               "If copies stand on a ring or a spiral, they are along the axes of each copy.",
+    .meaning = "How an obstacle moves. Displacements and turns are along the axes of the scene. If "
+               "copies stand on a ring or a spiral, they are along the axes of each copy.",
     MAP_OF(motion_table, motion_keys),
     .needs_alternative = true};
 
@@ -165,10 +165,9 @@ static const schema_key copies_table[] = {
 };
 const schema_map copies_map = {
     .title = "Copies",
-    .meaning =
-        "Places an obstacle many times. Each copy is scaled and turned by the obstacle's "
-        "scale and rotate, set down by the layout, and moved by translate. Copies count from 000: "
-        "three copies of post are post.000, post.001 and post.002.",
+    .meaning = "Places an obstacle many times. Each copy is scaled and turned by the obstacle's "
+               "scale and rotate, set down by the layout, and moved by translate. Copies count "
+               "from 000: three copies of post are post.000, post.001 and post.002.",
     MAP_OF(copies_table, copies_keys),
     .needs_alternative = true};
 

@@ -62,10 +62,9 @@ edge_pair get_rest(const rest_work *work, size_t triangle) {
 /* Each triangle must have them, and an area in their plane. */
 static bool check_texture(const rest_work *work, const void *keys, const char *key) {
     if (!work->corner_uvs)
-        return refuse(
-            work, keys, key,
-            "the mesh has no texture coordinates; OBJ files have them as vt, PLY files as "
-            "s and t of vertices");
+        return refuse(work, keys, key,
+                      "the mesh has no texture coordinates; OBJ files have them as vt, PLY files "
+                      "as s and t of vertices");
     for (size_t t = 0; t < work->cloth->mesh.triangle_count; t++) {
         const char *problem = NULL;
         for (size_t k = 0; k < 6; k++)
@@ -125,11 +124,11 @@ static bool use_rest_mesh(const rest_work *work, const rest_keys *keys, const tu
     if (rest->vertex_count == mesh->vertex_count && !is_shape) {
         const uint32_t *const a = mesh->triangles + 3 * other, *const b =
                                                                    rest->triangles + 3 * other;
-        return refuse(work, keys, "file",
-                      store_text(work->scene,
-                                 "triangle %zu has the vertices %u, %u, %u, in the mesh it has %u, "
-                                 "%u, %u",
-                                 other, b[0], b[1], b[2], a[0], a[1], a[2]));
+        return refuse(
+            work, keys, "file",
+            store_text(work->scene,
+                       "triangle %zu has the vertices %u, %u, %u, in the mesh it has %u, %u, %u",
+                       other, b[0], b[1], b[2], a[0], a[1], a[2]));
     }
     size_t const count = is_shape ? mesh->vertex_count : 3 * mesh->triangle_count;
     double *const places = allocate(work, 3 * count);
@@ -214,11 +213,11 @@ static bool check_size(const rest_work *work, const rest_keys *keys) {
     const char *const advice =
         is_uv ? store_text(work->scene, "with uv: %.4g m it would be as large", keys->uv / ratio)
               : "do both have the same unit?";
-    problem_add(
-        work->scene->problems, TULLE_ERROR_INVALID_ARGUMENT, keys->head.place,
-        "%s: the cloth is %.3g times as long at rest as at the start, at most %g and at least "
-        "%g are allowed; %s",
-        keys->head.path, ratio, MOST_LENGTH_RATIO, 1.0 / MOST_LENGTH_RATIO, advice ? advice : "");
+    problem_add(work->scene->problems, TULLE_ERROR_INVALID_ARGUMENT, keys->head.place,
+                "%s: the cloth is %.3g times as long at rest as at the start, at most %g and at "
+                "least %g are allowed; %s",
+                keys->head.path, ratio, MOST_LENGTH_RATIO, 1.0 / MOST_LENGTH_RATIO,
+                advice ? advice : "");
     return false;
 }
 

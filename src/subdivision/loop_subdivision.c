@@ -26,8 +26,7 @@ tulle_subdivision_def tulle_subdivision_def_default(void) {
 static tulle_status check_def(const tulle_subdivision_def *def, tulle_error *error) {
     if (!def || def->cookie != SUBDIVISION_DEF_COOKIE)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "the subdivision def was not made by "
-                         "tulle_subdivision_def_default");
+                         "the subdivision def was not made by tulle_subdivision_def_default");
     if (def->levels < 1 || def->levels > TULLE_SUBDIVISION_LEVELS_MAX)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
                          "%d levels of subdivision were asked for; give 1 to %d", def->levels,
@@ -46,11 +45,11 @@ static tulle_status check_def(const tulle_subdivision_def *def, tulle_error *err
 static tulle_status check_coordinates(tulle_mesh_view mesh, tulle_error *error) {
     for (size_t i = 0; i < 3 * mesh.vertex_count; i++)
         if (!isfinite(mesh.positions[i]))
-            return error_set(error, TULLE_ERROR_INVALID_MESH,
-                             "vertex %zu (counted from 0) is at (%g, %g, %g); coordinates must be "
-                             "finite",
-                             i / 3, mesh.positions[i - i % 3], mesh.positions[i - i % 3 + 1],
-                             mesh.positions[i - i % 3 + 2]);
+            return error_set(
+                error, TULLE_ERROR_INVALID_MESH,
+                "vertex %zu (counted from 0) is at (%g, %g, %g); coordinates must be finite", i / 3,
+                mesh.positions[i - i % 3], mesh.positions[i - i % 3 + 1],
+                mesh.positions[i - i % 3 + 2]);
     return TULLE_OK;
 }
 
@@ -138,10 +137,10 @@ tulle_status subdivision_create(memory heap, tulle_mesh_view mesh, const tulle_s
     }
     tulle_subdivision_destroy(made);
     if (status == TULLE_ERROR_OUT_OF_MEMORY)
-        return error_set(error, status,
-                         "no memory for %d levels of subdivision of %zu triangles; use fewer "
-                         "levels",
-                         def->levels, mesh.triangle_count);
+        return error_set(
+            error, status,
+            "no memory for %d levels of subdivision of %zu triangles; use fewer levels",
+            def->levels, mesh.triangle_count);
     return status;
 }
 

@@ -110,9 +110,8 @@ static options_outcome read_words(int argc, char **argv, convert_words *words) {
         "(frame_%04d.obj or 'frame_*.obj'), to TO, a mesh, a point cache, an animation\n"
         "(.glb, .gltf, .usda, .npz, .abc), or numbered files of meshes (out_%04d.vtp, with the\n"
         "numbers of their frames). A run becomes an animation with all its bodies, or with\nthe "
-        "body of --body.\nReports how frames, axes and units were converted, and any "
-        "losses. A subdivided\nsurface is judged: intersections are reported, and the exit code "
-        "stays 0.");
+        "body of --body.\nReports how frames, axes and units were converted, and any losses. A "
+        "subdivided\nsurface is judged: intersections are reported, and the exit code stays 0.");
     size_t operand_count = 0;
     return options_parse(&command, argc, argv, &operand_count);
 }
@@ -209,10 +208,10 @@ static tulle_status repair_source(convert_session *session, const convert_words 
     if (words->tolerance &&
         (quantity_read(words->tolerance, UNIT_LENGTH, &tolerance) != QUANTITY_READ ||
          !(tolerance >= 0.0 && tolerance <= 1.0)))
-        return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "--tolerance is \"%s\"; it should be a length from 0 to 1 m, with its "
-                         "unit, as 0.1mm",
-                         words->tolerance);
+        return error_set(
+            error, TULLE_ERROR_INVALID_ARGUMENT,
+            "--tolerance is \"%s\"; it should be a length from 0 to 1 m, with its unit, as 0.1mm",
+            words->tolerance);
     if (!session->repairs) return TULLE_OK;
     double const meters = axes_get_meters(session->change.from.unit);
     return convert_repair_source(&session->source, session->frames, tolerance / meters,
@@ -517,12 +516,11 @@ static void print_losses(const convert_session *session) {
         PRINT_LOSS(count, "whether that leads a surface through another is not known: %s",
                    session->rounding.text);
     if (session->rounding.frame_count > 0)
-        PRINT_LOSS(
-            count,
-            "in %u frames surfaces that do not intersect pass through each other when they are "
-            "rounded: in frame %u floats %s. Formats with doubles keep them apart: .obj, "
-            ".ply, .vtp, and .npz with --double",
-            session->rounding.frame_count, session->rounding.first, session->rounding.text);
+        PRINT_LOSS(count,
+                   "in %u frames surfaces that do not intersect pass through each other when they "
+                   "are rounded: in frame %u floats %s. Formats with doubles keep them apart: "
+                   ".obj, .ply, .vtp, and .npz with --double",
+                   session->rounding.frame_count, session->rounding.first, session->rounding.text);
     if (target->format == CONVERT_STL)
         PRINT_LOSS(count, "each triangle has corners of its own; a reader joins corners with the "
                           "same coordinates to one vertex");

@@ -69,8 +69,8 @@ tulle_status convert_target_open(const char *path, const char *pvd_path, convert
     target->is_numbered = name_pattern_is_meant(path);
     if (target->format == CONVERT_NONE)
         return refuse(path, error,
-                      "the name of the output should end in .obj, .ply, .stl, .vtp, .pc2, "
-                      ".mdd, .glb, .gltf, .usda, .npz or .abc");
+                      "the name of the output should end in .obj, .ply, .stl, .vtp, .pc2, .mdd, "
+                      ".glb, .gltf, .usda, .npz or .abc");
     if (target->is_numbered) {
         if (convert_is_cache(target->format))
             return refuse(path, error, "a point cache holds all frames, so its name has no number");
@@ -114,11 +114,10 @@ tulle_status convert_target_check(const convert_target *target, const convert_so
                                   frame_range frames, tulle_error *error) {
     uint32_t const count = frame_range_get_count(frames);
     if (count > 1 && convert_target_is_one_mesh(target))
-        return error_set_at(
-            error, TULLE_ERROR_INVALID_ARGUMENT, target->path, 0, 0,
-            "is one mesh, but there are %u frames; choose a frame with --frame, or name "
-            "numbered files, as frame_%%04d.obj",
-            count);
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, target->path, 0, 0,
+                            "is one mesh, but there are %u frames; choose a frame with --frame, or "
+                            "name numbered files, as frame_%%04d.obj",
+                            count);
     if (source->mesh.triangle_count == 0 && target->format == CONVERT_STL)
         return refuse(target->path, error, "STL holds triangles, but there are none");
     for (uint32_t i = 0; i < count; i++) {

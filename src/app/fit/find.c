@@ -119,13 +119,12 @@ static void tell_point(const fit_work *work, const search_point *point, const dr
         if (tests[i].folds < least) least = tests[i].folds;
         if (tests[i].folds > most) most = tests[i].folds;
     }
-    fprintf(
-        stream,
-        "%u of at most %u drape tests: bending length %.3g mm, shear %.3g N/m: %.1f %% (%.1f to "
-        "%.1f), %d to %d folds; at most %s more\n",
-        done, planned,
-        1e3 * fit_compute_bending_length(get_bending(material), material->area_density),
-        material->shear.stiffness, point->mean, point->least, point->most, least, most, rest);
+    fprintf(stream,
+            "%u of at most %u drape tests: bending length %.3g mm, shear %.3g N/m: %.1f %% (%.1f "
+            "to %.1f), %d to %d folds; at most %s more\n",
+            done, planned,
+            1e3 * fit_compute_bending_length(get_bending(material), material->area_density),
+            material->shear.stiffness, point->mean, point->least, point->most, least, most, rest);
     fflush(stream);
 }
 

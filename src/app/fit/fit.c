@@ -128,8 +128,8 @@ static bool read_measures(const fit_words *words, fit_measures *measures, double
         !read_percent("drape-error", words->drape_error, 0.0, 30.0, &measures->drape_error))
         return false;
     if (words->drape || words->warp || words->weft) return true;
-    app_print_message("fit", "nothing was measured: give --drape, --bending-warp or "
-                             "--bending-weft");
+    app_print_message("fit",
+                      "nothing was measured: give --drape, --bending-warp or --bending-weft");
     return false;
 }
 
@@ -165,10 +165,8 @@ static bool refuse_preset(const char *preset) {
         app_print_message("fit", "--preset: there is no fabric \"%s\"; did you mean \"%s\"?",
                           preset, nearest);
     else
-        app_print_message("fit",
-                          "--preset: there is no fabric \"%s\"; docs/guide/scene.md lists "
-                          "them",
-                          preset);
+        app_print_message(
+            "fit", "--preset: there is no fabric \"%s\"; docs/guide/scene.md lists them", preset);
     return false;
 }
 
@@ -197,10 +195,8 @@ static bool load_start(const fit_words *words, tulle_material *material, char na
     }
     *code = APP_EXIT_BAD_INPUT;
     if (material->bend_warp > 0.0 && material->bend_weft > 0.0) return true;
-    app_print_message("fit",
-                      "%s has no bending rigidity along warp or weft, so there is none to "
-                      "scale",
-                      name);
+    app_print_message(
+        "fit", "%s has no bending rigidity along warp or weft, so there is none to scale", name);
     return false;
 }
 
@@ -245,8 +241,8 @@ static bool check_shear(const fit_measures *measures, const tulle_material *star
     double const most = sqrt(start->warp.stiffness * start->weft.stiffness);
     if (!(measures->shear > most)) return true;
     app_print_message("fit",
-                      "--shear: %g N/m is more than the geometric mean of the yarns' stiffness, "
-                      "%g N/m; start from a fabric with stiffer yarns",
+                      "--shear: %g N/m is more than the geometric mean of the yarns' stiffness, %g "
+                      "N/m; start from a fabric with stiffer yarns",
                       measures->shear, most);
     return false;
 }

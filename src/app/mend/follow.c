@@ -120,9 +120,8 @@ tulle_status mend_follow_judge_rounding(mend_follow *follow, const double *exact
     const double *const x = exact + 3 * (size_t)vertex;
     return error_set(
         error, TULLE_ERROR_LIMIT,
-        "floats move vertex %u of '%s' at (%.6g, %.6g, %.6g) %s by %.2g %s, and so "
-        "through %s%s%s; a format with doubles keeps them apart: .obj, .ply, .vtp, and "
-        ".npz with --double",
+        "floats move vertex %u of '%s' at (%.6g, %.6g, %.6g) %s by %.2g %s, and so through %s%s%s; "
+        "a format with doubles keeps them apart: .obj, .ply, .vtp, and .npz with --double",
         vertex - surface->vertex_begin, convert_source_get_name(&surface->source), x[0], x[1], x[2],
         input->unit, measure_distance(exact, rounded, vertex), input->unit,
         other == surface ? "itself" : "'",

@@ -20,11 +20,11 @@ static tulle_status open_surface(mend_surface *surface, const char *path, const 
     if (status != TULLE_OK) return status;
     const convert_source *const source = &surface->source;
     if (source->mesh.triangle_count == 0)
-        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0, "has no triangles%s",
-                            source->kind == SOURCE_CACHE
-                                ? "; give the mesh that the point cache moves by --mesh, of a body "
-                                  "by --body-mesh"
-                                : "");
+        return error_set_at(
+            error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0, "has no triangles%s",
+            source->kind == SOURCE_CACHE
+                ? "; give the mesh that the point cache moves by --mesh, of a body by --body-mesh"
+                : "");
     if (source->needs_frames_named)
         return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
                             "there is no file of number %u; all frames are needed", source->gap);
@@ -86,10 +86,10 @@ static tulle_status leave_out(mend_input *input, size_t number, tulle_error *err
     tulle_status status = tulle_mesh_drop_duplicates(mesh, NULL, &twice, error);
     if (status != TULLE_OK) return status;
     if (twice.count > 0)
-        app_print_message("mend",
-                          "%s: %zu triangles have the same corners as others and are left out, "
-                          "first triangle %u",
-                          name, twice.count, twice.dropped);
+        app_print_message(
+            "mend",
+            "%s: %zu triangles have the same corners as others and are left out, first triangle %u",
+            name, twice.count, twice.dropped);
     uint8_t *const marks = calloc(mesh->triangle_count, 1);
     double *const positions = calloc(mesh->vertex_count, 3 * sizeof *positions);
     if (!marks || !positions) status = fail_memory(error);
@@ -194,10 +194,9 @@ static tulle_status read_surface(mend_input *input, size_t surface, uint32_t ind
     for (size_t k = 0; k < 3 * source->mesh.vertex_count; k++) {
         if (surface == 0 && rounds) positions[k] = (double)(float)positions[k];
         if (!isfinite(positions[k]))
-            return error_set_at(error, TULLE_ERROR_INVALID_MESH, source->path, 0, 0,
-                                "frame %u: vertex %zu is farther away than can be held in this "
-                                "unit",
-                                frame, k / 3);
+            return error_set_at(
+                error, TULLE_ERROR_INVALID_MESH, source->path, 0, 0,
+                "frame %u: vertex %zu is farther away than can be held in this unit", frame, k / 3);
     }
     return TULLE_OK;
 }

@@ -137,10 +137,9 @@ static double get_mean(double sum2, uint32_t count) {
 /* ---- texts ---- */
 
 void mend_report_begin_csv(FILE *file) {
-    fputs("frame,own_before,bodies_before,own_after,bodies_after,away,mean_departure,"
-          "largest_departure,vertex,given_acceleration,mended_acceleration,"
-          "given_acceleration_largest,mended_acceleration_largest,given_jitter,mended_jitter,lag,"
-          "moves,crosses,seconds\n",
+    fputs("frame,own_before,bodies_before,own_after,bodies_after,away,mean_departure,largest_"
+          "departure,vertex,given_acceleration,mended_acceleration,given_acceleration_largest,"
+          "mended_acceleration_largest,given_jitter,mended_jitter,lag,moves,crosses,seconds\n",
           file);
 }
 

@@ -82,10 +82,10 @@ static tulle_status check_run(const run_session *session, run_source *source, tu
         return refuse(source, error,
                       "it keeps no velocities; run it with --record velocities, or debug");
     if (source->frame >= info->frame_count)
-        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                            "the run cannot be continued from frame %u: it has %u frames, counted "
-                            "from 0",
-                            source->frame, info->frame_count);
+        return error_set_at(
+            error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
+            "the run cannot be continued from frame %u: it has %u frames, counted from 0",
+            source->frame, info->frame_count);
     if (source->frame >= session->options.frame_count)
         return refuse(source, error, "the scene has no frame after it");
     source->has_same_steps = info->time_step == step && info->steps_per_frame == per_frame;
@@ -127,8 +127,8 @@ static tulle_status check_rigid(const run_source *source, const tulle_run_body *
             return TULLE_OK;
     }
     return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                        "the run cannot be continued: it has no rigid body '%s' of the same "
-                        "mesh in the same place; give it that, or simulate from the start",
+                        "the run cannot be continued: it has no rigid body '%s' of the same mesh "
+                        "in the same place; give it that, or simulate from the start",
                         body->name);
 }
 
@@ -154,10 +154,9 @@ static tulle_status match_body(run_session *session, size_t index, tulle_error *
                                                    3 * count * sizeof *mesh.positions) == 0;
     }
     if (!is_same && !body->is_obstacle)
-        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
-                            "the run cannot be continued: it has no cloth '%s' of the same "
-                            "triangles",
-                            body->name);
+        return error_set_at(
+            error, TULLE_ERROR_INVALID_ARGUMENT, source->path, 0, 0,
+            "the run cannot be continued: it has no cloth '%s' of the same triangles", body->name);
     if (body->is_dynamic) {
         tulle_status const status = check_rigid(source, body, is_same ? found : NO_BODY, error);
         if (status != TULLE_OK) return status;

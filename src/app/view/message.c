@@ -283,10 +283,9 @@ static bool check_whole(const view_request *request, char *reason) {
                          (request->what != SETTING_FRICTION || (value >= 0.0 && value <= 10.0)) &&
                          (request->what != SETTING_GUSTS || value >= 0.0);
     if (!is_good)
-        snprintf(
-            reason, REASON_SIZE,
-            "value: gravity and wind take three numbers, gusts a speed, friction a number from "
-            "0 to 10, material the name of a preset");
+        snprintf(reason, REASON_SIZE,
+                 "value: gravity and wind take three numbers, gusts a speed, friction a number "
+                 "from 0 to 10, material the name of a preset");
     return is_good;
 }
 

@@ -80,9 +80,9 @@ static tulle_status check_counts(const tulle_detect_def *def, tulle_error *error
 static tulle_status check_range(size_t surface, const char *kind, const uint32_t range[2],
                                 uint32_t previous_end, tulle_error *error) {
     if (range[0] != previous_end)
-        return INVALID("surface %zu starts at %s %u; it must start at %s %u, where the one before "
-                       "ends",
-                       surface, kind, range[0], kind, previous_end);
+        return INVALID(
+            "surface %zu starts at %s %u; it must start at %s %u, where the one before ends",
+            surface, kind, range[0], kind, previous_end);
     if (range[1] < range[0])
         return INVALID("surface %zu ends at %s %u, before it starts at %u", surface, kind, range[1],
                        range[0]);
@@ -118,10 +118,9 @@ static tulle_status check_collides(const tulle_detect_def *def, tulle_error *err
     for (size_t a = 0; a < count; a++)
         for (size_t b = 0; b < a; b++)
             if (!def->collides[a * count + b] != !def->collides[b * count + a])
-                return INVALID("collides is not symmetric: surface %zu meets %zu, but not the "
-                               "other way round",
-                               def->collides[a * count + b] ? a : b,
-                               def->collides[a * count + b] ? b : a);
+                return INVALID(
+                    "collides is not symmetric: surface %zu meets %zu, but not the other way round",
+                    def->collides[a * count + b] ? a : b, def->collides[a * count + b] ? b : a);
     return TULLE_OK;
 }
 
@@ -144,9 +143,9 @@ static tulle_status check_triangle(const tulle_detect_def *def, size_t triangle,
                            "starts at vertex %u and ends before %u; surfaces share no vertices",
                            k, triangle, corners[k], surface, begin, end);
         if (corners[k] == corners[(k + 1) % 3])
-            return INVALID("triangle %zu has vertex %u twice; remove it, or give it three "
-                           "different corners",
-                           triangle, corners[k]);
+            return INVALID(
+                "triangle %zu has vertex %u twice; remove it, or give it three different corners",
+                triangle, corners[k]);
     }
     return TULLE_OK;
 }

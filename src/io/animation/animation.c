@@ -42,10 +42,10 @@ static tulle_status round_positions(animation_job *job, size_t surface, uint32_t
     for (size_t i = 0; i < 3 * s->mesh.vertex_count; i++) {
         float const value = (float)positions[i];
         if (!isfinite(value))
-            return error_set_at(error, TULLE_ERROR_INVALID_MESH, job->path, 0, 0,
-                                "%s, frame %u: coordinate %c of vertex %zu is %g, which float "
-                                "cannot hold",
-                                s->name, frame, "xyz"[i % 3], i / 3, positions[i]);
+            return error_set_at(
+                error, TULLE_ERROR_INVALID_MESH, job->path, 0, 0,
+                "%s, frame %u: coordinate %c of vertex %zu is %g, which float cannot hold", s->name,
+                frame, "xyz"[i % 3], i / 3, positions[i]);
         job->points[i] = value;
         job->positions[i] = positions[i];
     }
@@ -195,10 +195,9 @@ static tulle_status check_def(const char *path, const tulle_animation_def *def,
         !(def->meters_per_unit > 0.0 && def->meters_per_unit < 1e9))
         return refuse(error, path, "the frame rate and the unit must be above 0 and below 1e9");
     if (def->vertex_array && (!def->read_vertex_array || !is_array_name(def->vertex_array)))
-        return refuse(
-            error, path,
-            "a vertex array needs a reader and a name of letters, digits and _, up to 64, "
-            "that no other array has");
+        return refuse(error, path,
+                      "a vertex array needs a reader and a name of letters, digits and _, up to "
+                      "64, that no other array has");
     for (uint32_t i = 0; i < def->frame_count; i++)
         if (!isfinite((float)def->times[i]) || (i > 0 && !(def->times[i] > def->times[i - 1])))
             return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
@@ -245,9 +244,9 @@ tulle_status tulle_animation_write(const char *path, const tulle_animation_def *
     if (status) return status;
     animation_format const format = find_format(path);
     if (format == ANIMATION_FORMAT_COUNT)
-        return error_set_at(error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
-                            "the name of an animation should end in .glb, .gltf, .usda, .mdd, "
-                            ".npz or .abc");
+        return error_set_at(
+            error, TULLE_ERROR_UNSUPPORTED, path, 0, 0,
+            "the name of an animation should end in .glb, .gltf, .usda, .mdd, .npz or .abc");
     animation_job job = {.def = def, .path = path, .heap = memory_default()};
     for (size_t i = 0; i < def->surface_count; i++)
         if (def->surfaces[i].mesh.vertex_count > job.vertex_limit)

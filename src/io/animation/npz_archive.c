@@ -305,8 +305,7 @@ static tulle_status check_sum(npz_archive *archive, npz_array *array, tulle_erro
         done += array->window_count;
         if (done > array->entry.size)
             return npz_array_fail(archive, array, error,
-                                  "its compressed data are of more bytes than "
-                                  "the archive says");
+                                  "its compressed data are of more bytes than the archive says");
     }
     if (sum == array->entry.sum) return TULLE_OK;
     return npz_array_fail(archive, array, error, "its checksum differs: the file is damaged");
@@ -379,10 +378,9 @@ static tulle_status parse_head(npz_archive *archive, npz_array *array, const cha
                                tulle_error *error) {
     const char *const order = find_key(head, "fortran_order");
     if (!read_type(find_key(head, "descr"), array))
-        return npz_array_fail(
-            archive, array, error,
-            "key 'descr' should be a type of whole numbers of 1, 2, 4 or 8 bytes, "
-            "as '>i8', or of floating point numbers of 4 or 8, as '<f4'");
+        return npz_array_fail(archive, array, error,
+                              "key 'descr' should be a type of whole numbers of 1, 2, 4 or 8 "
+                              "bytes, as '>i8', or of floating point numbers of 4 or 8, as '<f4'");
     if (!order || (strncmp(order, "True", 4) != 0 && strncmp(order, "False", 5) != 0))
         return npz_array_fail(archive, array, error, "key 'fortran_order' should be True or False");
     array->is_fortran = order[0] == 'T';

@@ -303,10 +303,10 @@ static tulle_status make_triangles(usd_scene *scene, const usd_piece *piece,
         double const count = faces->counts[i];
         if (!(count >= 3.0 && count <= (double)(faces->index_count - first)) ||
             count != floor(count))
-            return usd_text_fail(text, faces->count_place, error,
-                                 "face %zu has %g corners; a face has 3 at least, and %zu are left "
-                                 "here",
-                                 i, count, faces->index_count - first);
+            return usd_text_fail(
+                text, faces->count_place, error,
+                "face %zu has %g corners; a face has 3 at least, and %zu are left here", i, count,
+                faces->index_count - first);
         while (next_hole < faces->hole_count && faces->holes[next_hole] < (double)i) next_hole++;
         bool const is_hole = next_hole < faces->hole_count && faces->holes[next_hole] == (double)i;
         tulle_status status = TULLE_OK;
@@ -555,10 +555,9 @@ static tulle_status build_instances(usd_scene *scene, uint32_t node, const usd_i
         if (index >= 0.0 && index < (double)shown->prim_count && index == floor(index))
             prim = shown->prims[(size_t)index];
         if (prim == USD_NONE)
-            return error_set_at(error, TULLE_ERROR_PARSE, scene->layer->text.path, 0, 0,
-                                "instance %zu of an instancer is of prototype %g, which is not "
-                                "there",
-                                i, index);
+            return error_set_at(
+                error, TULLE_ERROR_PARSE, scene->layer->text.path, 0, 0,
+                "instance %zu of an instancer is of prototype %g, which is not there", i, index);
         status = add_node(scene, node, &instance, error);
         if (status) return status;
         scene->instances.data[instancer->first_instance + i] = instance;
@@ -745,10 +744,10 @@ static tulle_status fail_empty(const usd_layer *layer, tulle_error *error) {
                             "are not read: make meshes of them",
                             passed->shapes);
     if (passed->hidden > 0)
-        return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
-                            "shows no meshes; %zu prims are hidden: set visibility or purpose to "
-                            "show them",
-                            passed->hidden);
+        return error_set_at(
+            error, TULLE_ERROR_PARSE, path, 0, 0,
+            "shows no meshes; %zu prims are hidden: set visibility or purpose to show them",
+            passed->hidden);
     return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
                         "shows no meshes; it needs a Mesh with points and faces, defined by `def`");
 }

@@ -165,10 +165,10 @@ static tulle_status round_frame(tulle_pc2_writer *writer, const double *position
     for (size_t i = 0; i < value_count; i++) {
         float const value = (float)positions[i];
         if (!isfinite(value))
-            return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, writer->path, 0, 0,
-                                "coordinate %c of vertex %zu is not a finite number that float can "
-                                "hold",
-                                "xyz"[i % 3], i / 3);
+            return error_set_at(
+                error, TULLE_ERROR_INVALID_ARGUMENT, writer->path, 0, 0,
+                "coordinate %c of vertex %zu is not a finite number that float can hold",
+                "xyz"[i % 3], i / 3);
         bytes_store_float(writer->frame + 4 * i, value);
     }
     return TULLE_OK;
@@ -194,8 +194,7 @@ static tulle_status append(tulle_pc2_writer *writer, const double *positions, in
                            tulle_error *error) {
     if (!writer || !positions)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                         "writer and positions may not be "
-                         "null");
+                         "writer and positions may not be null");
     if (writer->frame_count == PC2_COUNT_LIMIT)
         return error_set_at(error, TULLE_ERROR_LIMIT, writer->path, 0, 0,
                             "holds as many frames as its format can count");

@@ -176,11 +176,10 @@ static tulle_status read_text_line(ply_reader *reader, tulle_error *error) {
     if (status) return status;
     text_word const rest = text_take_word(&reader->text);
     if (rest.length > 0)
-        return fail_value(
-            reader, rest.text, "line",
-            "has more values than the properties of the header: add to it those that it "
-            "leaves out, each list as a list",
-            error);
+        return fail_value(reader, rest.text, "line",
+                          "has more values than the properties of the header: add to it those that "
+                          "it leaves out, each list as a list",
+                          error);
     return TULLE_OK;
 }
 
@@ -237,10 +236,10 @@ static tulle_status read_all(ply_reader *reader, bool wants_uvs, tulle_error *er
     for (size_t i = 0; i < reader->header.element_count && !status; i++)
         status = read_element(reader, &reader->header.elements[i], error);
     if (status || !text_skip_blank_lines(&reader->text)) return status;
-    return error_set_at(error, TULLE_ERROR_PARSE, reader->text.path, 0, 0,
-                        "byte %zu: something follows the last element; do the counts in the header "
-                        "fit?",
-                        (size_t)(reader->text.at - reader->begin));
+    return error_set_at(
+        error, TULLE_ERROR_PARSE, reader->text.path, 0, 0,
+        "byte %zu: something follows the last element; do the counts in the header fit?",
+        (size_t)(reader->text.at - reader->begin));
 }
 
 tulle_status ply_read(memory *heap, const char *path, const file_data *data, tulle_mesh *mesh,

@@ -82,11 +82,10 @@ static tulle_status read_binary_facets(corner_merger *merger, const char *path,
                 size_t const at = place + 12 + 12 * corner + 4 * axis;
                 position[axis] = (double)bytes_to_float(bytes_load(data->bytes + at, 4));
                 if (!isfinite(position[axis]))
-                    return error_set_at(error, TULLE_ERROR_PARSE, path, 0, 0,
-                                        "byte %zu: coordinate %c of corner %zu of facet %zu is not "
-                                        "finite",
-                                        at, "xyz"[axis], corner,
-                                        (place - BINARY_HEADER_SIZE) / BINARY_FACET_SIZE);
+                    return error_set_at(
+                        error, TULLE_ERROR_PARSE, path, 0, 0,
+                        "byte %zu: coordinate %c of corner %zu of facet %zu is not finite", at,
+                        "xyz"[axis], corner, (place - BINARY_HEADER_SIZE) / BINARY_FACET_SIZE);
             }
             if (!merger_add_corner(merger, position)) return file_fail_memory(error, path);
         }
@@ -104,8 +103,8 @@ tulle_status stl_read_binary(memory *heap, const char *path, const file_data *da
     if (!stl_has_binary_size(data))
         return error_set_at(
             error, TULLE_ERROR_PARSE, path, 0, 0,
-            "byte 80: the header says %llu facets, which take %llu bytes, but the "
-            "file has %zu; it is cut short or no STL",
+            "byte 80: the header says %llu facets, which take %llu bytes, but the file has %zu; it "
+            "is cut short or no STL",
             (unsigned long long)bytes_load(data->bytes + 80, 4),
             (unsigned long long)(BINARY_HEADER_SIZE +
                                  bytes_load(data->bytes + 80, 4) * BINARY_FACET_SIZE),

@@ -199,8 +199,7 @@ static tulle_status check_piece(int file, const char *path, const checksum_line 
         if ((size_t)got < wanted)
             return error_set_at(
                 error, TULLE_ERROR_PARSE, path, 0, 0,
-                "%sdamaged: the file ends at byte %llu, but the run wrote bytes "
-                "%llu to %llu",
+                "%sdamaged: the file ends at byte %llu, but the run wrote bytes %llu to %llu",
                 name_frame(line->frame, frame), (unsigned long long)at + (size_t)got,
                 (unsigned long long)line->sum.begin, (unsigned long long)line->sum.end - 1);
         hash = hash_bytes(hash, chunk, wanted);

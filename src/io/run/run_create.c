@@ -43,10 +43,9 @@ tulle_status run_writer_check_def(const tulle_run_def *def, tulle_error *error) 
         if (!body->name || body->mesh.vertex_count < 1 || body->mesh.vertex_count > INT32_MAX ||
             body->mesh.triangle_count > INT32_MAX || !body->mesh.positions ||
             (body->mesh.triangle_count > 0 && !body->mesh.triangles))
-            return error_set(error, TULLE_ERROR_INVALID_ARGUMENT,
-                             "body %zu needs a name and a mesh of 1 to 2^31 - 1 vertices, with its "
-                             "arrays",
-                             i);
+            return error_set(
+                error, TULLE_ERROR_INVALID_ARGUMENT,
+                "body %zu needs a name and a mesh of 1 to 2^31 - 1 vertices, with its arrays", i);
     }
     return TULLE_OK;
 }

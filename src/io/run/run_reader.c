@@ -360,10 +360,9 @@ tulle_status tulle_run_reader_read_debug(tulle_run_reader *reader, uint32_t fram
     if (!reader || !debug || frame >= reader->frames.lines.count)
         return error_set(error, TULLE_ERROR_INVALID_ARGUMENT, "there is no frame %u", frame);
     if (!reader->record.kept)
-        return error_set_at(
-            error, TULLE_ERROR_INVALID_ARGUMENT, reader->directory, 0, 0,
-            "the run has no debug records and no velocities; run it again with --record "
-            "debug, or --record velocities");
+        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, reader->directory, 0, 0,
+                            "the run has no debug records and no velocities; run it again with "
+                            "--record debug, or --record velocities");
     if (reader->debug.file < 0) {
         tulle_status const status =
             debug_file_open(&reader->debug, &reader->heap, reader->directory, error);

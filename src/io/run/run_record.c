@@ -191,8 +191,8 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
                                 tulle_error *error) {
     const char *difference = NULL;
     if (old->scene_hash != new->scene_hash)
-        difference = "its scene has another hash: the scene was changed since, or an earlier "
-                     "build of tulle began the run";
+        difference = "its scene has another hash: the scene was changed since, or an earlier build "
+                     "of tulle began the run";
     if (old->time_step < new->time_step || old->time_step > new->time_step ||
         old->steps_per_frame != new->steps_per_frame)
         difference = "it had another time step";
@@ -210,17 +210,16 @@ tulle_status run_record_compare(const run_record *old, const run_record *new, co
     if (!difference) return TULLE_OK;
     int const length = (int)(strlen(path) - strlen("/" RUN_FILE_RECORD));
     if (old->scene_hash != new->scene_hash && old->has_scene_text)
-        return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
-                            "the run here cannot be resumed: %s, or another --set was given; to "
-                            "continue with the scene as it was: tulle run '%.*s/" RUN_FILE_SCENE
-                            "' -o '%.*s' --resume; or run into another directory, or replace this "
-                            "run (--force)",
-                            difference, length, path, length, path);
-    return error_set_at(
-        error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
-        "the run here cannot be resumed: %s; run into another directory, or replace "
-        "this run (--force)",
-        difference);
+        return error_set_at(
+            error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+            "the run here cannot be resumed: %s, or another --set was given; to continue with the "
+            "scene as it was: tulle run '%.*s/" RUN_FILE_SCENE
+            "' -o '%.*s' --resume; or run into another directory, or replace this run (--force)",
+            difference, length, path, length, path);
+    return error_set_at(error, TULLE_ERROR_INVALID_ARGUMENT, path, 0, 0,
+                        "the run here cannot be resumed: %s; run into another directory, or "
+                        "replace this run (--force)",
+                        difference);
 }
 
 /* ---- to and from run.json ---- */
@@ -312,8 +311,7 @@ static tulle_status read_body(run_record *record, const json_document *document,
                          "\"mesh\" and \"cache\" should be file names in this directory");
     if (body.vertex_count < 1 || body.vertex_count > INT32_MAX || body.triangle_count > INT32_MAX)
         return json_fail(document, item, error,
-                         "a body has 1 to 2^31 - 1 vertices and at most so "
-                         "many triangles");
+                         "a body has 1 to 2^31 - 1 vertices and at most so many triangles");
     if (!ARRAY_RESERVE(record->heap, &record->bodies, 1) ||
         !run_record_keep(record, name, &body.name) ||
         !run_record_keep(record, mesh, &body.mesh_file) ||
