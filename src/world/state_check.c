@@ -6,8 +6,6 @@
 #include "base/error.h"
 #include "step/bodies/bodies.h"
 #include "step/lag/lag.h"
-#include "step/sleep/cloth_sleep.h"
-#include "step/ties/ties.h"
 #include "world/world_state.h"
 
 #include <math.h>
@@ -53,6 +51,16 @@ static bool rests_are_valid(const tulle_world *world, const body_rest *rests) {
     return true;
 }
 
+static bool cloth_rests_are_valid(const step_model *model, const motion_state *state) {
+    for (size_t c = 0; c < model->cloth_rest_count; c++) {
+        const cloth_rest *const rest = &state->cloth_rests[c];
+        if (rest->is_asleep > 1 || !isfinite(rest->quiet_time) || !(rest->quiet_time >= 0.0) ||
+            !(rest->slept_from >= 0.0) || !(rest->slept_from <= state->time))
+            return false;
+    }
+    return true;
+}
+
 static bool poses_are_valid(const tulle_world *world, const motion_pose *poses) {
     for (size_t i = 0; i < world->model.pose_count; i++) {
         const vec3 *const t = &poses[i].translation;
@@ -90,14 +98,14 @@ tulle_status world_check_state(const tulle_world *world, const motion_state *sta
         what = "meaningless flags of obstacles or vertices";
     else if (!rests_are_valid(world, state->rests))
         what = "rigid bodies in an impossible state";
-    else if (!step_cloth_rests_are_valid(&world->model, state))
+    else if (!cloth_rests_are_valid(&world->model, state))
         what = "an impossible sleep of cloth";
     else if (!poses_are_valid(world, state->poses))
         what = "obstacles in an impossible pose";
     else if (!step_lags_are_valid(&world->model, state) ||
              !are_bounded(state->lags, 3 * world->model.lag_vertex_count))
         what = "obstacles that lag too far behind their frames";
-    else if (!step_ties_are_valid(world, state))
+    else if (!world_ties_are_valid(world, state))
         what = "attachments of missing objects";
     if (!what) return TULLE_OK;
     return error_set(error, TULLE_ERROR_PARSE, "the saved state has %s: start the run again", what);

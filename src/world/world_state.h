@@ -198,6 +198,8 @@ tulle_status world_change_law(tulle_world *world, size_t a, size_t b, const tull
  */
 tulle_status world_begin_attachments(tulle_world *world, tulle_error *error);
 void world_release_attachments(tulle_world *world);
+/* ties/attach.c: whether ties that were read may be of this world. */
+bool world_ties_are_valid(const tulle_world *world, const motion_state *state);
 
 /* body_access.c: number of a body, or TULLE_NONE with an error. */
 uint32_t world_find_body(const tulle_world *world, tulle_obstacle_id id, tulle_error *error);

@@ -3,6 +3,7 @@
 
 #include "contact/pairs/body_paths.h"
 #include "contact/rows/row_motion.h"
+#include "geom/union_find.h"
 #include "step/bodies/bodies.h"
 #include "step/sleep/cloth_sleep.h"
 #include "step/surface_box.h"
@@ -250,27 +251,18 @@ tulle_status step_keep_resting(const step_model *model, motion_state *state, ste
 
 /* ---- falling asleep ---- */
 
-uint32_t step_find_root(uint32_t *parents, uint32_t index) {
-    while (parents[index] != index) {
-        parents[index] = parents[parents[index]];
-        index = parents[index];
-    }
-    return index;
-}
-
 /* The root of each body is the lowest of those it touches, directly or over others. */
 static void join_bodies(const step_model *model, const motion_state *state, const step_work *work,
                         uint32_t *parents) {
     const body_rest *const rests = state->rests;
-    for (uint32_t b = 0; b < model->body_count; b++) parents[b] = b;
+    union_find_reset(parents, model->body_count);
     for (size_t i = 0; i < work->rows.rows.count; i++) {
         const contact_row *const row = &work->rows.rows.data[i];
         uint32_t const first = find_side_owner(model, row, 0).body;
         uint32_t const second = find_side_owner(model, row, 1).body;
         if (first == TULLE_NONE || second == TULLE_NONE) continue;
         if (rests[first].state == BODY_SCRIPTED || rests[second].state == BODY_SCRIPTED) continue;
-        uint32_t const a = step_find_root(parents, first), b = step_find_root(parents, second);
-        parents[a > b ? a : b] = a > b ? b : a;
+        union_find_join(parents, first, second);
     }
 }
 
@@ -318,10 +310,10 @@ tulle_status step_settle_bodies(const step_model *model, motion_state *state, st
             rest->quiet_time = is_slow ? rest->quiet_time + work->whole_step : 0.0;
         }
         if (!may_sleep || rest->quiet_time < obstacle->body.sleep_time)
-            is_awake[step_find_root(parents, b)] = true;
+            is_awake[union_find_root(parents, b)] = true;
     }
     for (uint32_t b = 0; b < count; b++) {
-        uint32_t const root = step_find_root(parents, b);
+        uint32_t const root = union_find_root(parents, b);
         if (is_awake[root] || state->rests[b].state == BODY_SLEEPS) continue;
         fall_asleep(model, state, work, b, root, &presses[b]);
     }

@@ -33,8 +33,4 @@ tulle_status step_keep_resting(const step_model *model, motion_state *state, ste
 /* Called at the end of a step: decides which bodies fall asleep. */
 tulle_status step_settle_bodies(const step_model *model, motion_state *state, step_work *work);
 
-/* The representative of the group of `index`: parents[i] is another member of the group of i, or i
- * itself if it represents the group. */
-uint32_t step_find_root(uint32_t *parents, uint32_t index);
-
 #endif

@@ -14,6 +14,7 @@
  * cloth has. */
 #include "step/sleep/cloth_sleep.h"
 
+#include "geom/union_find.h"
 #include "step/bodies/bodies.h"
 #include "step/bodies/bodies_sleep.h"
 #include "step/energy_balance.h"
@@ -208,9 +209,7 @@ static void join_surfaces(const step_model *model, const motion_state *state, co
     size_t const a = pair[0], b = pair[1];
     size_t const count = model->cloths.count;
     if (a < count && b < count) {
-        uint32_t const first = step_find_root(parents, (uint32_t)a);
-        uint32_t const second = step_find_root(parents, (uint32_t)b);
-        parents[first > second ? first : second] = first > second ? second : first;
+        union_find_join(parents, (uint32_t)a, (uint32_t)b);
     } else if (a < count || b < count) {
         size_t const cloth = a < count ? a : b, other = a < count ? b : a;
         is_restless[cloth] |= is_awake(model, state, work, other);
@@ -263,23 +262,11 @@ tulle_status step_settle_cloths(const step_model *model, motion_state *state, st
         join_surfaces(model, state, work, pair, parents, is_restless);
     }
     for (uint32_t c = 0; c < count; c++)
-        if (is_restless[c]) is_restless[step_find_root(parents, c)] = true;
+        if (is_restless[c]) is_restless[union_find_root(parents, c)] = true;
     for (uint32_t c = 0; c < count; c++)
-        if (!state->cloth_rests[c].is_asleep && !is_restless[step_find_root(parents, c)])
+        if (!state->cloth_rests[c].is_asleep && !is_restless[union_find_root(parents, c)])
             fall_asleep(state, work, c);
     return TULLE_OK;
-}
-
-/* ---- a state that was read ---- */
-
-bool step_cloth_rests_are_valid(const step_model *model, const motion_state *state) {
-    for (size_t c = 0; c < model->cloth_rest_count; c++) {
-        const cloth_rest *const rest = &state->cloth_rests[c];
-        if (rest->is_asleep > 1 || !isfinite(rest->quiet_time) || !(rest->quiet_time >= 0.0) ||
-            !(rest->slept_from >= 0.0) || !(rest->slept_from <= state->time))
-            return false;
-    }
-    return true;
 }
 
 /* ---- a step in which nothing moves ----

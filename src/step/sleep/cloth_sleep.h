@@ -39,7 +39,4 @@ bool step_stands_still(const step_model *model, const step_work *work);
 /* Makes a step in which only time passes. */
 tulle_status step_pass_still(const step_model *model, motion_state *state, step_work *work);
 
-/* Whether the sleep that was read from a saved state fits the cloths of this world. */
-bool step_cloth_rests_are_valid(const step_model *model, const motion_state *state);
-
 #endif

@@ -33,7 +33,4 @@ double step_measure_tie_work(step_work *work);
  * ties with too large a force break. */
 tulle_status step_break_ties(const step_model *model, motion_state *state, step_work *work);
 
-/* Whether ties that were read may be of this world. */
-bool step_ties_are_valid(const tulle_world *world, const motion_state *state);
-
 #endif

@@ -367,7 +367,7 @@ int tulle_attachment_holds(const tulle_world *world, tulle_attachment_id id, uin
 
 /* ---- a state that was read ---- */
 
-bool step_ties_are_valid(const tulle_world *world, const motion_state *state) {
+bool world_ties_are_valid(const tulle_world *world, const motion_state *state) {
     for (size_t i = 0; i < state->ties.count; i++) {
         const world_tie *const tie = &state->ties.data[i];
         if (tie->number < 1 || tie->number > state->attachment_count ||
