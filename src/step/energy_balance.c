@@ -44,9 +44,11 @@ bool step_gains_too_much(const step_work *work, const lost_solve *lost) {
     return lost->is_tempered || work->sub.gain > GAIN_MAX * work->sub.energy_scale;
 }
 
-tulle_status step_measure_cloths(const step_model *model, motion_state *state, step_work *work,
-                                 const double *positions, known_elastic *elastic,
-                                 cloth_energies *energies) {
+/* Energies of the cloths at `positions` with the velocities of state. Elastic energies are taken
+ * from *elastic if they are known; otherwise they are measured into it. */
+static tulle_status measure_cloths(const step_model *model, motion_state *state, step_work *work,
+                                   const double *positions, known_elastic *elastic,
+                                   cloth_energies *energies) {
     energy_options const options = {.gravity = vec3_load(model->def.gravity, 0),
                                     .threads = work->threads,
                                     .plastic = state->plastic,
@@ -56,6 +58,22 @@ tulle_status step_measure_cloths(const step_model *model, motion_state *state, s
                                                  options, &work->scratch, energies);
     if (status != TULLE_OK) return status;
     *elastic = (known_elastic){energies->elastic, true};
+    return TULLE_OK;
+}
+
+tulle_status step_report_energies(const step_model *model, motion_state *state, step_work *work) {
+    tulle_step_report *const report = work->report;
+    cloth_energies energies;
+    tulle_status const status =
+        measure_cloths(model, state, work, state->positions, &state->elastic, &energies);
+    if (status != TULLE_OK) return status;
+    body_energies const bodies =
+        step_measure_bodies(model, work, state->positions, state->velocities);
+    report->kinetic_energy = energies.kinetic + bodies.kinetic;
+    report->gravity_energy = energies.gravity + bodies.gravity;
+    report->elastic_energy = energies.elastic.stretch + energies.elastic.bend;
+    report->max_stretch = energies.elastic.max_stretch;
+    report->overstretched = energies.elastic.overstretched;
     return TULLE_OK;
 }
 
@@ -97,10 +115,9 @@ tulle_status step_compute_kinetic_limit(const step_model *model, motion_state *s
     double wind, pins;
     cloth_energies start, end;
     tulle_status status =
-        step_measure_cloths(model, state, work, state->positions, &state->elastic, &start);
+        measure_cloths(model, state, work, state->positions, &state->elastic, &start);
     if (status == TULLE_OK)
-        status =
-            step_measure_cloths(model, state, work, work->sub.end, &work->sub.end_elastic, &end);
+        status = measure_cloths(model, state, work, work->sub.end, &work->sub.end_elastic, &end);
     if (status == TULLE_OK)
         status = measure_wind_work(model->cloth_model, &work->sub.dynamics, work->sub.mean_velocity,
                                    (wind_work_options){&model->def.wind, work->threads},
@@ -157,7 +174,7 @@ static tulle_status measure_work(const step_model *model, motion_state *state, s
     }
     cloth_energies cloths = {0};
     tulle_status const status =
-        step_measure_cloths(model, state, work, state->positions, &state->elastic, &cloths);
+        measure_cloths(model, state, work, state->positions, &state->elastic, &cloths);
     body_energies const bodies =
         step_measure_bodies(model, work, state->positions, state->velocities);
     *energy = cloths.elastic.stretch + 2.0 * (cloths.kinetic + bodies.kinetic) +
@@ -198,7 +215,7 @@ tulle_status step_temper_solution(const step_model *model, motion_state *state, 
         }
         known_elastic elastic = {.is_known = false};
         cloth_energies energies = {0};
-        status = step_measure_cloths(model, state, work, ends, &elastic, &energies);
+        status = measure_cloths(model, state, work, ends, &elastic, &energies);
         if (energies.elastic.stretch + kinetic <= most || halvings == HALVINGS_MAX) break;
         lost->is_tempered = is_last;
     }

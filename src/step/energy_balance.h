@@ -31,11 +31,8 @@ typedef struct kinetic_limit {
 tulle_status step_compute_kinetic_limit(const step_model *model, motion_state *state,
                                         step_work *work, kinetic_limit *limit);
 
-/* Energies of the cloths at `positions` with the velocities of state. Elastic energies are taken
- * from *elastic if they are known; otherwise they are measured into it. */
-tulle_status step_measure_cloths(const step_model *model, motion_state *state, step_work *work,
-                                 const double *positions, known_elastic *elastic,
-                                 cloth_energies *energies);
+/* Energies and stretch of the state, into the report. */
+tulle_status step_report_energies(const step_model *model, motion_state *state, step_work *work);
 
 /* Sets `gain`: the energy by which the substep, ending with u at `end`, exceeds its limit and a
  * small slack; 0 if no balance is kept. */

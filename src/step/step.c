@@ -89,24 +89,6 @@ static tulle_status run_substep(step_context *context) {
     return status;
 }
 
-/* Energies and stretch at the end of the step, into the report. */
-static tulle_status report_energies(step_context *context) {
-    motion_state *const state = context->state;
-    tulle_step_report *const report = context->work->report;
-    cloth_energies energies;
-    tulle_status const status = step_measure_cloths(context->model, context->state, context->work,
-                                                    state->positions, &state->elastic, &energies);
-    if (status != TULLE_OK) return status;
-    body_energies const bodies =
-        step_measure_bodies(context->model, context->work, state->positions, state->velocities);
-    report->kinetic_energy = energies.kinetic + bodies.kinetic;
-    report->gravity_energy = energies.gravity + bodies.gravity;
-    report->elastic_energy = energies.elastic.stretch + energies.elastic.bend;
-    report->max_stretch = energies.elastic.max_stretch;
-    report->overstretched = energies.elastic.overstretched;
-    return TULLE_OK;
-}
-
 /* Fails if a yarn is beyond its limit and the world is to stop there. */
 static tulle_status check_overstretch(const step_context *context) {
     if (context->work->report->overstretched == 0 ||
@@ -163,7 +145,7 @@ tulle_status step_run(const step_model *model, motion_state *state, step_work *w
             status = step_settle_bodies(model, state, work);
             if (status == TULLE_OK)
                 status = step_settle_cloths(model, state, work, context->outcome == SUBSTEP_WHOLE);
-            if (status == TULLE_OK) status = report_energies(context);
+            if (status == TULLE_OK) status = step_report_energies(model, state, work);
             if (status == TULLE_OK) status = check_overstretch(context);
             if (status == TULLE_OK && step_tears_squeezed(model, state, work))
                 context->outcome = SUBSTEP_TORN;

@@ -344,19 +344,11 @@ bool step_stands_still(const step_model *model, const step_work *work) {
 }
 
 tulle_status step_pass_still(const step_model *model, motion_state *state, step_work *work) {
-    tulle_step_report *const report = work->report;
     contact_store *const store = &state->contacts;
-    cloth_energies energies;
-    tulle_status const status =
-        step_measure_cloths(model, state, work, state->positions, &state->elastic, &energies);
+    tulle_status const status = step_report_energies(model, state, work);
     if (status != TULLE_OK) return status;
-    body_energies const bodies =
-        step_measure_bodies(model, work, state->positions, state->velocities);
-    report->gravity_energy = energies.gravity + bodies.gravity;
-    report->elastic_energy = energies.elastic.stretch + energies.elastic.bend;
-    report->max_stretch = energies.elastic.max_stretch;
-    report->overstretched = energies.elastic.overstretched;
-    report->substeps = 1;
+    work->report->kinetic_energy = 0.0;
+    work->report->substeps = 1;
 
     /* contacts press on as they did, for the length of this step */
     double const share = store->contacts.count > 0 ? work->whole_step / store->time_step : 1.0;
