@@ -58,16 +58,6 @@ mat3 rigid_compute_inverse_inertia(const rigid_body *body, quaternion orientatio
     return turn_diagonal(orientation, divide(vec3_make(1.0, 1.0, 1.0), body->moments));
 }
 
-double rigid_measure_kinetic_energy(const rigid_body *body, const rigid_state *state) {
-    return 0.5 * body->mass * vec3_norm2(state->velocity) +
-           0.5 * vec3_dot(state->spin, rigid_compute_angular_velocity(body, state));
-}
-
-void rigid_apply_impulse(const rigid_body *body, rigid_state *state, vec3 point, vec3 impulse) {
-    state->velocity = vec3_add_scaled(state->velocity, impulse, 1.0 / body->mass);
-    state->spin = vec3_add(state->spin, vec3_cross(vec3_sub(point, state->position), impulse));
-}
-
 /* One midpoint step of the orientation. Newton's method finds P_m and stops when its error stops
  * shrinking. */
 static quaternion turn(const rigid_body *body, quaternion q, vec3 spin, double h) {

@@ -31,11 +31,6 @@ vec3 rigid_compute_spin(const rigid_body *body, quaternion orientation, vec3 ang
 /* I [kg m^2] and I^-1 [1/(kg m^2)] in the world's axes. */
 mat3 rigid_compute_inertia(const rigid_body *body, quaternion orientation);
 mat3 rigid_compute_inverse_inertia(const rigid_body *body, quaternion orientation);
-/* [J] of translation and rotation */
-double rigid_measure_kinetic_energy(const rigid_body *body, const rigid_state *state);
-
-/* An impulse [N s] that acts at `point` [m] of the world. */
-void rigid_apply_impulse(const rigid_body *body, rigid_state *state, vec3 point, vec3 impulse);
 
 /* Moves the body on by time_step [s] with the mean velocity [m/s] of its centre and no torque: the
  * rotation keeps the spin and its energy but for rounding. Its error in time is of fourth order.

@@ -13,11 +13,6 @@ double tick_scale_get_part(const tick_scale *scale, double value) {
     return log(value / scale->low) / log(scale->high / scale->low);
 }
 
-double tick_scale_get_value(const tick_scale *scale, double part) {
-    if (!scale->is_logarithmic) return scale->low + part * (scale->high - scale->low);
-    return scale->low * pow(scale->high / scale->low, part);
-}
-
 static const char *const prefixes[] = {"p", "n", "\xC2\xB5", "m", "", "k", "M", "G"};
 enum { PREFIX_COUNT = sizeof prefixes / sizeof prefixes[0], PREFIX_NONE = 4 };
 

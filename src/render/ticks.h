@@ -29,8 +29,6 @@ typedef struct tick_list {
 
 /* Where a value is, 0 at low and 1 at high, less and more outside. */
 double tick_scale_get_part(const tick_scale *scale, double value);
-/* The inverse. */
-double tick_scale_get_value(const tick_scale *scale, double part);
 
 /* At most label_max (2 .. 16) labelled ticks. On a linear scale they are at 1, 2 or 5 times a power
  * of ten. On a logarithmic scale they are at powers of ten, and at 2 and 5 times these where few

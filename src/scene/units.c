@@ -88,28 +88,6 @@ static const unit units[] = {
 };
 enum { unit_count = sizeof units / sizeof units[0] };
 
-const char *unit_dimension_name(unit_dimension dimension) {
-    static const char *const names[UNIT_DIMENSION_COUNT] = {"number",
-                                                            "length",
-                                                            "time",
-                                                            "angle",
-                                                            "velocity",
-                                                            "acceleration",
-                                                            "area density",
-                                                            "stretch stiffness",
-                                                            "bending",
-                                                            "force per length",
-                                                            "moment per width",
-                                                            "rate",
-                                                            "drag",
-                                                            "mass",
-                                                            "density",
-                                                            "angular velocity",
-                                                            "force",
-                                                            "spring stiffness"};
-    return names[dimension];
-}
-
 const char *unit_si_name(unit_dimension dimension) {
     if (dimension == UNIT_NONE) return "";
     for (size_t i = 0; i < unit_count; i++)

@@ -45,7 +45,5 @@ bool integer_read(const char *text, unsigned long long *value);
 const char *unit_si_name(unit_dimension dimension);
 /* The units allowed, as "m, km, cm". At most 100 bytes are written. */
 void unit_list_names(unit_dimension dimension, char *names, size_t capacity);
-/* What a dimension is called in the documentation. */
-const char *unit_dimension_name(unit_dimension dimension);
 
 #endif

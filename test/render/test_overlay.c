@@ -76,6 +76,12 @@ static void test_utf8(void **state) {
     assert_int_equal(font_measure("", 10), 0);
 }
 
+/* The inverse of tick_scale_get_part. */
+static double get_tick_value(const tick_scale *scale, double part) {
+    if (!scale->is_logarithmic) return scale->low + part * (scale->high - scale->low);
+    return scale->low * pow(scale->high / scale->low, part);
+}
+
 static void test_linear_ticks(void **state) {
     (void)state;
     double const lows[] = {0.0, -10.0, 0.3, -1e-7, 1e6, 0.0},
@@ -88,7 +94,7 @@ static void test_linear_ticks(void **state) {
             assert_in_range(list.count, 1, most);
             for (size_t k = 0; k < list.count; k++) {
                 const tick *const t = &list.ticks[k];
-                assert_true(fabs(tick_scale_get_value(&scale, t->part) - t->value) <=
+                assert_true(fabs(get_tick_value(&scale, t->part) - t->value) <=
                             1e-9 * (highs[i] - lows[i]));
                 assert_true(t->part >= 0.0 && t->part <= 1.0);
                 assert_true(k == 0 || t->part > list.ticks[k - 1].part);

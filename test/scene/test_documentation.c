@@ -56,9 +56,32 @@ static void print_link(const char *title, FILE *stream) {
     fputc(')', stream);
 }
 
+/* What a dimension is called in the documentation. */
+static const char *name_dimension(unit_dimension dimension) {
+    static const char *const names[UNIT_DIMENSION_COUNT] = {"number",
+                                                            "length",
+                                                            "time",
+                                                            "angle",
+                                                            "velocity",
+                                                            "acceleration",
+                                                            "area density",
+                                                            "stretch stiffness",
+                                                            "bending",
+                                                            "force per length",
+                                                            "moment per width",
+                                                            "rate",
+                                                            "drag",
+                                                            "mass",
+                                                            "density",
+                                                            "angular velocity",
+                                                            "force",
+                                                            "spring stiffness"};
+    return names[dimension];
+}
+
 static void print_type(const schema_key *key, FILE *stream) {
     switch (key->type) {
-    case SCHEMA_NUMBER: fprintf(stream, "%s", unit_dimension_name(key->unit)); break;
+    case SCHEMA_NUMBER: fprintf(stream, "%s", name_dimension(key->unit)); break;
     case SCHEMA_INTEGER: fprintf(stream, "whole number"); break;
     case SCHEMA_BOOL: fprintf(stream, "true or false"); break;
     case SCHEMA_TEXT: fprintf(stream, "text"); break;
@@ -81,7 +104,7 @@ static void print_type(const schema_key *key, FILE *stream) {
         fprintf(stream, "list of %zu", key->least_count);
         if (key->most_count > key->least_count) fprintf(stream, " to %zu", key->most_count);
         fprintf(stream, "%s%s", key->type == SCHEMA_INTEGERS ? " whole numbers" : ", each ",
-                key->type == SCHEMA_INTEGERS ? "" : unit_dimension_name(key->unit));
+                key->type == SCHEMA_INTEGERS ? "" : name_dimension(key->unit));
         break;
     }
 }
@@ -214,7 +237,7 @@ static void print_units(FILE *stream) {
     for (int d = 0; d < UNIT_DIMENSION_COUNT; d++) {
         char names[100];
         unit_list_names((unit_dimension)d, names, sizeof names);
-        fprintf(stream, "| %s | %s | %s |\n", unit_dimension_name((unit_dimension)d),
+        fprintf(stream, "| %s | %s | %s |\n", name_dimension((unit_dimension)d),
                 unit_si_name((unit_dimension)d), names);
     }
 }

@@ -5,6 +5,7 @@
 #include "app/fit/fit.h"
 
 #include "app/cli/progress_bar.h"
+#include "base/error.h"
 #include "base/timer.h"
 
 #include <math.h>
@@ -149,11 +150,7 @@ static tulle_status measure_points(void *context, search_point *points, size_t c
     const fit_work *const work = context;
     uint32_t const samples = work->method->samples;
     drape_test *const tests = calloc(count * samples, sizeof *tests);
-    if (!tests) {
-        *error = (tulle_error){.status = TULLE_ERROR_OUT_OF_MEMORY,
-                               .message = "out of memory for drape tests"};
-        return error->status;
-    }
+    if (!tests) return error_set(error, TULLE_ERROR_OUT_OF_MEMORY, "out of memory for drape tests");
     for (size_t i = 0; i < count * samples; i++) {
         drape_test *const test = &tests[i];
         test->material = work->material;

@@ -214,11 +214,9 @@ tulle_status info_print_mesh(const char *path, tulle_error *error) {
 static tulle_status print_frame_bounds(tulle_pc2 *cache, uint32_t frame, uint32_t vertex_count,
                                        tulle_error *error) {
     double *const positions = calloc((size_t)vertex_count + 1, 3 * sizeof *positions);
-    if (!positions) {
-        *error = (tulle_error){.status = TULLE_ERROR_OUT_OF_MEMORY,
-                               .message = "not enough memory for a frame of the cache"};
-        return error->status;
-    }
+    if (!positions)
+        return error_set(error, TULLE_ERROR_OUT_OF_MEMORY,
+                         "not enough memory for a frame of the cache");
     tulle_status const status = tulle_pc2_read_frame(cache, frame, positions, error);
     if (status == TULLE_OK) {
         printf("  frame %u\n", frame);

@@ -6,6 +6,7 @@
 #include "app/cli/options.h"
 #include "app/commands.h"
 #include "app/run/session.h"
+#include "base/error.h"
 #include "base/timer.h"
 
 #include <math.h>
@@ -158,9 +159,8 @@ static void describe_bodies(run_session *session) {
 }
 
 static tulle_status fail_memory(tulle_error *error) {
-    *error = (tulle_error){.status = TULLE_ERROR_OUT_OF_MEMORY,
-                           .message = "out of memory for the run; a coarser mesh needs less"};
-    return TULLE_ERROR_OUT_OF_MEMORY;
+    return error_set(error, TULLE_ERROR_OUT_OF_MEMORY,
+                     "out of memory for the run; a coarser mesh needs less");
 }
 
 static int is_stopped(void *context) {
@@ -256,14 +256,10 @@ static tulle_status load_checkpoint(run_session *session, const tulle_run_checkp
         return status;
     }
     if (tulle_world_get_state_hash(world) != checkpoint->state_hash ||
-        tulle_world_get_step_count(world) != checkpoint->step) {
-        *error = (tulle_error){.status = TULLE_ERROR_PARSE,
-                               .message =
-                                   "the checkpoint gives another state than it was made of; "
-                                   "was it written by another version? Use --force to start again"};
-        snprintf(error->file, sizeof error->file, "%s", session->options.directory);
-        return error->status;
-    }
+        tulle_world_get_step_count(world) != checkpoint->step)
+        return error_set_at(error, TULLE_ERROR_PARSE, session->options.directory, 0, 0,
+                            "the checkpoint gives another state than it was made of; was it "
+                            "written by another version? Use --force to start again");
     session->checkpoint_step = checkpoint->step;
     return TULLE_OK;
 }
@@ -314,13 +310,10 @@ static tulle_status open_directory(run_session *session, bool *is_new, tulle_err
     tulle_run_checkpoint checkpoint = {0};
     tulle_status status = tulle_run_resume(&def, &session->writer, &checkpoint, error);
     if (status == TULLE_OK) say_notes(session);
-    if (status == TULLE_OK && !checkpoint.bytes && session->goes_on) {
-        *error = (tulle_error){.status = TULLE_ERROR_IO,
-                               .message = "another process removed the checkpoint while the scene "
-                                          "was loaded; run the same command again"};
-        snprintf(error->file, sizeof error->file, "%s", session->options.directory);
-        status = error->status;
-    }
+    if (status == TULLE_OK && !checkpoint.bytes && session->goes_on)
+        status = error_set_at(error, TULLE_ERROR_IO, session->options.directory, 0, 0,
+                              "another process removed the checkpoint while the scene was loaded; "
+                              "run the same command again");
     if (status == TULLE_OK && checkpoint.bytes) {
         *is_new = false;
         status = load_checkpoint(session, &checkpoint, error);

@@ -87,10 +87,6 @@ void buffer_align(view_buffer *buffer) {
     while (buffer->count % 4 != 0 && !buffer->is_failed) buffer_put_u8(buffer, 0);
 }
 
-void buffer_set_u32(view_buffer *buffer, size_t offset, uint32_t value) {
-    if (!buffer->is_failed) put_little(buffer->bytes + BUFFER_ROOM + offset, value, 4);
-}
-
 void buffer_print(view_buffer *buffer, const char *format, ...) {
     va_list arguments, again;
     va_start(arguments, format);

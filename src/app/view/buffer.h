@@ -35,8 +35,6 @@ void buffer_put_f32s(view_buffer *buffer, const float *values, size_t count);
 void buffer_put_u32s(view_buffer *buffer, const uint32_t *values, size_t count);
 /* Zeros up to a multiple of 4 bytes. */
 void buffer_align(view_buffer *buffer);
-/* Writes over four bytes that are there. */
-void buffer_set_u32(view_buffer *buffer, size_t offset, uint32_t value);
 
 void buffer_print(view_buffer *buffer, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

@@ -115,8 +115,6 @@ static const message_form forms[REQUEST_COUNT] = {
 static const char *const setting_names[SETTING_COUNT] = {"gravity", "wind", "gusts", "material",
                                                          "friction"};
 
-const char *request_get_name(request_type type) { return forms[type].name; }
-
 /* ---- reading ---- */
 
 typedef struct field_work {

@@ -88,6 +88,5 @@ request_outcome request_read(const char *text, size_t length, view_request *requ
 void request_release(view_request *request);
 /* A live command as a member list without braces: "type":...,; reads back to the same. */
 void request_write(const view_request *request, view_buffer *buffer);
-const char *request_get_name(request_type type);
 
 #endif

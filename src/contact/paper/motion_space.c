@@ -14,8 +14,6 @@ static const double NORMAL_TOLERANCE = 1e-9;
 static const double HALF_SPACE_NORM2 = 1.0 + 1e-12;
 /* With |w| beyond this the angle of a cone is under a millionth, and the cone counts as empty. */
 static const double EMPTY_NORM = 1e6;
-/* Axes whose cross product has a smaller square than this span no plane. */
-static const double OPPOSITE_SINE2 = 1e-24;
 /* A projection goes at most this many times as far as the largest violation. */
 static const double WEDGE_REACH = 20.0;
 /* Weight of a squared miss against a squared way: a miss counts as much as a way that is
@@ -36,22 +34,6 @@ vec3 canonical_cone_project(const canonical_cone *cone, vec3 v) {
     vec3 const boundary = vec3_add_scaled(vec3_scale(cone->axis, cosine), across, sin(cone->angle));
     double const length = vec3_dot(v, boundary);
     return length > 0.0 ? vec3_scale(boundary, length) : zero;
-}
-
-canonical_cone canonical_cone_intersect(const canonical_cone *a, const canonical_cone *b) {
-    canonical_cone const empty = {{0.0, 0.0, 0.0}, 0.0};
-    if (!(vec3_norm2(a->axis) > 0.0) || !(vec3_norm2(b->axis) > 0.0)) return empty;
-    vec3 const cross = vec3_cross(a->axis, b->axis);
-    double const between = atan2(vec3_norm(cross), vec3_dot(a->axis, b->axis));
-    if (between + a->angle <= b->angle) return *a;
-    if (between + b->angle <= a->angle) return *b;
-    if (between >= a->angle + b->angle || vec3_norm2(cross) < OPPOSITE_SINE2) return empty;
-    /* the common arc runs on the great circle of the axes from between - b to a, seen from a */
-    double const turn = 0.5 * (a->angle + between - b->angle);
-    vec3 const across = vec3_normalize(vec3_cross(cross, a->axis));
-    return (canonical_cone){
-        vec3_normalize(vec3_add_scaled(vec3_scale(a->axis, cos(turn)), across, sin(turn))),
-        0.5 * (a->angle + b->angle - between)};
 }
 
 canonical_cone canonical_cone_inscribe(const half_space *spaces, size_t count) {

@@ -22,9 +22,6 @@ typedef struct canonical_cone {
  * the boundary that lies in the plane of v and the axis, or 0 where v points away from that
  * direction. That is the point of C nearest to v. */
 vec3 canonical_cone_project(const canonical_cone *cone, vec3 v);
-/* C1 ^ C2: the cone of the largest angle inside both. It is empty when they share at most their
- * tips. */
-canonical_cone canonical_cone_intersect(const canonical_cone *a, const canonical_cone *b);
 /* The cone of the largest angle inside all half-spaces, as if their offsets were 0. For two
  * half-spaces it is C1 ^ C2. For more, ^ applied pair by pair may give a smaller cone, which
  * depends on the order. */

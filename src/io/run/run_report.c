@@ -73,12 +73,6 @@ enum { COLUMN_COUNT = sizeof columns / sizeof columns[0] };
 
 _Static_assert(COLUMN_COUNT *(NUMBER_TEXT_SIZE + 1) < RUN_REPORT_LINE_SIZE, "a line must fit");
 
-size_t run_report_get_column_count(void) { return COLUMN_COUNT; }
-
-const char *run_report_get_column_name(size_t index) {
-    return index < COLUMN_COUNT ? columns[index].name : NULL;
-}
-
 size_t run_report_format_heading(char text[RUN_REPORT_LINE_SIZE]) {
     size_t length = 0;
     for (size_t i = 0; i < COLUMN_COUNT; i++)

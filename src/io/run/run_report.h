@@ -12,9 +12,6 @@ enum { RUN_REPORT_LINE_SIZE = 2048 }; /* [bytes] room for the heading or any lin
 size_t run_report_format_heading(char text[RUN_REPORT_LINE_SIZE]);
 /* One line, with its line end; numbers that are not finite are left empty. */
 size_t run_report_format(const tulle_step_report *report, char text[RUN_REPORT_LINE_SIZE]);
-size_t run_report_get_column_count(void);
-/* Name of a column; null past the last. */
-const char *run_report_get_column_name(size_t column);
 
 typedef ARRAY(tulle_step_report) run_report_rows;
 

@@ -364,14 +364,14 @@ static void report_lines_fit_their_heading(void **state) {
     size_t commas_heading = 0, commas_line = 0;
     for (const char *c = heading; *c; c++) commas_heading += *c == ',';
     for (const char *c = line; *c; c++) commas_line += *c == ',';
-    assert_int_equal(commas_heading, run_report_get_column_count() - 1);
     assert_int_equal(commas_line, commas_heading);
     assert_non_null(strstr(line, "18446744073709551615,0.25,,"));
+    char expected[RUN_REPORT_LINE_SIZE] = "step,time,total_seconds,";
     for (int stage = 0; stage < TULLE_STAGE_COUNT; stage++) {
-        char name[64];
-        snprintf(name, sizeof name, "%s_seconds", tulle_stage_name(stage));
-        assert_string_equal(run_report_get_column_name(3 + (size_t)stage), name);
+        size_t const used = strlen(expected);
+        snprintf(expected + used, sizeof expected - used, "%s_seconds,", tulle_stage_name(stage));
     }
+    assert_memory_equal(heading, expected, strlen(expected));
 }
 
 /* run.json says how pairs were found; what it does not know or does not say is told apart. */
