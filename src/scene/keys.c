@@ -17,10 +17,9 @@ static const schema_key time_table[] = {
     KEY(time_keys, steps_per_frame, INTEGER(1, 100000), .fallback = "1",
         .meaning = "steps between two written frames"),
 };
-const schema_map time_map = {.title = "Time",
-                             .meaning = "How long the scene is simulated, and in which steps.",
-                             MAP_OF(time_table, time_keys),
-                             .needs_alternative = true};
+const schema_map time_map =
+    MAP_OF(time_table, time_keys, .title = "Time", .needs_alternative = true,
+           .meaning = "How long the scene is simulated, and in which steps.");
 
 static const schema_key wind_table[] = {
     KEY(wind_keys, velocity, .type = SCHEMA_VECTOR, .unit = UNIT_VELOCITY, .fallback = "[0, 0, 0]",
@@ -38,10 +37,9 @@ static const schema_key wind_table[] = {
     KEY(wind_keys, seed, AUTO_SEED, .beside = "gust_strength",
         .meaning = "seed of the gusts; auto: from the scene's seed"),
 };
-const schema_map wind_map = {.title = "Wind",
-                             .meaning = "Air that pushes cloth: a mean velocity and seeded gusts "
-                                        "that are the same on every machine.",
-                             MAP_OF(wind_table, wind_keys)};
+const schema_map wind_map = MAP_OF(wind_table, wind_keys, .title = "Wind",
+                                   .meaning = "Air that pushes cloth: a mean velocity and seeded "
+                                              "gusts that are the same on every machine.");
 
 #define DISTANCE                                                                                   \
     .type = SCHEMA_NUMBER, .unit = UNIT_LENGTH, .fallback = "auto", .word = "auto", .minimum = 0,  \
@@ -57,11 +55,10 @@ static const schema_key pair_table[] = {
     DYNAMIC_FRICTION(pair_keys, "the coefficient of contacts that slide; at most friction"),
     RESTITUTION(pair_keys, "share of an impact's speed at which the two part"),
 };
-const schema_map pair_map = {
-    .title = "Pair",
-    .meaning = "Friction and restitution of two objects, in place of what their materials say. "
-               "Where one has a grain, this is the friction along it.",
-    MAP_OF(pair_table, pair_keys)};
+const schema_map pair_map =
+    MAP_OF(pair_table, pair_keys, .title = "Pair",
+           .meaning = "Friction and restitution of two objects, in place of what their materials "
+                      "say. Where one has a grain, this is the friction along it.");
 
 static const schema_key material_pair_table[] = {
     KEY(pair_keys, between, .type = SCHEMA_NAMES, .least_count = 2, .most_count = 2,
@@ -74,12 +71,11 @@ static const schema_key material_pair_table[] = {
     DYNAMIC_FRICTION(pair_keys, "the coefficient of contacts that slide; at most friction"),
     RESTITUTION(pair_keys, "share of an impact's speed at which the two part"),
 };
-const schema_map material_pair_map = {
-    .title = "Pair of materials",
-    .meaning = "Friction and restitution of all surfaces of these two materials, in place of what "
-               "the objects say on their own. A law for two named objects takes precedence. Where "
-               "a surface has a grain, this is the friction along it.",
-    MAP_OF(material_pair_table, pair_keys)};
+const schema_map material_pair_map =
+    MAP_OF(material_pair_table, pair_keys, .title = "Pair of materials",
+           .meaning = "Friction and restitution of all surfaces of these two materials, in place "
+                      "of what the objects say on their own. A law for two named objects takes "
+                      "precedence. Where a surface has a grain, this is the friction along it.");
 
 static const schema_key contact_table[] = {
     KEY(contact_keys, delta_c, DISTANCE,
@@ -139,11 +135,10 @@ static const schema_key contact_table[] = {
     KEY(contact_keys, materials, LIST(material_pair_map, 0, 4096), .derived = "`[]`",
         .meaning = "friction and restitution of certain pairs of materials"),
 };
-const schema_map contact_map = {
-    .title = "Contact",
+const schema_map contact_map = MAP_OF(
+    contact_table, contact_keys, .title = "Contact",
     .meaning =
-        "Contact distances, friction between cloths, and how contacts are found and answered.",
-    MAP_OF(contact_table, contact_keys)};
+        "Contact distances, friction between cloths, and how contacts are found and answered.");
 
 /* In the order of tulle_quality. */
 static const char *const quality_words[] = {"draft", "normal", "exact", NULL};
@@ -172,9 +167,8 @@ static const schema_key solver_table[] = {
         .flags = SCHEMA_ABOVE_MINIMUM, .beside = "sleep_speed",
         .meaning = "how long cloth must be slow before it falls asleep"),
 };
-const schema_map solver_map = {.title = "Solver",
-                               .meaning = "Time integration and its linear systems.",
-                               MAP_OF(solver_table, solver_keys)};
+const schema_map solver_map = MAP_OF(solver_table, solver_keys, .title = "Solver",
+                                     .meaning = "Time integration and its linear systems.");
 
 /* In the order of tulle_membrane. */
 static const char *const membrane_words[] = {"woven", "springs", NULL};
@@ -209,5 +203,5 @@ static const schema_key scene_table[] = {
               .flags = SCHEMA_OPTIONAL | SCHEMA_PICTURE, .derived = "its defaults",
               .meaning = "how pictures look"),
 };
-const schema_map scene_map = {
-    .title = "Scene", .meaning = "The keys of the file itself.", MAP_OF(scene_table, scene_keys)};
+const schema_map scene_map =
+    MAP_OF(scene_table, scene_keys, .title = "Scene", .meaning = "The keys of the file itself.");

@@ -11,10 +11,10 @@ static const schema_key keyframe_table[] = {
                    "turns. Between keyframes about one axis the angle goes as given, else the turn "
                    "goes the shorter way"),
 };
-const schema_map keyframe_map = {.title = "Keyframe",
-                                 .meaning = "A displacement and a turn at a time. Nothing moves "
-                                            "before the first keyframe or after the last one.",
-                                 MAP_OF(keyframe_table, keyframe_keys)};
+const schema_map keyframe_map =
+    MAP_OF(keyframe_table, keyframe_keys, .title = "Keyframe",
+           .meaning = "A displacement and a turn at a time. Nothing moves before the first "
+                      "keyframe or after the last one.");
 
 static const schema_key pin_table[] = {
     VERTEX_CHOICE(pin_keys, "pins the vertices ", "pins the vertices of the triangles ",
@@ -31,11 +31,9 @@ static const schema_key pin_table[] = {
     KEY(pin_keys, release, ANY_TIME, OR_WORD("never", INFINITY),
         .meaning = "time at which the vertices are let go"),
 };
-const schema_map pin_map = {.title = "Pin",
-                            .meaning = "Vertices of a cloth that do not move freely. Points are in "
-                                       "scene coordinates, where the cloth starts.",
-                            MAP_OF(pin_table, pin_keys),
-                            .needs_alternative = true};
+const schema_map pin_map = MAP_OF(pin_table, pin_keys, .title = "Pin", .needs_alternative = true,
+                                  .meaning = "Vertices of a cloth that do not move freely. Points "
+                                             "are in scene coordinates, where the cloth starts.");
 
 static const schema_key attach_table[] = {
     VERTEX_CHOICE(attach_keys, "attaches the vertices ", "attaches the vertices of the triangles ",
@@ -54,13 +52,11 @@ static const schema_key attach_table[] = {
     KEY(attach_keys, release, ANY_TIME, OR_WORD("never", INFINITY),
         .meaning = "time at which the vertices are let go"),
 };
-const schema_map attach_map = {
-    .title = "Attachment",
-    .meaning = "Vertices of a cloth that are attached to the nearest triangle of an object. They "
-               "follow the triangle wherever it moves and however it deforms. Points are in scene "
-               "coordinates, where the cloth starts.",
-    MAP_OF(attach_table, attach_keys),
-    .needs_alternative = true};
+const schema_map attach_map =
+    MAP_OF(attach_table, attach_keys, .title = "Attachment", .needs_alternative = true,
+           .meaning = "Vertices of a cloth that are attached to the nearest triangle of an object. "
+                      "They follow the triangle wherever it moves and however it deforms. Points "
+                      "are in scene coordinates, where the cloth starts.");
 
 static const schema_key crease_table[] = {
     VERTEX_CHOICE(crease_keys, "the edges whose ends lie ",
@@ -70,12 +66,10 @@ static const schema_key crease_table[] = {
         .meaning = "by how much both sides are turned from flat at rest; positive: a ridge as seen "
                    "from the front, where triangles go round to the left"),
 };
-const schema_map crease_map = {.title = "Crease",
-                               .meaning =
-                                   "Edges that are folded at rest, whatever `folds` says. Points "
-                                   "are in scene coordinates, where the cloth starts.",
-                               MAP_OF(crease_table, crease_keys),
-                               .needs_alternative = true};
+const schema_map crease_map =
+    MAP_OF(crease_table, crease_keys, .title = "Crease", .needs_alternative = true,
+           .meaning = "Edges that are folded at rest, whatever `folds` says. Points are in scene "
+                      "coordinates, where the cloth starts.");
 
 /* In the order of REST_FOLDS_KEEP and so on. */
 static const char *const folds_words[] = {"keep", "flat", NULL};
@@ -97,9 +91,8 @@ static const schema_key rest_table[] = {
     KEY(rest_keys, creases, LIST(crease_map, 0, 10000), .fallback = "[]",
         .meaning = "edges that are folded at rest; of two of one edge the last counts"),
 };
-const schema_map rest_map = {.title = "Rest",
-                             .meaning = "The shape in which no part of the cloth pulls.",
-                             MAP_OF(rest_table, rest_keys)};
+const schema_map rest_map = MAP_OF(rest_table, rest_keys, .title = "Rest",
+                                   .meaning = "The shape in which no part of the cloth pulls.");
 
 static const schema_key region_table[] = {
     VERTEX_CHOICE(region_keys, "the triangles whose corners all lie ", "the triangles ",
@@ -115,11 +108,10 @@ static const schema_key region_table[] = {
         .meaning =
             "direction of the warp in these triangles, in the mesh as it starts, of any length"),
 };
-const schema_map region_map = {.title = "Region",
-                               .meaning = "Triangles of a cloth that differ from the rest. Points "
-                                          "are in scene coordinates, where the cloth starts.",
-                               MAP_OF(region_table, region_keys),
-                               .needs_alternative = true};
+const schema_map region_map =
+    MAP_OF(region_table, region_keys, .title = "Region", .needs_alternative = true,
+           .meaning = "Triangles of a cloth that differ from the rest. Points are in scene "
+                      "coordinates, where the cloth starts.");
 
 /* In the order of scene_pattern. */
 static const char *const pattern_names[] = {"plain", "weave", "check", NULL};
@@ -172,6 +164,6 @@ static const schema_key cloth_table[] = {
         .beside = "pattern", .beside_choices = ~UINT64_C(1), .derived = "from its extent",
         .meaning = "length of a square of the check, or of a period of the weave"),
 };
-const schema_map cloth_map = {.title = "Cloth",
-                              .meaning = "One piece of cloth, or several that share all values.",
-                              MAP_OF(cloth_table, cloth_keys)};
+const schema_map cloth_map =
+    MAP_OF(cloth_table, cloth_keys, .title = "Cloth",
+           .meaning = "One piece of cloth, or several that share all values.");

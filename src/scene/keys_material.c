@@ -18,9 +18,8 @@ static const schema_key curve_table[] = {
     KEY(curve_keys, limit, BY_PRESET, .minimum = 1e-3, .maximum = 1e6,
         .meaning = "strain up to which the fabric holds; from there on the force grows straight"),
 };
-const schema_map curve_map = {.title = "Curve",
-                              .meaning = "How a material pulls where it is strained.",
-                              MAP_OF(curve_table, curve_keys)};
+const schema_map curve_map = MAP_OF(curve_table, curve_keys, .title = "Curve",
+                                    .meaning = "How a material pulls where it is strained.");
 
 static const schema_key material_table[] = {
     KEY(material_keys, file, .type = SCHEMA_PATH, .flags = SCHEMA_ALTERNATIVE, .derived = "none",
@@ -80,7 +79,6 @@ static const schema_key material_table[] = {
         .meaning = "factor on friction at right angles to the cloth's grain, whichever law the "
                    "friction comes from; 1: the same all around; response paper ignores it"),
 };
-const schema_map material_map = {
-    .title = "Material",
-    .meaning = "Values of the fabric, not of the mesh: a finer mesh drapes alike.",
-    MAP_OF(material_table, material_keys)};
+const schema_map material_map =
+    MAP_OF(material_table, material_keys, .title = "Material",
+           .meaning = "Values of the fabric, not of the mesh: a finer mesh drapes alike.");

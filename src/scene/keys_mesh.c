@@ -74,11 +74,8 @@ static const schema_key mesh_table[] = {
         .applies = CUT | BIT(BUMPY_GROUND) | BIT(CRESTED_GROUND) | BIT(TILE),
         .meaning = "seed of irregular meshes and bumps; auto: from the scene's seed"),
 };
-const schema_map mesh_map = {
-    .title = "Mesh",
-    .meaning = "Triangles from a file or a generator. Flat cloth lies in the plane z = 0, centred "
-               "at the origin; boxes, spheres, tori and tiles are centred there; other obstacles "
-               "stand on the plane with z up.",
-    MAP_OF(mesh_table, mesh_keys),
-    .needs_alternative = true,
-    .selector = "shape"};
+const schema_map mesh_map =
+    MAP_OF(mesh_table, mesh_keys, .title = "Mesh", .needs_alternative = true, .selector = "shape",
+           .meaning = "Triangles from a file or a generator. Flat cloth lies in the plane z = 0, "
+                      "centred at the origin; boxes, spheres, tori and tiles are centred there; "
+                      "other obstacles stand on the plane with z up.");

@@ -33,14 +33,12 @@ static const schema_key sequence_table[] = {
         .derived = "as the file has it; 0 with first or interval, and where it has none",
         .meaning = "time of the first frame"),
 };
-const schema_map sequence_map = {
-    .title = "Mesh sequence",
+const schema_map sequence_map = MAP_OF(
+    sequence_table, sequence_keys, .title = "Mesh sequence", .needs_alternative = true,
     .meaning =
         "Frames of a deforming mesh; vertices move linearly in between. The obstacle's scale, "
         "rotate and translate apply to every frame. Frames come at the times of the file where it "
-        "has any; [When frames come](formats.md#when-frames-come) says what overrules what.",
-    MAP_OF(sequence_table, sequence_keys),
-    .needs_alternative = true};
+        "has any; [When frames come](formats.md#when-frames-come) says what overrules what.");
 
 static const schema_key motion_table[] = {
     KEY(motion_keys, keyframes, LIST(keyframe_map, 1, 100000), .flags = SCHEMA_ALTERNATIVE,
@@ -54,12 +52,10 @@ static const schema_key motion_table[] = {
         .meaning = "point that keyframes turn about, in scene coordinates; if there are copies, in "
                    "coordinates of the copy"),
 };
-const schema_map motion_map = {
-    .title = "Motion",
+const schema_map motion_map = MAP_OF(
+    motion_table, motion_keys, .title = "Motion", .needs_alternative = true,
     .meaning = "How an obstacle moves. Displacements and turns are along the axes of the scene. If "
-               "copies stand on a ring or a spiral, they are along the axes of each copy.",
-    MAP_OF(motion_table, motion_keys),
-    .needs_alternative = true};
+               "copies stand on a ring or a spiral, they are along the axes of each copy.");
 
 #define MASS_OF_KIND(field_name, its_unit, otherwise, text)                                        \
     KEY(dynamic_keys, field_name, QUANTITY(its_unit, 0, 1e12),                                     \
@@ -92,23 +88,21 @@ static const schema_key dynamic_table[] = {
         .flags = SCHEMA_ABOVE_MINIMUM, .beside = "sleep_speed",
         .meaning = "how long the body must be slow before it falls asleep"),
 };
-const schema_map dynamic_map = {
-    .title = "Rigid body",
-    .meaning = "An obstacle that answers contact with cloth, with obstacles and with other bodies. "
-               "Its mesh must face outwards, and be closed unless area_density is given. At the "
-               "start it must not intersect anything. `dynamic: true` makes a body with all "
-               "defaults, `false` makes no body.",
-    MAP_OF(dynamic_table, dynamic_keys),
-    .takes_flag = true};
+const schema_map dynamic_map =
+    MAP_OF(dynamic_table, dynamic_keys, .title = "Rigid body", .takes_flag = true,
+           .meaning = "An obstacle that answers contact with cloth, with obstacles and with other "
+                      "bodies. Its mesh must face outwards, and be closed unless area_density is "
+                      "given. At the start it must not intersect anything. `dynamic: true` makes a "
+                      "body with all defaults, `false` makes no body.");
 
 static const schema_key row_table[] = {
     KEY(row_keys, count, COUNT_OF_COPIES, .meaning = "copies"),
     KEY(row_keys, offset, POINT, .flags = SCHEMA_REQUIRED,
         .meaning = "from one copy to the next; the first stays in place"),
 };
-const schema_map row_map = {.title = "Copies in a row",
-                            .meaning = "Copies stand at equal distances and have the same axes.",
-                            MAP_OF(row_table, row_keys)};
+const schema_map row_map =
+    MAP_OF(row_table, row_keys, .title = "Copies in a row",
+           .meaning = "Copies stand at equal distances and have the same axes.");
 
 static const schema_key grid_table[] = {
     KEY(grid_keys, count, .type = SCHEMA_INTEGERS, .least_count = 2, .most_count = 3, .minimum = 1,
@@ -117,9 +111,9 @@ static const schema_key grid_table[] = {
         .most_count = 3, .flags = SCHEMA_REQUIRED,
         .meaning = "distance along x, y and perhaps z; the grid is centred"),
 };
-const schema_map grid_map = {.title = "Copies in a grid",
-                             .meaning = "Copies fill rows along x first and have the same axes.",
-                             MAP_OF(grid_table, grid_keys)};
+const schema_map grid_map =
+    MAP_OF(grid_table, grid_keys, .title = "Copies in a grid",
+           .meaning = "Copies fill rows along x first and have the same axes.");
 
 static const schema_key ring_table[] = {
     KEY(ring_keys, count, COUNT_OF_COPIES, .meaning = "copies"),
@@ -127,10 +121,9 @@ static const schema_key ring_table[] = {
     KEY(ring_keys, from, QUANTITY(UNIT_ANGLE, -1000, 1000), .fallback = "0",
         .meaning = "angle of the first copy"),
 };
-const schema_map ring_map = {
-    .title = "Copies on a ring",
-    .meaning = "Copies stand evenly around z. The x axis of each points outwards.",
-    MAP_OF(ring_table, ring_keys)};
+const schema_map ring_map =
+    MAP_OF(ring_table, ring_keys, .title = "Copies on a ring",
+           .meaning = "Copies stand evenly around z. The x axis of each points outwards.");
 
 static const schema_key spiral_table[] = {
     KEY(spiral_keys, count, COUNT_OF_COPIES, .meaning = "copies"),
@@ -142,12 +135,11 @@ static const schema_key spiral_table[] = {
     KEY(spiral_keys, turns, NUMBER(-1000, 1000), .fallback = "4",
         .meaning = "turns about z; negative: clockwise seen from above"),
 };
-const schema_map spiral_map = {
-    .title = "Copies on a spiral",
+const schema_map spiral_map = MAP_OF(
+    spiral_table, spiral_keys, .title = "Copies on a spiral",
     .meaning =
         "Copies stand at even distances along a spiral on a sphere about the origin, which begins "
-        "near the pole on the z axis. The z axis of each copy points away from the sphere.",
-    MAP_OF(spiral_table, spiral_keys)};
+        "near the pole on the z axis. The z axis of each copy points away from the sphere.");
 
 static const char *const order_names[] = {"first-to-last", "last-to-first", NULL};
 #define LAYOUT(field_name, map_name, text)                                                         \
@@ -163,13 +155,11 @@ static const schema_key copies_table[] = {
     KEY(copies_keys, order, CHOICE(order_names, "first-to-last"), .beside = "stagger",
         .meaning = "which copy moves first"),
 };
-const schema_map copies_map = {
-    .title = "Copies",
+const schema_map copies_map = MAP_OF(
+    copies_table, copies_keys, .title = "Copies", .needs_alternative = true,
     .meaning = "Places an obstacle many times. Each copy is scaled and turned by the obstacle's "
                "scale and rotate, set down by the layout, and moved by translate. Copies count "
-               "from 000: three copies of post are post.000, post.001 and post.002.",
-    MAP_OF(copies_table, copies_keys),
-    .needs_alternative = true};
+               "from 000: three copies of post are post.000, post.001 and post.002.");
 
 static const schema_key obstacle_table[] = {
     KEY(obstacle_keys, name, .type = SCHEMA_NAME, .derived = "obstacle0, obstacle1, ...",
@@ -212,8 +202,7 @@ static const schema_key obstacle_table[] = {
         .derived = "`false`",
         .meaning = "leaves it out of pictures, so that its inside can be seen"),
 };
-const schema_map obstacle_map = {.title = "Obstacle",
-                                 .meaning =
-                                     "Something that cloth cannot pass. Obstacles may intersect "
-                                     "themselves and one another; rigid bodies may not.",
-                                 MAP_OF(obstacle_table, obstacle_keys)};
+const schema_map obstacle_map =
+    MAP_OF(obstacle_table, obstacle_keys, .title = "Obstacle",
+           .meaning = "Something that cloth cannot pass. Obstacles may intersect themselves and "
+                      "one another; rigid bodies may not.");

@@ -20,11 +20,10 @@ static const schema_key camera_table[] = {
         .flags = SCHEMA_OPTIONAL | SCHEMA_PICTURE, .derived = "0",
         .meaning = "angle by which the camera goes around the target in the course of a film"),
 };
-const schema_map camera_map = {
-    .title = "Camera",
+const schema_map camera_map = MAP_OF(
+    camera_table, camera_keys, .title = "Camera",
     .meaning =
-        "Where `tulle render` looks from. Its option --camera takes precedence over these keys.",
-    MAP_OF(camera_table, camera_keys)};
+        "Where `tulle render` looks from. Its option --camera takes precedence over these keys.");
 
 /* In the order of scene_floor. */
 static const char *const floor_names[] = {"auto", "on", "off", NULL};
@@ -38,8 +37,7 @@ static const schema_key picture_table[] = {
     KEY(picture_keys, exposure, NUMBER(0.01, 100), .fallback = "1", .flags = SCHEMA_PICTURE,
         .meaning = "factor on the brightness"),
 };
-const schema_map picture_map = {.title = "Picture",
-                                .meaning =
-                                    "What `tulle render` shows, and how. A run does not depend on "
-                                    "these keys: they may change before it is resumed.",
-                                MAP_OF(picture_table, picture_keys)};
+const schema_map picture_map =
+    MAP_OF(picture_table, picture_keys, .title = "Picture",
+           .meaning = "What `tulle render` shows, and how. A run does not depend on these keys: "
+                      "they may change before it is resumed.");

@@ -25,13 +25,12 @@ static const schema_key place_table[] = {
             "moves to the place of an obstacle, without scale, rotate and the other keys of place: "
             "cloth that was modelled on a body stays on it. A copy has a number: post.002"),
 };
-const schema_map place_map = {
-    .title = "Place",
+const schema_map place_map = MAP_OF(
+    place_table, place_keys, .title = "Place",
     .meaning = "Sets a mesh down by its box, so that nobody has to know its coordinates. The keys "
                "act in this order: scale, up, rotate, size or height, center, on or on_top_of, "
                "translate. The box is the box of the mesh at the start, after scale, up and "
                "rotate. translate moves the mesh after it was set down, as `[0, 0, 5 mm]` for a "
                "gap. Size and height scale evenly. Copies are set down by their layout after that; "
                "every frame of a mesh sequence is placed as the first one, and a rest file as its "
-               "cloth. Points of pins and regions are in scene coordinates, after all this.",
-    MAP_OF(place_table, place_keys)};
+               "cloth. Points of pins and regions are in scene coordinates, after all this.");

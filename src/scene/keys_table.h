@@ -20,8 +20,11 @@
 #define CHOICE(names, default) .type = SCHEMA_CHOICE, .choices = names, .fallback = default
 /* By default a word in place of a number. */
 #define OR_WORD(text, value) .fallback = text, .word = text, .word_value = value
-#define MAP_OF(table, type)                                                                        \
-    .keys = table, .key_count = sizeof table / sizeof table[0], .size = sizeof(type)
+#define MAP_OF(table, type, ...)                                                                   \
+    {                                                                                              \
+        .keys = table, .key_count = sizeof table / sizeof table[0], .size = sizeof(type),          \
+        __VA_ARGS__                                                                                \
+    }
 /* [m] Far beyond, doubles are too coarse for cloth. */
 #define ANY_SIZE RANGE(-1e6, 1e6)
 #define POINT                                                                                      \
