@@ -10,13 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Stops a body along its locked axes. */
-static void stop_locked(const step_model *model, size_t body, double *velocities) {
-    double *const axes = velocities + 3 * get_first_slot(model, body);
-    for (int k = 0; k < BODY_AXES; k++)
-        if (model->controls[body].locks >> k & 1u) axes[k] = 0.0;
-}
-
 /* If the body has locks or a drive, gives the scene's body a drive in the scratch arena and stops
  * motion along locked axes. False: no memory. */
 static bool prepare_drive(const step_model *model, motion_state *state, step_work *work,
@@ -25,8 +18,11 @@ static bool prepare_drive(const step_model *model, motion_state *state, step_wor
     if (control->locks == 0 && !control->is_driven) return true;
     body_drive *const drive = ARENA_NEW_ZEROED(&work->scratch, body_drive, 1);
     if (!drive) return false;
-    for (int k = 0; k < BODY_AXES; k++) drive->is_locked[k] = control->locks >> k & 1u;
-    stop_locked(model, body, state->velocities);
+    double *const axes = state->velocities + 3 * get_first_slot(model, body);
+    for (int k = 0; k < BODY_AXES; k++) {
+        drive->is_locked[k] = control->locks >> k & 1u;
+        if (drive->is_locked[k]) axes[k] = 0.0;
+    }
     work->sub.scene.bodies[body].drive = drive;
     return true;
 }

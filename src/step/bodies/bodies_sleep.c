@@ -255,7 +255,7 @@ tulle_status step_keep_resting(const step_model *model, motion_state *state, ste
 static void join_bodies(const step_model *model, const motion_state *state, const step_work *work,
                         uint32_t *parents) {
     const body_rest *const rests = state->rests;
-    union_find_reset(parents, model->body_count);
+    for (uint32_t b = 0; b < model->body_count; b++) parents[b] = b;
     for (size_t i = 0; i < work->rows.rows.count; i++) {
         const contact_row *const row = &work->rows.rows.data[i];
         uint32_t const first = find_side_owner(model, row, 0).body;
