@@ -23,7 +23,7 @@ typedef float lanes16 __attribute__((vector_size(64)));
 /* A sheet that folds in waves of some cells: stretched here, compressed there. */
 typedef struct bench_cloth {
     size_t side, vertex_count, triangle_count;
-    double *rest, *positions, *velocities, *u, *diagonal;
+    double *rest, *positions, *velocities, *u, *inverse, *residual;
     uint32_t *triangles;
     memory heap;
     arena scratch;
@@ -107,8 +107,13 @@ static bench_cloth *make_cloth(size_t side, int threads) {
               TULLE_OK,
           "the forces");
     const block_matrix *const matrix = &cloth->system.matrix;
-    cloth->diagonal = room(9 * cloth->vertex_count, sizeof(double));
-    block_matrix_get_diagonal(matrix, cloth->diagonal, 2);
+    double *const diagonal = room(9 * cloth->vertex_count, sizeof(double));
+    cloth->inverse = room(BLOCK_NUMBERS * cloth->vertex_count, sizeof(double));
+    cloth->residual = room(3 * cloth->vertex_count, sizeof(double));
+    block_matrix_get_diagonal(matrix, diagonal, 2);
+    conjugate_gradients_invert((preconditioner_source){.diagonal = diagonal}, cloth->vertex_count,
+                               2, cloth->inverse);
+    free(diagonal);
     cloth->by_rows = *matrix;
     cloth->by_rows.diagonals = (matrix_diagonals){0};
     const block_matrix *const matrices[2] = {&cloth->by_rows, matrix};
@@ -136,7 +141,8 @@ static void destroy_cloth(bench_cloth *cloth) {
     cloth_model_destroy(&cloth->heap, &cloth->model);
     topology_destroy(&cloth->heap, &cloth->surface);
     arena_destroy(&cloth->scratch);
-    free(cloth->diagonal);
+    free(cloth->inverse);
+    free(cloth->residual);
     free(cloth->rest), free(cloth->positions), free(cloth->velocities), free(cloth->u);
     free(cloth->triangles), free(cloth);
 }
@@ -191,13 +197,15 @@ static double time_iterations(bench_cloth *cloth, single_system *single, bool ha
                                                  .apply = block_matrix_apply,
                                                  .apply_context = &matrix,
                                                  .right_hand_side = cloth->system.right_hand_side,
-                                                 .diagonal = cloth->diagonal,
-                                                 .tolerance = 1e-12,
-                                                 .reference = 1.0,
-                                                 .max_iterations = iterations,
+                                                 .inverse = cloth->inverse,
+                                                 .target = 1e-12,
+                                                 .late_target = 1e-12,
+                                                 .limit = iterations,
+                                                 .residual = cloth->residual,
                                                  .threads = threads};
     single->aggregates = has_aggregates ? cloth->aggregates[single - cloth->singles] : NULL;
     memset(cloth->u, 0, 3 * cloth->vertex_count * sizeof(double));
+    memcpy(cloth->residual, problem.right_hand_side, 3 * cloth->vertex_count * sizeof(double));
     conjugate_gradients_result result;
     double const start = timer_now();
     check(single_solve(&problem, single, NULL, cloth->u, &cloth->scratch, &result) == TULLE_OK,

@@ -22,8 +22,8 @@ enum { VERTICES_PER_CHUNK = 512 };
 typedef struct solver {
     const conjugate_gradients_problem *problem;
     double *x, *residual, *direction, *product, *preconditioned;
-    const double *inverse; /* BLOCK_NUMBERS a vertex, zero for fixed vertices */
-    double *partials;      /* one a chunk */
+    const double *of; /* what a measure measures */
+    double *partials; /* one a chunk */
     size_t chunk_count;
     double step; /* alpha or beta of the pass */
 } solver;
@@ -43,11 +43,10 @@ static double run_busy_pass(solver *work, parallel_body body) {
     return parallel_sum(work->partials, work->chunk_count);
 }
 
-void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex,
-                     double inverse[BLOCK_NUMBERS]) {
+void invert_block_of(preconditioner_source source, size_t vertex, double inverse[BLOCK_NUMBERS]) {
     for (int i = 0; i < BLOCK_NUMBERS; i++) inverse[i] = 0.0;
-    if (problem->is_fixed && problem->is_fixed[vertex]) return;
-    const double *const a = problem->diagonal + 9 * vertex;
+    if (source.is_fixed && source.is_fixed[vertex]) return;
+    const double *const a = source.diagonal + 9 * vertex;
     double const c0 = a[4] * a[8] - a[5] * a[5];
     double const c1 = a[5] * a[2] - a[1] * a[8];
     double const c2 = a[1] * a[5] - a[4] * a[2];
@@ -72,7 +71,7 @@ void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex,
 }
 
 typedef struct invert_task {
-    const conjugate_gradients_problem *problem;
+    preconditioner_source source;
     double *inverse;
 } invert_task;
 
@@ -80,36 +79,49 @@ static void invert_chunk(void *context, size_t begin, size_t end, size_t chunk, 
     (void)chunk, (void)worker;
     const invert_task *const task = context;
     for (size_t vertex = begin; vertex < end; vertex++)
-        invert_block_of(task->problem, vertex, task->inverse + BLOCK_NUMBERS * vertex);
+        invert_block_of(task->source, vertex, task->inverse + BLOCK_NUMBERS * vertex);
 }
 
-void conjugate_gradients_invert(const conjugate_gradients_problem *problem, double *inverse) {
-    invert_task task = {problem, inverse};
-    parallel_for(problem->vertex_count, VERTICES_PER_CHUNK, problem->threads, invert_chunk, &task);
+void conjugate_gradients_invert(preconditioner_source source, size_t count, int threads,
+                                double *inverse) {
+    invert_task task = {source, inverse};
+    parallel_for(count, VERTICES_PER_CHUNK, threads, invert_chunk, &task);
 }
 
-/* Sums b . P^-1 b. */
+/* Sums r . P^-1 r. */
 static void measure_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     solver *const work = context;
     double sum = 0.0;
     for (size_t vertex = begin; vertex < end; vertex++) {
-        vec3 const b = vec3_load(work->problem->right_hand_side, vertex);
-        sum += vec3_dot(b, block_multiply(work->inverse + BLOCK_NUMBERS * vertex, b));
+        vec3 const r = vec3_load(work->of, vertex);
+        sum += vec3_dot(r, block_multiply(work->problem->inverse + BLOCK_NUMBERS * vertex, r));
     }
     work->partials[chunk] = sum;
 }
 
-/* r = b - A x (A x is in product), z = P^-1 r, p = z; sums r . z */
-static void begin_iteration(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+/* r = b - r; sums r . P^-1 r */
+static void leave_chunk(void *context, size_t begin, size_t end, size_t chunk, int worker) {
     (void)worker;
     solver *const work = context;
     double sum = 0.0;
     for (size_t vertex = begin; vertex < end; vertex++) {
         vec3 const r = vec3_sub(vec3_load(work->problem->right_hand_side, vertex),
-                                vec3_load(work->product, vertex));
-        vec3 const z = block_multiply(work->inverse + BLOCK_NUMBERS * vertex, r);
+                                vec3_load(work->residual, vertex));
         vec3_store(work->residual, vertex, r);
+        sum += vec3_dot(r, block_multiply(work->problem->inverse + BLOCK_NUMBERS * vertex, r));
+    }
+    work->partials[chunk] = sum;
+}
+
+/* z = P^-1 r, p = z; sums r . z */
+static void begin_iteration(void *context, size_t begin, size_t end, size_t chunk, int worker) {
+    (void)worker;
+    solver *const work = context;
+    double sum = 0.0;
+    for (size_t vertex = begin; vertex < end; vertex++) {
+        vec3 const r = vec3_load(work->residual, vertex);
+        vec3 const z = block_multiply(work->problem->inverse + BLOCK_NUMBERS * vertex, r);
         vec3_store(work->preconditioned, vertex, z);
         vec3_store(work->direction, vertex, z);
         sum += vec3_dot(r, z);
@@ -131,7 +143,7 @@ static void advance(void *context, size_t begin, size_t end, size_t chunk, int w
     (void)worker;
     solver *const work = context;
     advance_vectors const vectors = {work->x,       work->residual,       work->direction,
-                                     work->product, work->preconditioned, work->inverse};
+                                     work->product, work->preconditioned, work->problem->inverse};
     work->partials[chunk] = TULLE_PICK_KERNEL(advance_along)(&vectors, work->step, begin, end);
 }
 
@@ -142,56 +154,68 @@ static void turn_direction(void *context, size_t begin, size_t end, size_t chunk
     TULLE_PICK_KERNEL(turn_along)(work->direction, work->preconditioned, work->step, begin, end);
 }
 
-/* Iterates down to the residual `target`, after the problem's patience to `late`. rho is
- * r . P^-1 r at the start, last_rho at the end. */
-static conjugate_gradients_end iterate(solver *work, double rho, double target, double late,
-                                       int *iterations, double *last_rho) {
+static conjugate_gradients_result end_at(conjugate_gradients_result result,
+                                         conjugate_gradients_end end) {
+    result.end = end;
+    return result;
+}
+
+/* rho is r . P^-1 r at the start; the result has that of the end. */
+static conjugate_gradients_result iterate(solver *work, double rho) {
     const conjugate_gradients_problem *const problem = work->problem;
-    *iterations = 0;
+    conjugate_gradients_result result = {CONJUGATE_GRADIENTS_CONVERGED, 0, sqrt(rho)};
     double descent = rho; /* r . z */
     for (;;) {
-        *last_rho = rho;
-        if (*iterations >= problem->patience) target = fmax(target, late);
-        if (!isfinite(rho)) return CONJUGATE_GRADIENTS_NOT_FINITE;
-        if (sqrt(rho) <= target) return CONJUGATE_GRADIENTS_CONVERGED;
-        if (*iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0))
-            return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
+        bool const is_late = result.iterations >= problem->patience;
+        result.norm = sqrt(rho);
+        if (!isfinite(rho)) return end_at(result, CONJUGATE_GRADIENTS_NOT_FINITE);
+        if (result.norm <= (is_late ? problem->late_target : problem->target)) return result;
+        if (result.iterations >= problem->limit || stop_is_wanted(problem->stop, 0))
+            return end_at(result, CONJUGATE_GRADIENTS_ITERATION_LIMIT);
         problem->apply(problem->apply_context, work->direction, work->product);
         double const curvature = run_busy_pass(work, measure_curvature);
-        if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
-        if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
+        if (!isfinite(curvature)) return end_at(result, CONJUGATE_GRADIENTS_NOT_FINITE);
+        if (!(curvature > 0.0 && descent > 0.0))
+            return end_at(result, CONJUGATE_GRADIENTS_NOT_POSITIVE);
         double const alpha = descent / curvature;
-        if (!isfinite(alpha)) return CONJUGATE_GRADIENTS_NOT_FINITE;
+        if (!isfinite(alpha)) return end_at(result, CONJUGATE_GRADIENTS_NOT_FINITE);
         work->step = alpha;
         rho = run_busy_pass(work, advance);
-        (*iterations)++;
+        result.iterations++;
         double const before = descent;
         descent = rho;
-        if (problem->correct && *iterations >= problem->plain_iterations)
+        if (problem->correct && result.iterations >= problem->plain_iterations)
             descent +=
                 problem->correct(problem->correct_context, work->residual, work->preconditioned);
         /* with another preconditioner directions begin anew */
-        bool const begins = problem->correct && *iterations == problem->plain_iterations;
+        bool const begins = problem->correct && result.iterations == problem->plain_iterations;
         work->step = begins ? 0.0 : descent / before;
         parallel_for_busy(problem->is_idle, problem->vertex_count, VERTICES_PER_CHUNK,
                           problem->threads, turn_direction, work);
     }
 }
 
-double conjugate_gradients_choose_target(const conjugate_gradients_problem *problem,
-                                         double reference, double first) {
-    double const early = fmin(problem->early_share * first, problem->early_most * reference);
-    return fmax(problem->tolerance * reference, early);
-}
-
-tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem, arena *scratch,
-                                         double *norm) {
+tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem,
+                                         const double *r, arena *scratch, double *norm) {
     arena_mark const mark = arena_get_mark(scratch);
     solver work = {.problem = problem,
-                   .chunk_count = parallel_chunk_count(problem->vertex_count, VERTICES_PER_CHUNK),
-                   .inverse = problem->inverse};
+                   .of = r,
+                   .chunk_count = parallel_chunk_count(problem->vertex_count, VERTICES_PER_CHUNK)};
     work.partials = ARENA_NEW(scratch, double, work.chunk_count);
     if (work.partials) *norm = sqrt(run_pass(&work, measure_chunk));
+    arena_release(scratch, mark);
+    return work.partials ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+}
+
+tulle_status conjugate_gradients_leave(const conjugate_gradients_problem *problem, const double *x,
+                                       arena *scratch, double *norm) {
+    arena_mark const mark = arena_get_mark(scratch);
+    solver work = {.problem = problem,
+                   .residual = problem->residual,
+                   .chunk_count = parallel_chunk_count(problem->vertex_count, VERTICES_PER_CHUNK)};
+    work.partials = ARENA_NEW(scratch, double, work.chunk_count);
+    if (work.partials && x) problem->apply(problem->apply_context, x, problem->residual);
+    if (work.partials) *norm = sqrt(run_pass(&work, leave_chunk));
     arena_release(scratch, mark);
     return work.partials ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }
@@ -200,31 +224,17 @@ tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *proble
                                        arena *scratch, conjugate_gradients_result *result) {
     arena_mark const mark = arena_get_mark(scratch);
     size_t const count = problem->vertex_count;
-    solver work = {
-        .problem = problem, .x = x, .chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK)};
-    work.residual = problem->residual ? problem->residual : ARENA_NEW(scratch, double, 3 * count);
-    work.direction = ARENA_NEW(scratch, double, 3 * count);
-    work.product = ARENA_NEW(scratch, double, 3 * count);
-    work.preconditioned = ARENA_NEW(scratch, double, 3 * count);
-    double *const own = problem->inverse ? NULL : ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
-    work.inverse = problem->inverse ? problem->inverse : own;
-    work.partials = ARENA_NEW(scratch, double, work.chunk_count);
-    if (!work.residual || !work.direction || !work.product || !work.preconditioned ||
-        !work.inverse || !work.partials) {
-        arena_release(scratch, mark);
-        return TULLE_ERROR_OUT_OF_MEMORY;
-    }
-    if (own) conjugate_gradients_invert(problem, own);
-    double const of_right_hand_side = sqrt(run_pass(&work, measure_chunk));
-    double reference = problem->reference > 0.0 ? problem->reference : of_right_hand_side;
-    problem->apply(problem->apply_context, x, work.product);
-    double rho = run_pass(&work, begin_iteration);
-    if (!(reference > 0.0)) reference = sqrt(rho);
-    *result = (conjugate_gradients_result){.reference = reference};
-    result->target = conjugate_gradients_choose_target(problem, reference, sqrt(rho));
-    result->end = iterate(&work, rho, result->target, problem->late_tolerance * reference,
-                          &result->iterations, &rho);
-    result->residual = reference > 0.0 ? sqrt(rho) / reference : 0.0;
+    size_t const chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK);
+    solver work = {.problem = problem,
+                   .x = x,
+                   .residual = problem->residual,
+                   .direction = ARENA_NEW(scratch, double, 3 * count),
+                   .product = ARENA_NEW(scratch, double, 3 * count),
+                   .preconditioned = ARENA_NEW(scratch, double, 3 * count),
+                   .partials = ARENA_NEW(scratch, double, chunk_count),
+                   .chunk_count = chunk_count};
+    bool const has_memory = work.direction && work.product && work.preconditioned && work.partials;
+    if (has_memory) *result = iterate(&work, run_pass(&work, begin_iteration));
     arena_release(scratch, mark);
-    return TULLE_OK;
+    return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
 }

@@ -21,30 +21,20 @@ typedef struct conjugate_gradients_problem {
     linear_operator apply;
     void *apply_context;
     const double *right_hand_side; /* b, 3 * vertex_count */
-    const double *diagonal;        /* 9 * vertex_count: diagonal blocks of A (symmetric), inverted
-                                      inside as the preconditioner P; a block that is not positive
-                                      definite is replaced by its positive diagonal, or by 1 */
-    const double *inverse;         /* P^-1, BLOCK_NUMBERS * vertex_count; null: not at hand */
+    const double *inverse;         /* P^-1, BLOCK_NUMBERS * vertex_count; zero at fixed vertices,
+                                      whose entries of x stay as given */
     residual_correction correct;   /* null: P^-1 alone; for conjugate_gradients_solve alone */
     void *correct_context;
-    int plain_iterations;    /* before it is called for the first time; > 0 */
-    const uint8_t *is_fixed; /* vertex_count, null: none. Fixed entries of x stay as given */
+    int plain_iterations;   /* before it is called for the first time; > 0 */
     const uint8_t *is_idle; /* vertex_count: fixed, and the product at them is of no use; null: none
                              */
-    double tolerance;       /* stop at sqrt(r . P^-1 r) <= tolerance * reference */
-    double reference;       /* > 0; otherwise sqrt(b . P^-1 b) over free vertices, and the
-                               first residual where that is zero */
-    /* A solve that another one follows may stop early: at early_share of its first residual, but
-     * not above early_most times the reference. 0: it does not */
-    double early_share, early_most;
-    /* After `patience` iterations, or at once if that is not positive, a solve also ends at this
-     * tolerance, which result.target does not tell. 0: it does not */
-    double late_tolerance;
+    /* It ends at the norm `target`, and after `patience` iterations, or at once if that is not
+     * positive, at late_target, which is no less. A norm is sqrt(r . P^-1 r). */
+    double target, late_target;
     int patience;
-    int max_iterations;
+    int limit; /* iterations */
     int threads;
-    double *residual; /* b - A x of the end goes here, 3 * vertex_count; null: nowhere */
-    bool has_product; /* `residual` holds A x of the given x; for single_solve alone */
+    double *residual; /* b - A x, 3 * vertex_count: of the given x, then of the last */
     stop_poll *stop;  /* asked before each iteration; then it ends as at the limit. May be null */
 } conjugate_gradients_problem;
 
@@ -59,32 +49,35 @@ typedef enum conjugate_gradients_end {
 
 typedef struct conjugate_gradients_result {
     conjugate_gradients_end end;
-    int iterations;  /* products with A, less the one of the first residual */
-    double residual; /* sqrt(r . P^-1 r) / reference at the end */
-    double reference;
-    double target; /* residual at which it was to end */
+    int iterations; /* products with A */
+    double norm;    /* at the end */
 } conjugate_gradients_result;
 
-/* Solves A x = b from the given x (warm start; fixed entries are data). x then holds the last
- * iterate, whatever the end. Scratch (18 doubles a vertex) comes from the
- * arena and is released. Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY (x unchanged); how the
- * iteration ended is in `result`. Bits do not depend on `threads`. */
+/* P^-1 of all vertices from the diagonal blocks of A, 9 * count, which are symmetric: zero at fixed
+ * ones (null: none are). A block that is not positive definite is replaced by its positive
+ * diagonal, or by 1. */
+typedef struct preconditioner_source {
+    const double *diagonal;
+    const uint8_t *is_fixed;
+} preconditioner_source;
+void conjugate_gradients_invert(preconditioner_source source, size_t count, int threads,
+                                double *inverse);
+/* That of one vertex. */
+void invert_block_of(preconditioner_source source, size_t vertex, double inverse[BLOCK_NUMBERS]);
+
+/* sqrt(r . P^-1 r). TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY. */
+tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem,
+                                         const double *r, arena *scratch, double *norm);
+/* Makes the residual of x, and its norm. x null: the residual holds A x. TULLE_OK or
+ * TULLE_ERROR_OUT_OF_MEMORY. */
+tulle_status conjugate_gradients_leave(const conjugate_gradients_problem *problem, const double *x,
+                                       arena *scratch, double *norm);
+
+/* Solves A x = b from the given x and its residual (warm start; fixed entries are data). x and the
+ * residual are then those of the last iterate, whatever the end. Scratch comes from the arena
+ * and is released. Returns TULLE_OK or TULLE_ERROR_OUT_OF_MEMORY (x unchanged); how the iteration
+ * ended is in `result`. Bits do not depend on `threads`. */
 tulle_status conjugate_gradients_solve(const conjugate_gradients_problem *problem, double *x,
                                        arena *scratch, conjugate_gradients_result *result);
-
-/* sqrt(b . P^-1 b) over free vertices, without a product; the problem has the inverse. TULLE_OK or
- * TULLE_ERROR_OUT_OF_MEMORY. */
-tulle_status conjugate_gradients_measure(const conjugate_gradients_problem *problem, arena *scratch,
-                                         double *norm);
-/* P^-1 of all vertices. */
-void conjugate_gradients_invert(const conjugate_gradients_problem *problem, double *inverse);
-
-/* The residual at which a solve with this first residual ends. */
-double conjugate_gradients_choose_target(const conjugate_gradients_problem *problem,
-                                         double reference, double first);
-
-/* The preconditioner's block of a vertex: zero at a fixed one. */
-void invert_block_of(const conjugate_gradients_problem *problem, size_t vertex,
-                     double inverse[BLOCK_NUMBERS]);
 
 #endif

@@ -253,28 +253,6 @@ static void run_rows(cycle_task *task, parallel_body body) {
     parallel_for(row_count, chunk, task->threads, body, task);
 }
 
-/* As correct_level. */
-static void correct_blocks(cycle_task *task) {
-    const grid_transfer *const grid = task->all->grid;
-    run_rows(task, restrict_rows);
-    run_blocks(task, step_first);
-    if (task->all->level_count > 1) {
-        run_blocks(task, leave_rows);
-        correct_guess(task, 0, &grid->vectors);
-        run_blocks(task, step_last);
-    } else {
-        run_blocks(task, step_last);
-        for (int step = 2; step < LAST_STEPS; step++) {
-            for (size_t i = 0; i < 3; i++)
-                memcpy(grid->vectors.direction + i * grid->vectors.number_step,
-                       grid->vectors.preconditioned + i * grid->vectors.number_step,
-                       task->all->levels[0].count * sizeof(float));
-            run_blocks(task, step_last);
-        }
-    }
-    run_rows(task, expand_rows);
-}
-
 double nested_aggregates_correct(nested_aggregates *aggregates, const single_vectors *vectors,
                                  int threads) {
     if (aggregates->level_count == 0) return 0.0;
@@ -284,13 +262,31 @@ double nested_aggregates_correct(nested_aggregates *aggregates, const single_vec
                        .number_step = vectors->number_step,
                        .vertices = vectors,
                        .threads = threads};
-    if (aggregates->grid)
-        correct_blocks(&task);
-    else
-        correct_level(&task, 0);
     const aggregate_level *const first = &aggregates->levels[0];
-    size_t const chunk = aggregates->grid ? BLOCKS_PER_CHUNK : choose_chunk(first->count);
-    return parallel_sum(first->dots, parallel_chunk_count(first->count, chunk));
+    const grid_transfer *const grid = aggregates->grid;
+    if (!grid) {
+        correct_level(&task, 0);
+        return parallel_sum(first->dots,
+                            parallel_chunk_count(first->count, choose_chunk(first->count)));
+    }
+    /* as correct_level */
+    bool const is_last = aggregates->level_count == 1;
+    run_rows(&task, restrict_rows);
+    run_blocks(&task, step_first);
+    if (!is_last) {
+        run_blocks(&task, leave_rows);
+        correct_guess(&task, 0, &grid->vectors);
+    }
+    run_blocks(&task, step_last);
+    for (int step = 2; is_last && step < LAST_STEPS; step++) {
+        for (size_t i = 0; i < 3; i++)
+            memcpy(grid->vectors.direction + i * grid->vectors.number_step,
+                   grid->vectors.preconditioned + i * grid->vectors.number_step,
+                   first->count * sizeof(float));
+        run_blocks(&task, step_last);
+    }
+    run_rows(&task, expand_rows);
+    return parallel_sum(first->dots, parallel_chunk_count(first->count, BLOCKS_PER_CHUNK));
 }
 
 void nested_aggregates_add(const nested_aggregates *aggregates, const single_vectors *vectors,

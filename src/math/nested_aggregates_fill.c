@@ -28,8 +28,7 @@ typedef struct fill_task {
 /* The inverse of an entry on the diagonal. */
 static void invert_entry(const double *m, double *inverse) {
     double const block[9] = {m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]};
-    conjugate_gradients_problem const problem = {.diagonal = block};
-    invert_block_of(&problem, 0, inverse);
+    invert_block_of((preconditioner_source){.diagonal = block}, 0, inverse);
 }
 
 /* ---- the first level ---- */

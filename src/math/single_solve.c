@@ -87,15 +87,15 @@ typedef struct single_solver {
     const late_aggregates *late; /* null: none */
     apart_terms apart;
     single_vectors vectors;
-    double *x, *product;   /* in double precision */
-    const double *inverse; /* the same: six numbers a block */
-    double *partials;      /* one a chunk */
+    double *x;        /* in double precision */
+    double *partials; /* one a chunk */
     size_t chunk_count;
-    double scale;               /* of the residual in single precision */
-    double norm;                /* of b - A x in double precision, which is in `product` */
-    double target, late_target; /* norms at which this run ends: now, after its patience */
-    float step;                 /* alpha or beta of the loop */
+    double scale;  /* of the residual in single precision */
+    double norm;   /* of the residual in double precision */
+    double target; /* norm at which it ends now */
+    float step;    /* alpha or beta of the loop */
     int iterations;
+    arena *scratch;
     bool has_memory;
 } single_solver;
 
@@ -121,21 +121,7 @@ static void copy_inverse(void *context, size_t begin, size_t end, size_t chunk, 
     for (size_t v = begin; v < end; v++)
         for (size_t i = 0; i < BLOCK_NUMBERS; i++)
             to->inverse[v * to->inverse_step + i * to->number_step] =
-                (float)work->inverse[BLOCK_NUMBERS * v + i];
-}
-
-/* r = b - A x into `product`; sums r . P^-1 r. */
-static void compute_residual(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)worker;
-    single_solver *const work = context;
-    double sum = 0.0;
-    for (size_t v = begin; v < end; v++) {
-        vec3 const r =
-            vec3_sub(vec3_load(work->problem->right_hand_side, v), vec3_load(work->product, v));
-        vec3_store(work->product, v, r);
-        sum += vec3_dot(r, block_multiply(work->inverse + BLOCK_NUMBERS * v, r));
-    }
-    work->partials[chunk] = sum;
+                (float)work->problem->inverse[BLOCK_NUMBERS * v + i];
 }
 
 /* Residual, preconditioned residual and direction of a pass, of norm one; x = 0. */
@@ -145,8 +131,8 @@ static void begin_pass(void *context, size_t begin, size_t end, size_t chunk, in
     single_vectors *const to = &work->vectors;
     double sum = 0.0;
     for (size_t v = begin; v < end; v++) {
-        vec3 const r = vec3_scale(vec3_load(work->product, v), work->scale);
-        vec3 const z = block_multiply(work->inverse + BLOCK_NUMBERS * v, r);
+        vec3 const r = vec3_scale(vec3_load(work->problem->residual, v), work->scale);
+        vec3 const z = block_multiply(work->problem->inverse + BLOCK_NUMBERS * v, r);
         double const rs[3] = {r.x, r.y, r.z}, zs[3] = {z.x, z.y, z.z};
         for (size_t i = 0; i < 3; i++) {
             size_t const at = v * to->vertex_step + i * to->number_step;
@@ -247,12 +233,12 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2) {
         parallel_for_busy(problem->is_idle, problem->vertex_count, VERTICES_PER_CHUNK,
                           problem->threads, turn_direction, work);
         if (!isfinite(norm2) || !isfinite(descent)) return CONJUGATE_GRADIENTS_NOT_FINITE;
-        if (work->iterations >= problem->max_iterations || stop_is_wanted(problem->stop, 0))
+        if (work->iterations >= problem->limit || stop_is_wanted(problem->stop, 0))
             return CONJUGATE_GRADIENTS_ITERATION_LIMIT;
         double curvature = run_loop(work, multiply);
         curvature += parallel_sum(work->apart.curvatures, work->system->apart_count);
         curvature -= yield_outer(work);
-        if (++work->iterations == problem->patience) work->target = work->late_target;
+        if (++work->iterations == problem->patience) work->target = problem->late_target;
         if (!isfinite(curvature)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (!(curvature > 0.0 && descent > 0.0)) return CONJUGATE_GRADIENTS_NOT_POSITIVE;
         work->step = (float)(descent / curvature);
@@ -262,17 +248,17 @@ static conjugate_gradients_end iterate(single_solver *work, double norm2) {
     }
 }
 
-/* Norm of b - A x by double precision. */
-static double measure_residual(single_solver *work) {
+/* Makes the residual in double precision. */
+static void leave(single_solver *work) {
     const outer_unknowns *const outer = work->system->outer;
     if (outer) outer->settle(outer->context, work->x);
-    work->problem->apply(work->problem->apply_context, work->x, work->product);
-    return sqrt(run_loop(work, compute_residual));
+    work->has_memory &=
+        conjugate_gradients_leave(work->problem, work->x, work->scratch, &work->norm) == TULLE_OK;
 }
 
 static conjugate_gradients_end run_passes(single_solver *work) {
     conjugate_gradients_end end = CONJUGATE_GRADIENTS_CONVERGED;
-    for (int pass = 0; pass < MOST_PASSES; pass++) {
+    for (int pass = 0; pass < MOST_PASSES && work->has_memory; pass++) {
         if (!isfinite(work->norm)) return CONJUGATE_GRADIENTS_NOT_FINITE;
         if (work->norm <= work->target) return CONJUGATE_GRADIENTS_CONVERGED;
         if (end == CONJUGATE_GRADIENTS_ITERATION_LIMIT) return end;
@@ -283,7 +269,7 @@ static conjugate_gradients_end run_passes(single_solver *work) {
             return end;
         run_loop(work, end_pass);
         double const before = work->norm;
-        work->norm = measure_residual(work);
+        leave(work);
         if (work->norm > work->target && !(work->norm < PASS_LEAST * before) &&
             end == CONJUGATE_GRADIENTS_CONVERGED)
             return CONJUGATE_GRADIENTS_STALLED;
@@ -291,39 +277,31 @@ static conjugate_gradients_end run_passes(single_solver *work) {
     return work->norm <= work->target ? CONJUGATE_GRADIENTS_CONVERGED : CONJUGATE_GRADIENTS_STALLED;
 }
 
-static void prepare(single_solver *work, arena *scratch) {
+static void prepare(single_solver *work) {
     const conjugate_gradients_problem *const problem = work->problem;
     size_t const count = problem->vertex_count;
     work->chunk_count = parallel_chunk_count(count, VERTICES_PER_CHUNK);
-    work->product = problem->residual ? problem->residual : ARENA_NEW(scratch, double, 3 * count);
-    double *const own = problem->inverse ? NULL : ARENA_NEW(scratch, double, BLOCK_NUMBERS *count);
-    work->inverse = problem->inverse ? problem->inverse : own;
-    work->partials = ARENA_NEW(scratch, double, work->chunk_count);
-    work->has_memory = work->product && work->inverse && work->partials &&
-                       single_vectors_make(work->system, scratch, &work->vectors) &&
-                       sort_apart_terms(work->system, work->chunk_count, scratch, &work->apart);
-    if (!work->has_memory) return;
-    if (own) conjugate_gradients_invert(problem, own);
-    parallel_for(count, VERTICES_PER_CHUNK, problem->threads, copy_inverse, work);
+    work->partials = ARENA_NEW(work->scratch, double, work->chunk_count);
+    work->target = problem->patience > 0 ? problem->target : problem->late_target;
+    work->has_memory =
+        work->partials && single_vectors_make(work->system, work->scratch, &work->vectors) &&
+        sort_apart_terms(work->system, work->chunk_count, work->scratch, &work->apart) &&
+        conjugate_gradients_measure(problem, problem->residual, work->scratch, &work->norm) ==
+            TULLE_OK;
+    if (work->has_memory)
+        parallel_for(count, VERTICES_PER_CHUNK, problem->threads, copy_inverse, work);
 }
 
 tulle_status single_solve(const conjugate_gradients_problem *problem, const single_system *system,
                           const late_aggregates *late, double *x, arena *scratch,
                           conjugate_gradients_result *result) {
-    double const reference = problem->reference;
-    *result = (conjugate_gradients_result){.reference = reference};
     arena_mark const mark = arena_get_mark(scratch);
-    single_solver work = {.problem = problem, .system = system, .late = late, .x = x};
-    prepare(&work, scratch);
+    single_solver work = {
+        .problem = problem, .system = system, .late = late, .x = x, .scratch = scratch};
+    prepare(&work);
     if (work.has_memory) {
-        work.norm = problem->has_product ? sqrt(run_loop(&work, compute_residual))
-                                         : measure_residual(&work);
-        result->target = conjugate_gradients_choose_target(problem, reference, work.norm);
-        work.late_target = fmax(problem->late_tolerance * reference, result->target);
-        work.target = problem->patience > 0 ? result->target : work.late_target;
-        result->end = run_passes(&work);
-        result->iterations = work.iterations;
-        result->residual = reference > 0.0 ? work.norm / reference : 0.0;
+        conjugate_gradients_end const end = run_passes(&work);
+        *result = (conjugate_gradients_result){end, work.iterations, work.norm};
     }
     arena_release(scratch, mark);
     return work.has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;

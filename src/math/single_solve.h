@@ -59,7 +59,7 @@ typedef struct late_aggregates {
 
 /* Solves as conjugate_gradients_solve does, to the same residual, which is measured in double
  * precision with problem->apply: this must be the system's matrix with its terms. It may have outer
- * unknowns after the problem's vertices; then problem->residual is given, with room for them. The
+ * unknowns after the problem's vertices; then the residual has room for them. The
  * preconditioner is the blocks of the diagonal, with those of aggregates if the system has them, or
  * once it has them (late, null: never). Where single precision comes no nearer the iteration ends
  * with CONJUGATE_GRADIENTS_STALLED; x is then still better than before. TULLE_OK or

@@ -6,7 +6,7 @@
 
 #include "base/hash.h"
 #include "dynamics/compute_forces.h"
-#include "math/conjugate_gradients.h"
+#include "support/solve_aim.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -128,19 +128,26 @@ static inline void fixture_find_diagonal(fixture *f) {
 static inline void fixture_solve(fixture *f, double *x) {
     block_matrix_operator matrix = {&f->system.matrix, f->threads};
     fixture_find_diagonal(f);
-    conjugate_gradients_problem const problem = {.vertex_count = f->vertex_count,
-                                                 .apply = block_matrix_apply,
-                                                 .apply_context = &matrix,
-                                                 .right_hand_side = f->system.right_hand_side,
-                                                 .diagonal = f->diagonal,
-                                                 .is_fixed = f->is_fixed,
-                                                 .tolerance = f->tolerance,
-                                                 .max_iterations = 20000,
-                                                 .threads = f->threads};
+    arena_mark const mark = arena_get_mark(&f->scratch);
+    conjugate_gradients_problem problem = {.vertex_count = f->vertex_count,
+                                           .apply = block_matrix_apply,
+                                           .apply_context = &matrix,
+                                           .right_hand_side = f->system.right_hand_side,
+                                           .limit = 20000,
+                                           .residual =
+                                               ARENA_NEW(&f->scratch, double, 3 * f->vertex_count),
+                                           .threads = f->threads};
+    double *const inverse = ARENA_NEW(&f->scratch, double, BLOCK_NUMBERS * f->vertex_count);
+    assert_true(problem.residual && inverse);
+    conjugate_gradients_invert((preconditioner_source){f->diagonal, f->is_fixed}, f->vertex_count,
+                               f->threads, inverse);
+    problem.inverse = inverse;
+    (void)aim_solve(&problem, x, f->tolerance, 0.0, &f->scratch);
     conjugate_gradients_result result;
     assert_int_equal(conjugate_gradients_solve(&problem, x, &f->scratch, &result), TULLE_OK);
     assert_int_equal(result.end, CONJUGATE_GRADIENTS_CONVERGED);
     f->iterations = result.iterations;
+    arena_release(&f->scratch, mark);
 }
 
 /* One step without contact; fixed vertices stay. */

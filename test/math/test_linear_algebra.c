@@ -2,9 +2,9 @@
 #include "base/hash.h"
 #include "base/timer.h"
 #include "math/block_matrix.h"
-#include "math/conjugate_gradients.h"
 #include "math/kernel_target.h"
 #include "math/vec3.h"
+#include "support/solve_aim.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -174,34 +174,39 @@ typedef struct solve_input {
     int max_iterations, threads;
     double *residual;
 } solve_input;
+/* The norm of the result is over the reference. */
 static conjugate_gradients_result solve(solve_input in, double *x) {
     memory heap = memory_default();
     arena scratch = arena_make(&heap);
-    double *const diagonal = malloc(9 * in.matrix->row_count * sizeof(double));
+    size_t const count = in.matrix->row_count;
+    double *const diagonal = malloc(9 * count * sizeof(double));
+    double *const inverse = malloc(BLOCK_NUMBERS * count * sizeof(double));
+    double *const residual = malloc(3 * count * sizeof(double));
     block_matrix_get_diagonal(in.matrix, diagonal, 2);
+    conjugate_gradients_invert((preconditioner_source){diagonal, in.is_fixed}, count, in.threads,
+                               inverse);
     block_matrix_operator context = {in.matrix, in.threads};
-    conjugate_gradients_problem const problem = {.vertex_count = in.matrix->row_count,
-                                                 .apply = block_matrix_apply,
-                                                 .apply_context = &context,
-                                                 .right_hand_side = in.b,
-                                                 .diagonal = diagonal,
-                                                 .is_fixed = in.is_fixed,
-                                                 .tolerance = in.tolerance,
-                                                 .reference = in.reference,
-                                                 .max_iterations = in.max_iterations,
-                                                 .threads = in.threads,
-                                                 .residual = in.residual};
+    conjugate_gradients_problem problem = {.vertex_count = count,
+                                           .apply = block_matrix_apply,
+                                           .apply_context = &context,
+                                           .right_hand_side = in.b,
+                                           .inverse = inverse,
+                                           .limit = in.max_iterations,
+                                           .residual = in.residual ? in.residual : residual,
+                                           .threads = in.threads};
+    double const reference = aim_solve(&problem, x, in.tolerance, in.reference, &scratch);
     conjugate_gradients_result result;
     assert_int_equal(conjugate_gradients_solve(&problem, x, &scratch, &result), TULLE_OK);
+    if (reference > 0.0) result.norm /= reference;
     uint64_t const heap_calls = heap.allocate_count;
     conjugate_gradients_result again;
-    double *const copy = malloc(3 * in.matrix->row_count * sizeof(double));
-    memcpy(copy, x, 3 * in.matrix->row_count * sizeof(double));
-    conjugate_gradients_problem repeated = problem;
-    repeated.residual = NULL;
-    assert_int_equal(conjugate_gradients_solve(&repeated, copy, &scratch, &again), TULLE_OK);
+    double *const copy = malloc(3 * count * sizeof(double));
+    memcpy(copy, x, 3 * count * sizeof(double));
+    if (in.residual) memcpy(residual, in.residual, 3 * count * sizeof(double));
+    problem.residual = residual;
+    assert_int_equal(conjugate_gradients_solve(&problem, copy, &scratch, &again), TULLE_OK);
     assert_int_equal(heap.allocate_count, heap_calls);
-    free(copy);
+    free(copy), free(residual), free(inverse);
     arena_destroy(&scratch);
     free(diagonal);
     return result;
@@ -269,7 +274,7 @@ static void solution_equals_dense_solution(void **state) {
         }
         conjugate_gradients_result const result = solve(in, x);
         assert_int_equal(result.end, CONJUGATE_GRADIENTS_CONVERGED);
-        assert_true(result.residual <= 1e-13 && result.iterations > 5);
+        assert_true(result.norm <= 1e-13 && result.iterations > 5);
         for (int i = 0; i < ENTRIES; i++) {
             assert_true(fabs(x[i] - expected[i]) < 1e-12);
             if (is_fixed[i / 3]) assert_true(x[i] == start[i]);
@@ -292,7 +297,7 @@ static void ends_are_told_apart(void **state) {
     conjugate_gradients_result result = solve(in, x);
     assert_int_equal(result.end, CONJUGATE_GRADIENTS_ITERATION_LIMIT);
     assert_int_equal(result.iterations, 3);
-    assert_true(result.residual > 1e-12);
+    assert_true(result.norm > 1e-12);
     /* A large reference is met at once. */
     in.reference = 1e15;
     memset(x, 0, sizeof x);
@@ -372,17 +377,23 @@ static void failing_memory_is_reported(void **state) {
     ring_make(&r, VERTICES, 9.0);
     memory heap = {.allocator = {.byte_limit = 1000}};
     arena scratch = arena_make(&heap);
-    double b[ENTRIES] = {1.0}, x[ENTRIES] = {0.5}, diagonal[9 * VERTICES];
+    double b[ENTRIES] = {1.0}, x[ENTRIES] = {0.5}, diagonal[9 * VERTICES], residual[ENTRIES];
+    double inverse[BLOCK_NUMBERS * VERTICES], norm;
     block_matrix_get_diagonal(&r.matrix, diagonal, 2);
+    conjugate_gradients_invert((preconditioner_source){.diagonal = diagonal}, VERTICES, 1, inverse);
     block_matrix_operator context = {&r.matrix, 1};
     conjugate_gradients_problem const problem = {.vertex_count = VERTICES,
                                                  .apply = block_matrix_apply,
                                                  .apply_context = &context,
                                                  .right_hand_side = b,
-                                                 .diagonal = diagonal,
-                                                 .tolerance = 1e-6,
-                                                 .max_iterations = 9,
+                                                 .inverse = inverse,
+                                                 .limit = 9,
+                                                 .residual = residual,
                                                  .threads = 1};
+    assert_int_equal(conjugate_gradients_measure(&problem, b, &scratch, &norm),
+                     TULLE_ERROR_OUT_OF_MEMORY);
+    assert_int_equal(conjugate_gradients_leave(&problem, x, &scratch, &norm),
+                     TULLE_ERROR_OUT_OF_MEMORY);
     conjugate_gradients_result result;
     assert_int_equal(conjugate_gradients_solve(&problem, x, &scratch, &result),
                      TULLE_ERROR_OUT_OF_MEMORY);

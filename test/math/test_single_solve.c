@@ -3,6 +3,7 @@
 #include "math/kernel_target.h"
 #include "math/single_solve.h"
 #include "math/vec3.h"
+#include "support/solve_aim.h"
 #include "support/spring_system.h"
 
 #include <setjmp.h>
@@ -23,24 +24,18 @@ static void apply_matrix(void *context, const double *x, double *y) {
     spring_system_multiply(work->system, work->matrix, x, y);
 }
 
-/* The system of `context` with the right-hand side b; fills the diagonal. */
-static conjugate_gradients_problem make_problem(solve_context *context, const double *b,
-                                                double *diagonal, double tolerance,
-                                                int max_iterations) {
-    const block_matrix *const matrix = &context->system->matrix;
+/* Diagonal blocks with their scalars, inverted. */
+static void make_inverse(const spring_system *system, double *inverse) {
+    const block_matrix *const matrix = &system->matrix;
+    double *const diagonal = malloc(9 * matrix->row_count * sizeof(double));
     block_matrix_get_diagonal(matrix, diagonal, 2);
     for (size_t v = 0; v < matrix->row_count; v++)
         for (uint32_t k = matrix->scalar_begin[v]; k < matrix->scalar_begin[v + 1]; k++)
             for (size_t i = 0; i < 9 && matrix->scalar_columns[k] == v; i += 4)
                 diagonal[9 * v + i] += block_matrix_get_scalar(matrix, k);
-    return (conjugate_gradients_problem){.vertex_count = context->system->matrix.row_count,
-                                         .apply = apply_matrix,
-                                         .apply_context = context,
-                                         .right_hand_side = b,
-                                         .diagonal = diagonal,
-                                         .is_fixed = context->system->is_fixed,
-                                         .tolerance = tolerance,
-                                         .max_iterations = max_iterations};
+    conjugate_gradients_invert((preconditioner_source){diagonal, system->is_fixed},
+                               matrix->row_count, 1, inverse);
+    free(diagonal);
 }
 
 typedef struct single_case {
@@ -54,6 +49,13 @@ typedef struct single_case {
     arena *scratch;
 } single_case;
 
+/* x = 0, whose residual is b. */
+static void begin_at_zero(const conjugate_gradients_problem *problem, double *x) {
+    size_t const size = 3 * problem->vertex_count * sizeof(double);
+    memset(x, 0, size);
+    memcpy(problem->residual, problem->right_hand_side, size);
+}
+
 /* x (3 * vertex_count) from zero. */
 static conjugate_gradients_result solve_single(const single_case *given, double *x) {
     const spring_matrix *const matrix = given->matrix;
@@ -64,7 +66,7 @@ static conjugate_gradients_result solve_single(const single_case *given, double 
                                         given->problem->threads, given->scratch));
     assert_int_equal(single->apart_count, given->apart_count);
     single->aggregates = given->aggregates;
-    memset(x, 0, 3 * given->problem->vertex_count * sizeof(double));
+    begin_at_zero(given->problem, x);
     conjugate_gradients_result result;
     assert_int_equal(single_solve(given->problem, single, given->late, x, given->scratch, &result),
                      TULLE_OK);
@@ -84,7 +86,7 @@ static void check_bits(const single_case *given, double *x) {
             given->problem->threads = threads;
             conjugate_gradients_result const result = solve_single(given, x);
             assert_int_equal(result.end, CONJUGATE_GRADIENTS_CONVERGED);
-            assert_true(result.residual <= given->problem->tolerance && result.iterations > 20);
+            assert_true(result.norm <= given->problem->target && result.iterations > 20);
             if (solves++ == 0) memcpy(first, x, bytes);
             assert_memory_equal(first, x, bytes);
         }
@@ -100,7 +102,8 @@ typedef struct test_problem {
     matrix_term terms[12];
     spring_matrix matrix;
     solve_context context;
-    double *b, *x, *plain, *diagonal;
+    double *b, *x, *plain, *inverse, *residual;
+    double reference, tolerance;
     conjugate_gradients_problem problem;
     arena scratch;
 } test_problem;
@@ -123,11 +126,21 @@ static void make_problem_of(test_problem *test, spring_graph mesh, double stiffn
     test->context = (solve_context){&test->system, &test->matrix};
     test->b = calloc(size, sizeof(double)), test->x = calloc(size, sizeof(double));
     test->plain = calloc(size, sizeof(double));
-    test->diagonal = calloc(3 * size, sizeof(double));
+    test->inverse = calloc(2 * size, sizeof(double));
+    test->residual = calloc(size, sizeof(double));
     uint64_t random = 3;
     for (size_t i = 0; i < size; i++) test->b[i] = random_signed(&random);
-    test->problem = make_problem(&test->context, test->b, test->diagonal, tolerance, 5000);
+    make_inverse(&test->system, test->inverse);
+    test->problem = (conjugate_gradients_problem){.vertex_count = mesh.vertex_count,
+                                                  .apply = apply_matrix,
+                                                  .apply_context = &test->context,
+                                                  .right_hand_side = test->b,
+                                                  .inverse = test->inverse,
+                                                  .limit = 5000,
+                                                  .residual = test->residual};
     test->scratch = arena_make(&test->system.heap);
+    test->tolerance = tolerance;
+    test->reference = aim_solve(&test->problem, test->x, tolerance, 0.0, &test->scratch);
 }
 
 /* Isotropic springs go from the end of a row around to the begin of another. So aggregates have no
@@ -153,17 +166,18 @@ static void solve_by_rows(test_problem *test) {
 
 static void destroy_test_problem(test_problem *test) {
     arena_destroy(&test->scratch);
-    free(test->b), free(test->x), free(test->plain), free(test->diagonal);
+    free(test->b), free(test->x), free(test->plain);
+    free(test->inverse), free(test->residual);
     spring_system_destroy(&test->system);
 }
 
-/* The solution in double precision; sets the reference of solves that follow. */
+/* The solution in double precision. */
 static void solve_plainly(test_problem *test) {
     conjugate_gradients_result result;
+    begin_at_zero(&test->problem, test->plain);
     assert_int_equal(
         conjugate_gradients_solve(&test->problem, test->plain, &test->scratch, &result), TULLE_OK);
     assert_int_equal(result.end, CONJUGATE_GRADIENTS_CONVERGED);
-    test->problem.reference = result.reference;
 }
 
 static void check_solution(const test_problem *test) {
@@ -184,7 +198,7 @@ static void check_single_solve(bool is_by_rows) {
                                NULL,         &test.problem, 6,    &test.scratch};
     check_bits(&given, test.x);
     check_solution(&test);
-    test.problem.max_iterations = 3;
+    test.problem.limit = 3;
     conjugate_gradients_result const result = solve_single(&given, test.x);
     assert_int_equal(result.end, CONJUGATE_GRADIENTS_ITERATION_LIMIT);
     assert_int_equal(result.iterations, 3);
@@ -219,7 +233,7 @@ static void check_aggregates(bool is_by_rows, bool has_grid) {
                                    false};
     assert_true(nested_aggregates_set(given.aggregates, &all, 1, &test.scratch));
     conjugate_gradients_result const result = solve_single(&given, test.x);
-    assert_true(result.residual <= 1e-9 && 3 * result.iterations < 2 * without);
+    assert_true(result.norm <= test.problem.target && 3 * result.iterations < 2 * without);
     check_bits(&given, test.x);
     check_solution(&test);
     nested_aggregates_destroy(&test.system.heap, given.aggregates);
@@ -274,7 +288,7 @@ static void test_late_aggregates(void **state) {
     conjugate_gradients_result const result = solve_single(&given, test.x);
     assert_int_equal(offer.calls, 1);
     assert_int_equal(result.end, CONJUGATE_GRADIENTS_CONVERGED);
-    assert_true(result.residual <= 1e-9 && result.iterations != with);
+    assert_true(result.norm <= test.problem.target && result.iterations != with);
     assert_true(3 * result.iterations < 2 * without);
     check_solution(&test);
     late.plain_iterations = without + 1; /* it is done before */
@@ -285,7 +299,7 @@ static void test_late_aggregates(void **state) {
     arena_mark const mark = arena_get_mark(&test.scratch);
     assert_true(single_system_make(&test.system.matrix, &test.scratch, &single));
     assert_true(single_system_set_terms(&single, test.terms, 12, 1, &test.scratch));
-    memset(test.x, 0, 3 * test.problem.vertex_count * sizeof(double));
+    begin_at_zero(&test.problem, test.x);
     conjugate_gradients_result failed;
     assert_int_equal(single_solve(&test.problem, &single, &late, test.x, &test.scratch, &failed),
                      TULLE_ERROR_OUT_OF_MEMORY);
@@ -296,14 +310,14 @@ static void test_late_aggregates(void **state) {
 }
 
 static conjugate_gradients_result solve_double(test_problem *test) {
-    memset(test->x, 0, 3 * test->problem.vertex_count * sizeof(double));
+    begin_at_zero(&test->problem, test->x);
     conjugate_gradients_result result;
     assert_int_equal(conjugate_gradients_solve(&test->problem, test->x, &test->scratch, &result),
                      TULLE_OK);
     return result;
 }
 
-/* A solve ends at the late tolerance as soon as it has met it and its patience is over. */
+/* A solve ends at the late target as soon as it has met it and its patience is over. */
 static void test_patience(void **state) {
     (void)state;
     test_problem test;
@@ -314,27 +328,27 @@ static void test_patience(void **state) {
     single_case const given = {&test.system, &test.matrix, NULL, NULL,
                                NULL,         problem,      6,    &test.scratch};
     for (int is_single = 0; is_single < 2; is_single++) {
-        problem->late_tolerance = 0.0;
-        problem->patience = 5; /* without a late tolerance it means nothing */
+        problem->late_target = problem->target; /* then patience means nothing */
+        problem->patience = 5;
         conjugate_gradients_result const whole =
             is_single ? solve_single(&given, test.x) : solve_double(&test);
-        problem->late_tolerance = 1e-2;
+        problem->late_target = 1e-2 * test.reference;
         problem->patience = whole.iterations + 1; /* it does not come to that */
         conjugate_gradients_result const early =
             is_single ? solve_single(&given, test.x) : solve_double(&test);
         assert_int_equal(early.iterations, whole.iterations);
-        assert_true(early.residual == whole.residual);
+        assert_true(early.norm == whole.norm);
         problem->patience = whole.iterations - 4;
         conjugate_gradients_result const late =
             is_single ? solve_single(&given, test.x) : solve_double(&test);
         assert_int_equal(late.iterations, problem->patience);
-        assert_true(late.residual > 1e-4 && late.residual <= 1e-2);
-        problem->patience = 1; /* over before the late tolerance is met */
+        assert_true(late.norm > problem->target && late.norm <= problem->late_target);
+        problem->patience = 1; /* over before the late target is met */
         conjugate_gradients_result const least =
             is_single ? solve_single(&given, test.x) : solve_double(&test);
         assert_int_equal(least.end, CONJUGATE_GRADIENTS_CONVERGED);
         assert_true(least.iterations > 1 && least.iterations < late.iterations);
-        assert_true(least.residual <= 1e-2 && least.residual > late.residual);
+        assert_true(least.norm <= problem->late_target && least.norm > late.norm);
     }
     destroy_test_problem(&test);
 }
@@ -372,9 +386,8 @@ static void check_double_correction(bool has_grid) {
     solve_plainly(&test);
     conjugate_gradients_problem problem = test.problem;
     problem.threads = 2;
-    size_t const size = 3 * problem.vertex_count;
     conjugate_gradients_result plain, corrected;
-    memset(test.x, 0, size * sizeof(double));
+    begin_at_zero(&problem, test.x);
     assert_int_equal(conjugate_gradients_solve(&problem, test.x, &test.scratch, &plain), TULLE_OK);
     size_t const step = problem.vertex_count + SINGLE_PADDING;
     double_correction task = {.aggregates = nested_aggregates_build(
@@ -391,7 +404,7 @@ static void check_double_correction(bool has_grid) {
     problem.correct = correct;
     problem.correct_context = &task;
     problem.plain_iterations = 5;
-    memset(test.x, 0, size * sizeof(double));
+    begin_at_zero(&problem, test.x);
     assert_int_equal(conjugate_gradients_solve(&problem, test.x, &test.scratch, &corrected),
                      TULLE_OK);
     assert_int_equal(corrected.end, CONJUGATE_GRADIENTS_CONVERGED);
@@ -399,7 +412,7 @@ static void check_double_correction(bool has_grid) {
     assert_true(3 * corrected.iterations < 2 * plain.iterations);
     check_solution(&test);
     problem.plain_iterations = plain.iterations + 1; /* it is done before */
-    memset(test.x, 0, size * sizeof(double));
+    begin_at_zero(&problem, test.x);
     task.calls = 0;
     assert_int_equal(conjugate_gradients_solve(&problem, test.x, &test.scratch, &corrected),
                      TULLE_OK);

@@ -155,7 +155,8 @@ static tulle_status solve_system(paper_work *work) {
     double *const right_hand_side = ARENA_NEW(scene->scratch, double, 3 * count);
     double *const diagonal = ARENA_NEW(scene->scratch, double, 9 * count);
     double *const inverse = ARENA_NEW(scene->scratch, double, BLOCK_NUMBERS *count);
-    if (!right_hand_side || !diagonal || !inverse) return TULLE_ERROR_OUT_OF_MEMORY;
+    double *const residual = ARENA_NEW(scene->scratch, double, 3 * count);
+    if (!right_hand_side || !diagonal || !inverse || !residual) return TULLE_ERROR_OUT_OF_MEMORY;
     block_matrix_get_diagonal(system->matrix, diagonal, scene->threads);
     for (size_t i = 0; i < 3 * count; i++)
         right_hand_side[i] = system->right_hand_side[i] + work->impulses[i];
@@ -166,20 +167,24 @@ static tulle_status solve_system(paper_work *work) {
     conjugate_gradients_problem problem = {.vertex_count = count,
                                            .apply = block_matrix_apply,
                                            .apply_context = &matrix,
-                                           .right_hand_side = work->force,
-                                           .diagonal = diagonal,
+                                           .right_hand_side = right_hand_side,
                                            .inverse = inverse,
-                                           .is_fixed = work->is_held,
-                                           .tolerance = work->plan->tolerance,
-                                           .max_iterations = work->plan->iterations_most,
+                                           .limit = work->plan->iterations_most,
+                                           .residual = residual,
                                            .threads = scene->threads,
                                            .stop = scene->stop};
     /* residuals are measured against the force impulse */
-    double reference = 0.0;
-    conjugate_gradients_invert(&problem, inverse);
-    tulle_status status = conjugate_gradients_measure(&problem, scene->scratch, &reference);
-    problem.right_hand_side = right_hand_side;
-    problem.reference = reference;
+    double reference = 0.0, first = 0.0;
+    preconditioner_source const source = {diagonal, work->is_held};
+    conjugate_gradients_invert(source, count, scene->threads, inverse);
+    tulle_status status =
+        conjugate_gradients_measure(&problem, work->force, scene->scratch, &reference);
+    if (status == TULLE_OK && !(reference > 0.0))
+        status = conjugate_gradients_measure(&problem, right_hand_side, scene->scratch, &reference);
+    if (status == TULLE_OK)
+        status = conjugate_gradients_leave(&problem, work->u, scene->scratch, &first);
+    if (!(reference > 0.0)) reference = first;
+    problem.target = problem.late_target = work->plan->tolerance * reference;
     conjugate_gradients_result result;
     if (status == TULLE_OK)
         status = conjugate_gradients_solve(&problem, work->u, scene->scratch, &result);
@@ -187,7 +192,7 @@ static tulle_status solve_system(paper_work *work) {
     if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     work->report->solve_count = 1;
     work->report->cg_iterations = (uint32_t)result.iterations;
-    work->report->cg_residual = result.residual;
+    work->report->cg_residual = reference > 0.0 ? result.norm / reference : 0.0;
     work->report->has_converged = result.end == CONJUGATE_GRADIENTS_CONVERGED;
     return TULLE_OK;
 }

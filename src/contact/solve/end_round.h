@@ -13,7 +13,7 @@ typedef struct friction_sums {
     vec3 misfit;  /* [N s] the same of all other rows */
     vec3 slip;    /* [N s] of rows that stick: slip times penalty */
     double held;  /* [kg] of rows that stick: penalties */
-    mat3 held_by; /* [kg] what answers a velocity of the whole cloth, see missed_friction.h */
+    mat3 held_by; /* [kg] what answers a velocity of the whole cloth, see missed_friction.c */
 } friction_sums;
 
 typedef struct round_result {
@@ -26,5 +26,10 @@ typedef struct round_result {
  * surface. */
 tulle_status end_round(const contact_scene *scene, const solve_effort *effort, row_list *list,
                        friction_sums *sums, double *u, round_result *result);
+
+/* After the last round: moves each cloth without held vertices, as a whole, by sums[].missed where
+ * the loaded rows of the matrix hold it by their penalties. Sets `held_by`. */
+void give_missed_friction(const contact_scene *scene, const row_list *list, friction_sums *sums,
+                          double *u);
 
 #endif

@@ -1,4 +1,5 @@
-/* contact/solve/missed_friction.c - see missed_friction.h.
+/* contact/solve/missed_friction.c - what friction on obstacles missed in the last round goes to the
+ * cloths that it acts on, see end_round.h.
  *
  * A round knows friction only as the round before left it. What it misses on obstacles has the same
  * direction in every step of a cloth that slides, so without more rounds the cloth slides too fast.
@@ -11,9 +12,8 @@
  * for momentum to be kept. Nor is anything given to cloth in several pieces, which move apart.
  * There rounds go on until little is missing. What lies on another cloth is held by it as if that
  * stood still. */
-#include "contact/solve/missed_friction.h"
-
 #include "contact/rows/row_motion.h"
+#include "contact/solve/end_round.h"
 #include "contact/solve/hard_rows.h"
 
 #include <math.h>

@@ -8,6 +8,7 @@
 #include "base/parallel.h"
 #include "contact/solve/eliminate_bodies.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Iterations with the blocks of vertices alone. Free flight takes five to seven. To take in the
@@ -19,7 +20,6 @@ typedef struct single_run {
     phased_solve *phases;
     const conjugate_gradients_problem *problem;
     const matrix_term *terms;
-    size_t term_count;
 } single_run;
 
 /* Takes in the aggregates, in this solve and those that follow. */
@@ -27,8 +27,8 @@ static bool add_aggregates(void *context) {
     single_run *const run = context;
     phased_solve *const phases = run->phases;
     nested_aggregates *const aggregates = phases->system->aggregates;
-    aggregated_system const system = {phases->single.matrix, run->problem->is_fixed, run->terms,
-                                      run->term_count, phases->system->history->has_sums};
+    aggregated_system const system = {phases->single.matrix, phases->is_fixed, run->terms,
+                                      phases->hard_count, phases->system->history->has_sums};
     phases->system->history->has_sums = true;
     if (!nested_aggregates_set(aggregates, &system, run->problem->threads, phases->scene->scratch))
         return false;
@@ -37,11 +37,12 @@ static bool add_aggregates(void *context) {
 }
 
 /* Tilts are left out: terms then precondition alone. */
-static matrix_term *make_terms(const contact_scene *scene, contact_row *const *rows, size_t count) {
-    matrix_term *const terms = ARENA_NEW(scene->scratch, matrix_term, count);
-    for (size_t i = 0; terms && i < count; i++) {
-        const row_frame *const frame = &rows[i]->frame;
-        terms[i] = (matrix_term){.stiffness = rows[i]->solve.pull};
+static matrix_term *make_terms(const phased_solve *phases) {
+    const contact_scene *const scene = phases->scene;
+    matrix_term *const terms = ARENA_NEW(scene->scratch, matrix_term, phases->hard_count);
+    for (size_t i = 0; terms && i < phases->hard_count; i++) {
+        const row_frame *const frame = &phases->hard_rows[i]->frame;
+        terms[i] = (matrix_term){.stiffness = phases->hard_rows[i]->solve.pull};
         for (int k = 0; k < 4; k++) {
             bool const is_cloth = frame->vertices[k] < scene->cloth_vertex_count;
             terms[i].vertices[k] = is_cloth ? frame->vertices[k] : TULLE_NONE;
@@ -52,82 +53,23 @@ static matrix_term *make_terms(const contact_scene *scene, contact_row *const *r
     return terms;
 }
 
-static void settle(void *context, double *u) { settle_bodies(context, u); }
-static double yield(void *context, double *pulls) { return yield_bodies(context, pulls); }
-
-/* Makes bodies follow the cloth: unknowns of the solve are those of cloth alone. */
-static bool eliminate_bodies(single_run *run, contact_row *const *hard_rows,
-                             eliminated_bodies *bodies, outer_unknowns *outer) {
-    single_system *const single = &run->phases->single;
-    const contact_scene *const scene = run->phases->scene;
-    contact_row **const rows = ARENA_NEW(scene->scratch, contact_row *, single->apart_count);
-    for (size_t i = 0; rows && i < single->apart_count; i++)
-        rows[i] = hard_rows[single->apart[i] - run->terms];
-    *bodies = (eliminated_bodies){.scene = scene,
-                                  .rows = rows,
-                                  .row_count = single->apart_count,
-                                  .right_hand_side = run->problem->right_hand_side,
-                                  .diagonal = run->problem->diagonal};
-    *outer = (outer_unknowns){settle, yield, bodies};
-    single->outer = outer;
-    return rows && factor_bodies(bodies, scene->scratch);
-}
-
-/* In single precision, the unknowns being those of `of_cloth`. If that fails, `whole` is solved in
- * double precision to the same target. */
-static tulle_status solve_single_first(const single_run *run,
-                                       const conjugate_gradients_problem *of_cloth,
-                                       conjugate_gradients_problem whole,
-                                       const late_aggregates *late, double *u,
-                                       conjugate_gradients_result *result) {
-    phased_solve *const phases = run->phases;
+/* Makes the first residual of the problem and with it the targets. */
+static tulle_status begin(phased_solve *phases, solve_goal *goal, const double *u,
+                          conjugate_gradients_problem *problem) {
     arena *const scratch = phases->scene->scratch;
-    tulle_status const status = single_solve(of_cloth, &phases->single, late, u, scratch, result);
-    if (status != TULLE_OK) return status;
-    int const used = result->iterations;
-    phases->plain_iterations += used < late->plain_iterations ? used : late->plain_iterations;
-    phases->has_residual = result->end == CONJUGATE_GRADIENTS_CONVERGED ||
-                           result->end == CONJUGATE_GRADIENTS_ITERATION_LIMIT;
-    if (phases->has_residual) return TULLE_OK;
-    whole.max_iterations -= used;
-    whole.patience -= used;
-    whole.early_share = 0.0;
-    if (whole.reference > 0.0) whole.tolerance = result->target / whole.reference;
-    tulle_status const end = conjugate_gradients_solve(&whole, u, scratch, result);
-    result->iterations += used;
-    return end;
-}
-
-tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_problem *problem,
-                             contact_row *const *hard_rows, size_t hard_count, double *u,
-                             conjugate_gradients_result *result) {
-    const contact_scene *const scene = phases->scene;
-    arena *const scratch = scene->scratch;
-    arena_mark const mark = arena_get_mark(scratch);
-    bool const has_bodies = problem->vertex_count > scene->cloth_vertex_count;
-    conjugate_gradients_problem whole = *problem, of_cloth = *problem;
-    whole.residual = of_cloth.residual = phases->residual;
-    of_cloth.vertex_count = scene->cloth_vertex_count;
-    if (has_bodies) whole.is_idle = NULL; /* which has no slots */
-    single_run run = {.phases = phases,
-                      .problem = problem,
-                      .terms = make_terms(scene, hard_rows, hard_count),
-                      .term_count = hard_count};
-    late_aggregates const late = {PLAIN_ITERATIONS - phases->plain_iterations, add_aggregates,
-                                  &run};
-    phases->single.aggregates = NULL; /* until they have these terms */
-    eliminated_bodies bodies;
-    outer_unknowns outer;
-    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-    if (run.terms &&
-        single_system_set_terms(&phases->single, run.terms, hard_count, problem->threads,
-                                scratch) &&
-        (!has_bodies || eliminate_bodies(&run, hard_rows, &bodies, &outer)))
-        status = has_bodies && !bodies.is_definite
-                     ? conjugate_gradients_solve(&whole, u, scratch, result)
-                     : solve_single_first(&run, &of_cloth, whole, &late, u, result);
-    phases->single.outer = NULL;
-    arena_release(scratch, mark);
+    double first = 0.0;
+    tulle_status status = TULLE_OK;
+    if (!(goal->reference > 0.0))
+        status = conjugate_gradients_measure(problem, problem->right_hand_side, scratch,
+                                             &goal->reference);
+    if (status == TULLE_OK)
+        status =
+            conjugate_gradients_leave(problem, phases->has_product ? NULL : u, scratch, &first);
+    if (!(goal->reference > 0.0)) goal->reference = first;
+    double const early = fmin(goal->early_share * first, goal->early_tolerance * goal->reference);
+    problem->target = fmax(goal->tolerance * goal->reference, early);
+    problem->late_target = fmax(goal->late_tolerance * goal->reference, problem->target);
+    problem->patience = goal->patience;
     return status;
 }
 
@@ -195,28 +137,117 @@ static double correct_cloth(void *context, const double *residual, double *preco
     return dot;
 }
 
-tulle_status solve_in_double(phased_solve *phases, const conjugate_gradients_problem *problem,
-                             contact_row *const *hard_rows, size_t hard_count, double *u,
-                             conjugate_gradients_result *result) {
+/* Aggregates null: the blocks of the diagonal alone. */
+static tulle_status solve_in_double(phased_solve *phases,
+                                    const conjugate_gradients_problem *problem, solve_goal *goal,
+                                    nested_aggregates *aggregates, double *u,
+                                    conjugate_gradients_result *result) {
     const contact_scene *const scene = phases->scene;
     arena *const scratch = scene->scratch;
-    if (!phases->system->aggregates) return conjugate_gradients_solve(problem, u, scratch, result);
     arena_mark const mark = arena_get_mark(scratch);
-    const matrix_term *const terms = make_terms(scene, hard_rows, hard_count);
+    const matrix_term *const terms = make_terms(phases);
     cloth_correction task = {
-        .aggregates = phases->system->aggregates,
-        .system = {phases->single.matrix, problem->is_fixed, terms, hard_count, false},
+        .aggregates = aggregates,
+        .system = {phases->single.matrix, phases->is_fixed, terms, phases->hard_count, false},
         .threads = problem->threads,
         .scratch = scratch,
         .has_memory = true};
     conjugate_gradients_problem now = *problem;
-    now.correct = correct_cloth;
-    now.correct_context = &task;
-    now.plain_iterations = PLAIN_ITERATIONS;
-    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
-    if (terms && make_vectors(scratch, scene->cloth_vertex_count, &task.vectors))
+    now.residual = phases->residual;
+    if (now.vertex_count > scene->cloth_vertex_count) now.is_idle = NULL; /* which has no slots */
+    if (aggregates) {
+        now.correct = correct_cloth;
+        now.correct_context = &task;
+        now.plain_iterations = PLAIN_ITERATIONS;
+        task.has_memory = terms && make_vectors(scratch, scene->cloth_vertex_count, &task.vectors);
+    }
+    tulle_status status = TULLE_OK;
+    if (task.has_memory) status = begin(phases, goal, u, &now);
+    if (task.has_memory && status == TULLE_OK)
         status = conjugate_gradients_solve(&now, u, scratch, result);
     if (!task.has_memory) status = TULLE_ERROR_OUT_OF_MEMORY;
+    arena_release(scratch, mark);
+    return status;
+}
+
+/* ---- in single precision ---- */
+
+static void settle(void *context, double *u) { settle_bodies(context, u); }
+static double yield(void *context, double *pulls) { return yield_bodies(context, pulls); }
+
+/* Makes bodies follow the cloth: unknowns of the solve are those of cloth alone. */
+static bool eliminate_bodies(single_run *run, eliminated_bodies *bodies, outer_unknowns *outer) {
+    single_system *const single = &run->phases->single;
+    const contact_scene *const scene = run->phases->scene;
+    contact_row **const rows = ARENA_NEW(scene->scratch, contact_row *, single->apart_count);
+    for (size_t i = 0; rows && i < single->apart_count; i++)
+        rows[i] = run->phases->hard_rows[single->apart[i] - run->terms];
+    *bodies = (eliminated_bodies){.scene = scene,
+                                  .rows = rows,
+                                  .row_count = single->apart_count,
+                                  .right_hand_side = run->problem->right_hand_side,
+                                  .diagonal = run->phases->diagonal};
+    *outer = (outer_unknowns){settle, yield, bodies};
+    single->outer = outer;
+    return rows && factor_bodies(bodies, scene->scratch);
+}
+
+/* The unknowns are those of the cloth. If single precision comes no nearer, the whole is solved in
+ * double precision to the same target. */
+static tulle_status solve_single_first(const single_run *run, solve_goal *goal,
+                                       const late_aggregates *late, double *u,
+                                       conjugate_gradients_result *result) {
+    phased_solve *const phases = run->phases;
+    arena *const scratch = phases->scene->scratch;
+    conjugate_gradients_problem whole = *run->problem, of_cloth = whole;
+    of_cloth.vertex_count = phases->scene->cloth_vertex_count;
+    of_cloth.residual = phases->residual;
+    if (phases->single.outer) phases->single.outer->settle(phases->single.outer->context, u);
+    tulle_status status = begin(phases, goal, u, &of_cloth);
+    if (status == TULLE_OK)
+        status = single_solve(&of_cloth, &phases->single, late, u, scratch, result);
+    if (status != TULLE_OK) return status;
+    int const used = result->iterations;
+    phases->plain_iterations += used < late->plain_iterations ? used : late->plain_iterations;
+    phases->has_residual = result->end == CONJUGATE_GRADIENTS_CONVERGED ||
+                           result->end == CONJUGATE_GRADIENTS_ITERATION_LIMIT;
+    if (phases->has_residual) return TULLE_OK;
+    solve_goal rest = *goal;
+    rest.early_share = 0.0;
+    rest.patience -= used;
+    if (goal->reference > 0.0) rest.tolerance = of_cloth.target / goal->reference;
+    whole.limit -= used;
+    phases->has_product = false;
+    status = solve_in_double(phases, &whole, &rest, NULL, u, result);
+    result->iterations += used;
+    return status;
+}
+
+tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_problem *problem,
+                             solve_goal *goal, bool is_single, double *u,
+                             conjugate_gradients_result *result) {
+    phases->has_residual = !is_single;
+    if (!is_single)
+        return solve_in_double(phases, problem, goal, phases->system->aggregates, u, result);
+    const contact_scene *const scene = phases->scene;
+    arena *const scratch = scene->scratch;
+    arena_mark const mark = arena_get_mark(scratch);
+    bool const has_bodies = problem->vertex_count > scene->cloth_vertex_count;
+    single_run run = {phases, problem, make_terms(phases)};
+    late_aggregates const late = {PLAIN_ITERATIONS - phases->plain_iterations, add_aggregates,
+                                  &run};
+    phases->single.aggregates = NULL; /* until they have these terms */
+    eliminated_bodies bodies;
+    outer_unknowns outer;
+    tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    if (run.terms &&
+        single_system_set_terms(&phases->single, run.terms, phases->hard_count, problem->threads,
+                                scratch) &&
+        (!has_bodies || eliminate_bodies(&run, &bodies, &outer)))
+        status = has_bodies && !bodies.is_definite
+                     ? solve_in_double(phases, problem, goal, phases->system->aggregates, u, result)
+                     : solve_single_first(&run, goal, &late, u, result);
+    phases->single.outer = NULL;
     arena_release(scratch, mark);
     return status;
 }

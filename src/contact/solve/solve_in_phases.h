@@ -9,22 +9,32 @@
 typedef struct phased_solve {
     const contact_scene *scene;
     const motion_system *system;
-    double *residual;     /* 3 per vertex: b - A u after a solve, if has_residual */
+    double *residual;     /* 3 per vertex: b - A u after a solve, if has_residual; before one, A u
+                             if has_product */
     single_system single; /* the matrix of the system, without hard rows between solves */
     int plain_iterations; /* without aggregates, of all solves so far */
-    bool has_residual;
+    bool has_residual, has_product;
+    const uint8_t *is_fixed; /* vertices */
+    contact_row **hard_rows; /* of the round */
+    size_t hard_count;
+    const double *diagonal; /* of the round: its blocks, with hard rows */
 } phased_solve;
 
-/* Solves as conjugate_gradients_solve does. problem->apply adds the hard rows to the matrix, none
- * of which may have a tilt. The problem is one of cloth, or of cloth and bodies. */
-tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_problem *problem,
-                             contact_row *const *hard_rows, size_t hard_count, double *u,
-                             conjugate_gradients_result *result);
+/* Where a solve ends, as parts of the reference, which is a norm. */
+typedef struct solve_goal {
+    double reference; /* 0: that of the right-hand side */
+    double tolerance;
+    double early_share, early_tolerance; /* of the plan */
+    double late_tolerance;               /* once its patience is over; 0: not so */
+    int patience;
+} solve_goal;
 
-/* The same in double precision, for small cloth, for ties at a height over cloth, and for those
- * that hold bodies. */
-tulle_status solve_in_double(phased_solve *phases, const conjugate_gradients_problem *problem,
-                             contact_row *const *hard_rows, size_t hard_count, double *u,
+/* Solves the linear problem, whose targets and residual are set here, and sets the goal's reference
+ * where it is 0. problem->apply adds the hard rows to the matrix. The problem is one of cloth, or
+ * of cloth and bodies. Not `is_single`: in double precision from the beginning, for small cloth,
+ * for rows with tilts, and for ties that hold bodies. */
+tulle_status solve_in_phases(phased_solve *phases, const conjugate_gradients_problem *problem,
+                             solve_goal *goal, bool is_single, double *u,
                              conjugate_gradients_result *result);
 
 #endif

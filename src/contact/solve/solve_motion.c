@@ -19,7 +19,6 @@
 #include "contact/solve/body_drives.h"
 #include "contact/solve/end_round.h"
 #include "contact/solve/hard_rows.h"
-#include "contact/solve/missed_friction.h"
 #include "contact/solve/project_impulses.h"
 #include "contact/solve/solve_bodies.h"
 #include "contact/solve/solve_in_phases.h"
@@ -79,9 +78,7 @@ typedef struct motion_solve {
     double reference;      /* of residuals */
     double net_of_cloth, net_of_all; /* net impulses in solves of cloth alone, and of all; 0: not
                                         known yet */
-    contact_row **hard_rows;
-    size_t hard_count;
-    block_matrix without_rows; /* the system's matrix with its scalars summed */
+    block_matrix without_rows;       /* the system's matrix with its scalars summed */
     /* The same. Where solves are in double precision, it has numbers of its own, and in them the
      * hard rows that lie in its pattern. Solves in single precision have them in their copy and
      * need few products with this one. */
@@ -147,7 +144,7 @@ static void add_springs(motion_solve *solve) {
         add_to_diagonal(solve, row);
         add_row_impulse(row, cloth_count, impulse, solve->right_hand_side);
         solve->rows_apart[solve->apart_count++] = row;
-        solve->hard_rows[solve->hard_count++] = row;
+        solve->phases.hard_rows[solve->phases.hard_count++] = row;
     }
 }
 
@@ -180,7 +177,7 @@ static void prepare_round(motion_solve *solve, bool is_first) {
     if (!is_first) /* before the first round the diagonal has no rows in it */
         block_matrix_get_diagonal(system->matrix, solve->diagonal, scene->threads);
     fill_body_system(scene, right_hand_side, solve->diagonal);
-    solve->hard_count = solve->apart_count = 0;
+    solve->phases.hard_count = solve->apart_count = 0;
     add_springs(solve);
     if (has_own_numbers(solve))
         memcpy(solve->matrix.values, system->matrix->values,
@@ -219,14 +216,13 @@ static void prepare_round(motion_solve *solve, bool is_first) {
         vec3 const pulled = mat3_multiply_vec3(&row->solve.pull, target);
         add_row_impulse(row, cloth_count, vec3_add(row->solve.impulse, pulled), right_hand_side);
         row->solve.is_in_matrix = true;
-        solve->hard_rows[solve->hard_count++] = row;
+        solve->phases.hard_rows[solve->phases.hard_count++] = row;
     }
     fix_locked(scene, right_hand_side, solve->diagonal);
     /* the blocks that are not what they were */
-    conjugate_gradients_problem const problem = {.diagonal = solve->diagonal,
-                                                 .is_fixed = solve->is_fixed};
+    preconditioner_source const source = {solve->diagonal, solve->is_fixed};
     for (size_t v = 0; v < get_solved_count(scene); v++)
-        if (solve->has_rows[v]) invert_block_of(&problem, v, solve->inverse + BLOCK_NUMBERS * v);
+        if (solve->has_rows[v]) invert_block_of(source, v, solve->inverse + BLOCK_NUMBERS * v);
 }
 
 /* Moves u along one direction of rigid translations, as far as is best: each free cloth and body by
@@ -325,7 +321,7 @@ static tulle_status translate_cloths(motion_solve *solve) {
     }
     for (size_t b = 0; b < scene->body_count; b++) free_count += scene->bodies[b].is_free;
     if (has_memory && free_count > 0) descend_translations(solve, false, masses, work);
-    if (has_memory && solve->hard_count > 0 && free_count > 1)
+    if (has_memory && solve->phases.hard_count > 0 && free_count > 1)
         descend_translations(solve, true, masses, work);
     arena_release(scene->scratch, mark);
     return has_memory ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
@@ -336,21 +332,18 @@ static tulle_status measure_net(const motion_solve *solve,
                                 const conjugate_gradients_problem *problem, double *of_all,
                                 double *net) {
     const contact_scene *const scene = solve->scene;
-    size_t const size = 3 * problem->vertex_count;
     arena_mark const mark = arena_get_mark(scene->scratch);
-    double *const impulse = ARENA_NEW(scene->scratch, double, size);
-    tulle_status status = impulse ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
-    if (status == TULLE_OK && solve->is_cloth_only && !has_own_numbers(solve)) {
-        multiply_start(solve, impulse);
-    } else if (status == TULLE_OK) {
-        problem->apply(problem->apply_context, solve->start, impulse);
-    }
-    for (size_t i = 0; status == TULLE_OK && i < size; i++)
-        impulse[i] = problem->right_hand_side[i] - impulse[i];
-    conjugate_gradients_problem measure = *problem;
-    if (status == TULLE_OK) status = conjugate_gradients_measure(&measure, scene->scratch, of_all);
-    measure.right_hand_side = impulse;
-    if (status == TULLE_OK) status = conjugate_gradients_measure(&measure, scene->scratch, net);
+    conjugate_gradients_problem at_start = *problem;
+    bool const is_known = solve->is_cloth_only && !has_own_numbers(solve);
+    at_start.residual = ARENA_NEW(scene->scratch, double, 3 * problem->vertex_count);
+    tulle_status status = at_start.residual ? TULLE_OK : TULLE_ERROR_OUT_OF_MEMORY;
+    if (status == TULLE_OK && is_known) multiply_start(solve, at_start.residual);
+    if (status == TULLE_OK)
+        status =
+            conjugate_gradients_measure(problem, problem->right_hand_side, scene->scratch, of_all);
+    if (status == TULLE_OK)
+        status = conjugate_gradients_leave(&at_start, is_known ? NULL : solve->start,
+                                           scene->scratch, net);
     arena_release(scene->scratch, mark);
     return status;
 }
@@ -381,20 +374,24 @@ static int choose_patience(const motion_solve *solve) {
 }
 
 /* Where a solve ends, and where it may end late. */
-static tulle_status choose_end(motion_solve *solve, conjugate_gradients_problem *problem) {
-    const solve_effort *const effort = solve->plan->effort;
+static tulle_status choose_goal(motion_solve *solve, const conjugate_gradients_problem *problem,
+                                solve_goal *goal) {
+    const solve_plan *const plan = solve->plan;
     bool const has_bodies = !solve->is_cloth_only;
     double *const net = has_bodies ? &solve->net_of_all : &solve->net_of_cloth;
     tulle_status status = TULLE_OK;
-    if (solve->plan->patience > 0 && solve->reference > 0.0) {
-        problem->patience = choose_patience(solve);
-        problem->late_tolerance = fmin(effort->late_factor * problem->tolerance, LATE_MOST);
+    *goal = (solve_goal){.tolerance = plan->tolerance,
+                         .early_share = plan->early_share,
+                         .early_tolerance = plan->early_tolerance};
+    if (plan->patience > 0 && solve->reference > 0.0) {
+        goal->patience = choose_patience(solve);
+        goal->late_tolerance = fmin(plan->effort->late_factor * goal->tolerance, LATE_MOST);
         status = bound_by_net(solve, problem, has_bodies ? NET_SHARE : LATE_NET_SHARE, net,
-                              &problem->late_tolerance);
+                              &goal->late_tolerance);
     }
     if (status == TULLE_OK && has_bodies)
-        status = bound_by_net(solve, problem, NET_SHARE, net, &problem->tolerance);
-    problem->reference = solve->reference;
+        status = bound_by_net(solve, problem, NET_SHARE, net, &goal->tolerance);
+    goal->reference = solve->reference;
     return status;
 }
 
@@ -410,23 +407,17 @@ static tulle_status solve_linear(motion_solve *solve) {
         .apply = apply_with_hard_rows,
         .apply_context = solve,
         .right_hand_side = solve->right_hand_side,
-        .diagonal = solve->diagonal,
         .inverse = solve->inverse,
-        .is_fixed = solve->is_fixed,
         .is_idle = solve->matrix.is_idle,
-        .tolerance = plan->tolerance,
-        .early_share = plan->early_share,
-        .early_most = plan->early_tolerance,
-        .reference = solve->reference,
-        .max_iterations = plan->iterations_most,
+        .limit = plan->iterations_most,
         .threads = scene->threads,
         .stop = scene->stop,
     };
     conjugate_gradients_result result;
     bool has_hard_bodies = false, has_tilts = false;
-    for (size_t i = 0; i < solve->hard_count; i++) {
-        has_hard_bodies |= solve->hard_rows[i]->frame.has_body;
-        has_tilts |= solve->hard_rows[i]->frame.tilt != NULL;
+    for (size_t i = 0; i < solve->phases.hard_count; i++) {
+        has_hard_bodies |= solve->phases.hard_rows[i]->frame.has_body;
+        has_tilts |= solve->phases.hard_rows[i]->frame.tilt != NULL;
     }
     bool const has_aggregates = solve->system->aggregates != NULL;
     bool const is_single = has_aggregates && !has_tilts &&
@@ -435,23 +426,14 @@ static tulle_status solve_linear(motion_solve *solve) {
         solve->is_cloth_only = true;
         problem.vertex_count = scene->cloth_vertex_count;
         precondition_bodies(scene, solve->diagonal, solve->right_hand_side, solve->u);
-    } else if (!is_single) {
-        problem.is_idle = NULL; /* which has no slots */
     }
-    tulle_status status = choose_end(solve, &problem);
-    if (status == TULLE_OK && is_single) {
-        problem.has_product = is_at_start && !has_hard_bodies && !has_own_numbers(solve);
-        if (problem.has_product) multiply_start(solve, solve->phases.residual);
-        status = solve_in_phases(&solve->phases, &problem, solve->hard_rows, solve->hard_count,
-                                 solve->u, &result);
-    } else if (status == TULLE_OK) {
-        problem.residual = solve->phases.residual;
-        status = has_aggregates
-                     ? solve_in_double(&solve->phases, &problem, solve->hard_rows,
-                                       solve->hard_count, solve->u, &result)
-                     : conjugate_gradients_solve(&problem, solve->u, scene->scratch, &result);
-        solve->phases.has_residual = true;
-    }
+    solve_goal goal;
+    tulle_status status = choose_goal(solve, &problem, &goal);
+    phased_solve *const phases = &solve->phases;
+    phases->has_product = is_single && is_at_start && !has_hard_bodies && !has_own_numbers(solve);
+    if (status == TULLE_OK && phases->has_product) multiply_start(solve, phases->residual);
+    if (status == TULLE_OK)
+        status = solve_in_phases(phases, &problem, &goal, is_single, solve->u, &result);
     solve->is_cloth_only = false;
     if (status != TULLE_OK) return status;
     double *const residual = solve->phases.residual;
@@ -466,17 +448,17 @@ static tulle_status solve_linear(motion_solve *solve) {
     }
     if (stop_is_wanted(scene->stop, 0)) return TULLE_ERROR_INTERRUPTED;
     solve_report *const report = solve->report;
-    bool const outlasts = problem.patience > 0 && result.iterations >= problem.patience;
+    double const left = goal.reference > 0.0 ? result.norm / goal.reference : 0.0;
+    bool const outlasts = goal.patience > 0 && result.iterations >= goal.patience;
     history->is_costly |= outlasts && plan->is_fine;
     report->solve_count++;
     report->cg_iterations += (uint32_t)result.iterations;
     if (result.end != CONJUGATE_GRADIENTS_CONVERGED) report->has_converged = false;
-    bool const is_late = outlasts && result.residual <= problem.late_tolerance;
-    if (result.end == CONJUGATE_GRADIENTS_CONVERGED && result.residual > problem.tolerance &&
-        !is_late)
+    bool const is_late = outlasts && left <= goal.late_tolerance;
+    if (result.end == CONJUGATE_GRADIENTS_CONVERGED && left > goal.tolerance && !is_late)
         report->is_early = true;
     else
-        report->cg_residual = fmax(report->cg_residual, result.residual);
+        report->cg_residual = fmax(report->cg_residual, left);
     return translate_cloths(solve); /* the tolerance must not cost momentum */
 }
 
@@ -494,19 +476,6 @@ static void set_start(void *context, size_t begin, size_t end, size_t chunk, int
     }
 }
 
-typedef struct impulse_task {
-    const motion_solve *solve;
-    double *impulse;
-} impulse_task;
-
-/* b - A u of the start. */
-static void subtract_product(void *context, size_t begin, size_t end, size_t chunk, int worker) {
-    (void)chunk, (void)worker;
-    const impulse_task *const task = context;
-    for (size_t i = 3 * begin; i < 3 * end; i++)
-        task->impulse[i] = task->solve->system->right_hand_side[i] - task->solve->start_product[i];
-}
-
 /* Sets what is fixed, velocities of the start, the inverse blocks and the reference of residuals:
  * the norm of the force impulse b - A u at the velocities of the start, as conjugate gradients
  * measure it. */
@@ -515,29 +484,25 @@ static tulle_status prepare_start(motion_solve *solve) {
     const motion_system *const system = solve->system;
     size_t const count = scene->cloth_vertex_count;
     parallel_for(get_solved_count(scene), VERTICES_PER_CHUNK, scene->threads, set_start, solve);
-    conjugate_gradients_problem problem = {
-        .vertex_count = scene->cloth_vertex_count,
-        .diagonal = solve->diagonal, /* no row is in it yet */
+    conjugate_gradients_problem const problem = {
+        .vertex_count = count,
+        .right_hand_side = system->right_hand_side,
         .inverse = solve->inverse,
-        .is_fixed = solve->is_fixed,
+        .residual = solve->phases.residual,
         .threads = scene->threads,
     };
-    conjugate_gradients_invert(&problem, solve->inverse);
-    arena_mark const mark = arena_get_mark(scene->scratch);
-    double *const impulse = ARENA_NEW(scene->scratch, double, 3 * count);
-    if (!impulse) return TULLE_ERROR_OUT_OF_MEMORY;
+    preconditioner_source const source = {solve->diagonal, solve->is_fixed}; /* no row yet */
+    conjugate_gradients_invert(source, count, scene->threads, solve->inverse);
     block_matrix_operator matrix = {&solve->without_rows, scene->threads};
     block_matrix_apply(&matrix, solve->start, solve->start_product);
-    impulse_task task = {solve, impulse};
-    parallel_for(count, VERTICES_PER_CHUNK, scene->threads, subtract_product, &task);
+    memcpy(problem.residual, solve->start_product, 3 * count * sizeof(double));
     double of_momentum = 0.0;
-    problem.right_hand_side = impulse;
-    tulle_status status = conjugate_gradients_measure(&problem, scene->scratch, &solve->reference);
-    problem.right_hand_side = system->right_hand_side;
+    tulle_status status =
+        conjugate_gradients_leave(&problem, NULL, scene->scratch, &solve->reference);
     if (status == TULLE_OK)
-        status = conjugate_gradients_measure(&problem, scene->scratch, &of_momentum);
+        status = conjugate_gradients_measure(&problem, system->right_hand_side, scene->scratch,
+                                             &of_momentum);
     solve->reference = fmax(solve->reference, LEAST_REFERENCE * of_momentum);
-    arena_release(scene->scratch, mark);
     return status;
 }
 
@@ -570,7 +535,6 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
                           .is_fixed = ARENA_NEW(scratch, uint8_t, count),
                           .start = ARENA_NEW(scratch, double, 3 * count),
                           .start_product = ARENA_NEW(scratch, double, 3 * cloth_count),
-                          .hard_rows = ARENA_NEW(scratch, contact_row *, row_most),
                           .without_rows = *system->matrix,
                           .is_at_start = !system->start,
                           .rows_apart = ARENA_NEW(scratch, contact_row *, row_most),
@@ -588,8 +552,11 @@ tulle_status solve_motion(const contact_scene *scene, const motion_system *syste
     bool const has_single = !system->aggregates ||
                             single_system_make(&solve.without_rows, scratch, &solve.phases.single);
     tulle_status status = TULLE_ERROR_OUT_OF_MEMORY;
+    solve.phases.hard_rows = ARENA_NEW(scratch, contact_row *, row_most);
+    solve.phases.is_fixed = solve.is_fixed;
+    solve.phases.diagonal = solve.diagonal;
     if (solve.right_hand_side && solve.diagonal && solve.inverse && solve.has_rows &&
-        solve.is_fixed && solve.start && solve.start_product && solve.hard_rows &&
+        solve.is_fixed && solve.start && solve.start_product && solve.phases.hard_rows &&
         solve.rows_apart && solve.sums && solve.phases.residual && scalars && solve.matrix.values &&
         has_single) {
         for (size_t i = cloth_count; i < count; i++) solve.has_rows[i] = 1; /* bodies */

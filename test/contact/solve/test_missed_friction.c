@@ -1,6 +1,6 @@
 /* What friction on obstacles missed, given to cloths as a whole: all of it where nothing holds a
  * cloth along it, the share that penalties leave where rows hold it, nothing to cloth with pins. */
-#include "contact/solve/missed_friction.h"
+#include "contact/solve/end_round.h"
 #include "support/test_support.h"
 
 #include <math.h>
