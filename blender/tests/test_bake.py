@@ -350,7 +350,7 @@ class Bakes(SceneTest):
     def test_far_obstacle(self):
         """Floats hold no thin layer on an obstacle of 35 km."""
         self.add_tilted(10000, 0.0003)
-        self.refuse("minimum gap", "m from the origin", "move the scene nearer")
+        self.refuse("minimum gap", "m from the origin", "Move the scene nearer")
 
     def test_obstacle_that_grows(self):
         """It is exported as floats: how far these move it is told, and that alone."""

@@ -117,9 +117,9 @@ ARGUMENTS_OF(tulle_world_attach) {
     WITH(vertices, NULL, "vertices");
     WITH(vertex_count, 0, "vertices");
     WITH(vertex_count, 17, "more vertices");
-    WITH(points, NULL, "one thing");
-    WITH(obstacle, fixed, "one thing");
-    WITH(other_cloth, other, "one thing");
+    WITH(points, NULL, "exactly one holder");
+    WITH(obstacle, fixed, "exactly one holder");
+    WITH(other_cloth, other, "exactly one holder");
     WITH(stiffness, 1e13, "stiffness");
     WITH(release_time, (double)NAN, "release_time");
     static const uint32_t beyond[3] = {13, 14, 16}, twice[3] = {13, 14, 13}, pinned[3] = {1, 2, 3};

@@ -145,7 +145,7 @@ static tulle_status solve_in_double(phased_solve *phases,
     const contact_scene *const scene = phases->scene;
     arena *const scratch = scene->scratch;
     arena_mark const mark = arena_get_mark(scratch);
-    const matrix_term *const terms = make_terms(phases);
+    const matrix_term *const terms = aggregates ? make_terms(phases) : NULL;
     cloth_correction task = {
         .aggregates = aggregates,
         .system = {phases->single.matrix, phases->is_fixed, terms, phases->hard_count, false},
