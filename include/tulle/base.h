@@ -51,7 +51,7 @@ typedef enum tulle_status {
     TULLE_ERROR_INVALID_MESH,  /* indices, topology or coordinates of a mesh cannot be used */
     /* before the first step, cloth intersects itself, another cloth or an obstacle */
     TULLE_ERROR_INTERSECTING_START,
-    /* obstacles close on cloth and leave it no room, and `on_pinch` says stop */
+    /* obstacles or pins leave cloth no room, and what `on_pinch` says did not help */
     TULLE_ERROR_PINCHED,
     /* the step found no state without an intersection; the world is as it was before the step */
     TULLE_ERROR_STEP_FAILED,

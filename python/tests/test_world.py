@@ -314,3 +314,50 @@ def test_a_world_that_fails_keeps_no_other_from_its_step(sheet: tulle.Mesh, ball
     answers = tulle.step_worlds([bad, good], STEP)
     assert isinstance(answers[0], tulle.IntersectingStartError) and isinstance(answers[1], tulle.StepReport)
     assert good.step_count == 1 and bad.step_count == 0
+
+
+def make_dragged_cloth(on_pinch: str) -> tuple[tulle.World, np.ndarray]:
+    """A sheet without gravity that pins on keyframes drag into a wall, obstacle 0, and the vertices of the pins."""
+    world = tulle.World(threads=1, on_pinch=on_pinch, gravity=(0, 0, 0))
+    sheet = tulle.make_shape("rectangle", size=(0.2, 0.2), resolution=(9, 9))
+    right = np.nonzero(sheet.positions[:, 0] > 0.099)[0]
+    keys = [tulle.Keyframe(time=0.05), tulle.Keyframe(time=0.35, translation=(0.6, 0, 0)), tulle.Keyframe(time=2, translation=(0.6, 0, 0))]
+    world.add_cloth(sheet, pins=[tulle.Pin(right, motion=tulle.Motion(keys=keys))])
+    wall = tulle.make_shape("box", size=(0.1, 1, 1))
+    wall.positions[:, 0] += 0.2
+    world.add_obstacle(wall, name="wall")
+    return world, right
+
+
+def test_pins_that_waited_come_back_without_a_jump() -> None:
+    world, right = make_dragged_cloth("slow")
+    last, ways = world.cloths[0].positions[right].copy(), []
+    for step in range(60):
+        if step == 9:
+            world.remove(world.obstacles[0])
+        world.step(STEP)
+        now = world.cloths[0].positions[right].copy()
+        ways.append(np.linalg.norm(now - last, axis=1).max())
+        last = now
+    of_script = 2.0 * STEP  # 22 mm a step
+    assert min(ways[6:9]) == 0.0  # they waited
+    assert 0.0 < ways[10] and max(ways) < 2.0 * of_script  # what is removed holds nothing back
+    assert abs(last[:, 0].max() - 0.7) < 1e-3
+
+
+def test_what_deforms_waits_for_a_body_by_slow_as_by_lag() -> None:
+    for on_pinch in ("lag", "slow"):
+        world = tulle.World(threads=1, on_pinch=on_pinch)
+        ground = tulle.make_shape("box", size=(1, 1, 0.1))
+        ground.positions[:, 2] -= 0.05
+        world.add_obstacle(ground)
+        die = tulle.make_shape("box", size=(0.2, 0.2, 0.2))
+        die.positions[:, 2] += 0.106
+        world.add_obstacle(die, body={"mass": 1.0})
+        press = tulle.make_shape("box", size=(1, 1, 0.1))
+        press.positions[:, 2] += 0.5
+        depths = [-0.4 * min(1, k / 60) for k in range(90)]
+        world.add_obstacle(press, frames=np.array([press.positions + (0, 0, depth) for depth in depths]), frame_interval=STEP)
+        lags = [world.step(STEP).largest_lag for _ in range(80)]
+        assert max(lags) > 0.1, on_pinch
+        assert tulle.Judge().find_world_intersections(world).is_clean

@@ -39,8 +39,7 @@ tulle_status step_report_energies(const step_model *model, motion_state *state, 
 tulle_status step_measure_gain(const step_model *model, motion_state *state, step_work *work);
 
 /* Bodies that are too near make room. Called before the first solve of a substep: limits the speeds
- * that rows ask for to a share of the
- * energy that the last substep lost. */
+ * that rows ask for to a share of the energy that the last substep lost. */
 void step_share_room(motion_state *state, step_work *work);
 /* Called after a solve that gained energy: rows ask for less. With `level` 0 they keep their
  * present room, with 1 they ask for no speed apart. False when no such row carries load and asked

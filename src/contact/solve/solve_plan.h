@@ -29,7 +29,7 @@ static inline const solve_effort *get_round_effort(const solve_effort *effort,
     return iterations <= (uint32_t)effort->cheap_iterations ? &cheap_effort : effort;
 }
 
-/* What a solve is to do. step/solve_plan.c makes it, and nothing else decides how exact a solve is.
+/* What a solve is to do, from step/solve_plan.c. Small net impulses tighten it in solve_motion.c.
  */
 typedef struct solve_plan {
     int rounds_least;    /* solves of motion and impulses */

@@ -10,7 +10,6 @@
 #include <string.h>
 
 static const char *const format_name = "tulle run";
-/* Version 2 had no checksums: it is read, but not written on. */
 enum { FORMAT_VERSION = 3 };
 static const char *const record_names[] = {"plain", "debug", "velocities"}; /* by run_kept */
 static const size_t record_size_limit = (size_t)1 << 28; /* [bytes] far above RUN_BODY_MAX bodies */

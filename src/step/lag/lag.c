@@ -43,11 +43,6 @@ bool step_lags_now(const step_model *model, const step_work *work, size_t obstac
     return is_pinched || step_deforms(model, obstacle) || work->start->largest_lags[obstacle] > 0.0;
 }
 
-/* Pins wait, too. */
-static bool pins_lag(const step_model *model, const step_work *work) {
-    return model->def.on_pinch == TULLE_ON_PINCH_SLOW && work->lag.still_count > 0;
-}
-
 static size_t get_first_vertex(const step_model *model) {
     return model->cloth_vertex_count + 2 * model->body_count;
 }
@@ -57,8 +52,6 @@ vec3 step_get_lag(const step_model *model, const motion_state *state, size_t ver
     if (vertex < first || model->lag_vertex_count == 0) return (vec3){0, 0, 0};
     return vec3_load(state->lags, vertex - first);
 }
-
-/* ---- the plan of a try ---- */
 
 /* Adds what is left of a lag after the step. What is rigid waits where it is for its path to come
  * back to it; what deforms goes along, for cloth that rides on it would be stretched. */
@@ -78,8 +71,14 @@ static void shrink_lags(const step_model *model, const step_work *work, double *
         for (size_t v = range->vertex_begin; v < range->vertex_end; v++)
             add_rest(work, step_get_lag(model, work->start, v), !step_deforms(model, i), ends, v);
     }
-    /* pins on keyframes: from where these have them at the start */
-    for (size_t c = 0; c < model->cloths.count && pins_lag(model, work); c++) {
+}
+
+/* Pins on keyframes wait and come back, too: from where these have them at the start. Returns
+ * whether any lags; ends null: no more than that. */
+static bool shrink_pin_lags(const step_model *model, const step_work *work, double *ends) {
+    bool has_any = false;
+    if (model->def.on_pinch != TULLE_ON_PINCH_SLOW) return false;
+    for (size_t c = 0; c < model->cloths.count; c++) {
         const world_cloth *const cloth = &model->cloths.data[c];
         for (size_t p = 0; p < cloth->pin_count; p++) {
             const world_pin *const pin = &cloth->pins[p];
@@ -89,11 +88,13 @@ static void shrink_lags(const step_model *model, const step_work *work, double *
                 double at[3];
                 motion_apply(&pin->motion, work->start->time,
                              cloth->mesh.positions + 3 * (size_t)pin->vertices[k], 1, at);
-                vec3 const x = vec3_load(work->start->positions, v);
-                add_rest(work, vec3_sub(x, vec3_load(at, 0)), true, ends, v);
+                vec3 const lag = vec3_sub(vec3_load(work->start->positions, v), vec3_load(at, 0));
+                has_any |= vec3_norm(lag) > work->whole_step * RETURN_SPEED;
+                if (ends) add_rest(work, lag, true, ends, v);
             }
         }
     }
+    return has_any;
 }
 
 /* What is around a place where a step was pinched stands still: what is rigid, as a whole. */
@@ -103,7 +104,7 @@ static void stand_still(const step_model *model, const step_work *work, double *
     for (size_t s = 0; s < model->surface_count && lag->still_count > 0; s++) {
         const surface_range *const range = &work->surfaces[s];
         bool const is_cloth = s < model->cloths.count;
-        if (is_cloth ? !pins_lag(model, work)
+        if (is_cloth ? model->def.on_pinch != TULLE_ON_PINCH_SLOW
                      : !step_lags_now(model, work, s - model->cloths.count))
             continue;
         bool const is_rigid = !is_cloth && !step_deforms(model, s - model->cloths.count);
@@ -141,7 +142,7 @@ static void mark_led(const step_model *model, step_work *work) {
 tulle_status step_begin_lag(const step_model *model, step_work *work) {
     size_t const n = 3 * model->vertex_count, first = get_first_vertex(model);
     const double *const starts = work->start->positions;
-    bool is_wanted = work->lag.still_count > 0;
+    bool is_wanted = work->lag.still_count > 0 || shrink_pin_lags(model, work, NULL);
     work->lag.is_led = NULL;
     for (size_t i = 0; i < model->obstacles.count; i++) is_wanted |= step_lags_now(model, work, i);
     if (!is_wanted) return TULLE_OK;
@@ -166,6 +167,7 @@ tulle_status step_begin_lag(const step_model *model, step_work *work) {
     }
     memcpy(ends, drawn, n * sizeof(double));
     shrink_lags(model, work, ends);
+    (void)shrink_pin_lags(model, work, ends);
     double farthest2 = 0.0; /* [m^2] way of what may lag, or follows a script beside it */
     for (size_t v = first; v < model->vertex_count; v++)
         farthest2 = fmax(farthest2, vec3_norm2(vec3_sub(vec3_load(ends, v), vec3_load(starts, v))));
@@ -254,8 +256,6 @@ bool step_has_lags(const step_model *model, const motion_state *state) {
     return state->still_count > 0;
 }
 
-/* ---- a pinch ---- */
-
 bool step_lag_more(const step_model *model, step_work *work, const blocked_place *place) {
     lag_work *const lag = &work->lag;
     bool const is_cloth = place->surface < model->cloths.count;
@@ -266,11 +266,13 @@ bool step_lag_more(const step_model *model, step_work *work, const blocked_place
         still_place *const still = &lag->still[k];
         vec3 const away = vec3_sub(place->position, vec3_load(still->position, 0));
         bool const is_there = !(vec3_norm(away) > 2.0 * still->radius);
-        if (still->waiting <= 0 && is_there)
-            still->wait = still->waiting =
-                2 * still->wait < WAIT_MOST ? 2 * still->wait : WAIT_MOST;
-        else if (still->waiting > 0)
+        if (is_there &&
+            still->waiting < still->wait) { /* pinched in this step for the first time */
+            if (still->waiting <= 0 && still->wait < WAIT_MOST) still->wait *= 2;
+            still->waiting = still->wait;
+        } else if (still->waiting > 0) {
             still->radius *= STILL_GROWTH;
+        }
         is_known |= is_there;
     }
     if (!is_known) {

@@ -4,7 +4,7 @@
  * themselves. Cloth between has no room, whoever moves it. So cloth does not meet an obstacle where
  * its path has it (as drawn), but where it lags. The two are the same wherever there is room. Where
  * the drawn obstacle closes on cloth it stays behind, by a displacement of each vertex (the lag),
- * and it comes back as soon as there is room. The lag of what is rigid is one for all its vertices.
+ * and it comes back as soon as there is room. What is rigid waits as a whole.
  *
  * An obstacle that deforms makes room before it closes. A rigid one does so with on_pinch: slow,
  * from the first pinch on until its lag is zero again. Where room is not enough, all around the

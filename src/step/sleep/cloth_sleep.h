@@ -33,8 +33,7 @@ bool step_wake_loaded(const step_model *model, motion_state *state, step_work *w
 tulle_status step_settle_cloths(const step_model *model, motion_state *state, step_work *work,
                                 bool is_whole);
 
-/* Whether everything that may move sleeps, and nothing on a script, given or held
- * moves in the step or ends before it. */
+/* Whether all that may move sleeps, and nothing else moves in the step or ends before it. */
 bool step_stands_still(const step_model *model, const step_work *work);
 /* Makes a step in which only time passes. */
 tulle_status step_pass_still(const step_model *model, motion_state *state, step_work *work);

@@ -117,11 +117,11 @@ static void carry_lags(tulle_world *world) {
         world->now.largest_lags[i] = before->now.largest_lags[old];
     }
     memcpy(world->now.still, before->now.still, sizeof world->now.still);
-    world->now.still_count = before->now.still_count;
+    if (world->model.surface_count >= before->model.surface_count) /* else nothing pinches there */
+        world->now.still_count = before->now.still_count;
 }
 
-/* Cloth or a body that is new has moved as it moves now; without a step before there is no history.
- */
+/* New cloth or a new body has moved as it moves now. No step before: there is no history. */
 static void make_history(tulle_world *world) {
     uint32_t const added = world->change->added;
     if (added == TULLE_NONE || !(world->now.previous_time_step > 0.0)) return;
