@@ -113,7 +113,7 @@ static void refuse_rows(const field_table *table, char *part, taker take, const 
         const field *const row = &table->rows[r];
         if (row->group && without && strcmp(row->group, without) == 0) continue;
         char *at = part + row->offset; /* of an array: its first item */
-        if (row->is_pointer || row->is_array) memcpy(&at, at, sizeof at);
+        if (row->is_pointer || row->is_array) memcpy((void *)&at, at, sizeof(char *));
         if (!at) continue;
         if (row->kind == FIELD_STRUCT && strcmp(row->name, "mesh") != 0)
             refuse_rows(row->inner, at, take, whole, without);
