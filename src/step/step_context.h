@@ -101,7 +101,7 @@ contact_scene step_make_scene(step_context *context);
 tulle_status step_update_patches(step_context *context, const double *x1);
 tulle_status step_build_trees(step_context *context, const double *bounds);
 tulle_status step_find_pairs(step_context *context, const double *bounds);
-/* Source of the candidates of a substep; context->bounds and context->certified_end have room. */
+/* Source of the candidates of a substep; bounds and certified_end of `sub` have room. */
 pair_source step_make_pair_source(step_context *context);
 
 /* stages.c: stages 5 to 9. compute_forces linearises about x0, or about `guess` if that is set. */
